@@ -1,0 +1,46 @@
+"""motionmend: recover clean, complete full-body motion from noisy, gappy and ambiguous capture.
+
+The public face: names only. Each is loaded when first used, so that the import itself costs little.
+"""
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "MotionMendError": "errors",
+    "FileError": "errors",
+    "MismatchError": "errors",
+    "UsageError": "errors",
+    "Skeleton": "bodies.skeleton",
+    "Motion": "bodies.motion",
+    "Markers": "bodies.motion",
+    "Origin": "bodies.motion",
+    "Repaired": "bodies.motion",
+    "read": "io",
+    "write": "io",
+    "Denoiser": "denoise",
+    "DenoiserModel": "denoise",
+    "repair_classic": "denoise",
+    "load_model": "models",
+    "save_model": "models",
+    "corrupt": "evaluate",
+    "compare": "evaluate",
+}
+
+_ROOMS = ("denoise", "evaluate", "io", "report", "samples")
+
+__all__ = ["__version__", *_HOME, *_ROOMS]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return import_module(f".{name}", __name__)
+    if name in _HOME:
+        return getattr(import_module(f".{_HOME[name]}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

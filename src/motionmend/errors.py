@@ -1,0 +1,17 @@
+"""The few kinds of failure. Every message is one line: what was wanted, what came, what to do."""
+
+
+class MotionMendError(Exception):
+    """Any failure the user can do something about; the command line prints it as one line and exits with 1."""
+
+
+class FileError(MotionMendError):
+    """A file that cannot be read or written as what its ending promises."""
+
+
+class MismatchError(MotionMendError):
+    """Two things that do not belong together: a model and a recording, a truth and its copy."""
+
+
+class UsageError(MotionMendError):
+    """A call that makes no sense whatever the data; the command line exits with 2."""
