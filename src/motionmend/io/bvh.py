@@ -1,0 +1,223 @@
+"""Biovision hierarchies (.bvh): a skeleton and its motion in one text file."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..bodies.motion import Motion
+from ..bodies.skeleton import ROTATION, Skeleton, height, rest_positions
+from ..errors import FileError
+from .atomic import atomic
+from .biovision import bvh_of
+from .hierarchy import BvhSource, parse_hierarchy, replaces, skeleton_of
+from .supposed import length_unit, up_axis
+from .text import finite, read_text, shown
+
+UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "inch"), (0.0254 / 0.45, "inch / 0.45, as CMU's data"))
+RATES = (24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
+BLOCK = 1 << 22  # characters parsed at a time, so that the words of a long file are never all in memory
+MOTION = re.compile(r"^[ \t]*MOTION\s+Frames\s*:\s*(\S+)\s+Frame\s*Time\s*:\s*(\S+)", re.MULTILINE | re.IGNORECASE)
+
+
+def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
+    """Read a Biovision hierarchy.
+
+    Parameters
+    ----------
+    path : the .bvh.
+    fps : Hz; None takes the file's own.
+
+    Returns
+    -------
+    Motion in metres and radians; the word `nan` is a missing sample. The guesses say what the format leaves open:
+    the unit of length, the way up, and whether positions of joints below the root replace their OFFSET or add to
+    it; those of the root add.
+
+    Raises
+    ------
+    FileError : one line that names file, line, what was wanted, what came and what to do.
+    """
+    path = Path(path)
+    text = read_text(path, "a BVH file")
+    if "\n" not in text:
+        text = text.replace("\r", "\n")
+    found = MOTION.search(text)
+    hierarchy = parse_hierarchy(text[: found.start()] if found else text.partition("MOTION")[0], path)
+    if not found:
+        raise FileError(
+            f"{path}: wanted MOTION, 'Frames:' and 'Frame Time:' after the hierarchy, found none or not all; "
+            "the file is cut off: get a complete copy"
+        )
+    frames, rate, guesses = _stated(found, text, path)
+    width = sum(map(len, hierarchy.channels))
+    if not width:
+        raise FileError(f"{path}: wanted at least one joint with CHANNELS, found none; nothing moves in this file")
+    values = _values(text, found.end(), frames, width, path)
+
+    still, columns = skeleton_of(hierarchy, 1.0, np.array([0.0, 1.0, 0.0]))
+    up, up_guess = up_axis(still.names, rest_positions(still))
+    metres, unit_guess = length_unit(height(replace(still, up=up)), UNITS, otherwise=0.01)
+    skeleton, columns = skeleton_of(hierarchy, metres, up)
+    turns = skeleton.dof_kind == ROTATION
+    q = values[:, columns] * np.where(turns, np.pi / 180, metres)
+    shift, shift_guesses = _rest_values(skeleton, q, turns)
+    q -= shift
+    guesses = [*hierarchy.guesses, *guesses, f"no length unit in .bvh: {unit_guess}", up_guess, *shift_guesses]
+    if hint := _inserted_pose(q[:, turns]):
+        guesses.append(hint)
+    if fps is not None and abs(fps / rate - 1) > 1e-4:
+        guesses.append(f"the file states {rate:.6g} Hz, took {fps:g} Hz as given")
+    source = BvhSource(
+        before=text[: found.start(1)],
+        between=text[found.end(1) : found.start(2)],
+        frame_time=found[2],
+        fps=rate,
+        dof_names=skeleton.dof_names,
+        columns=columns,
+        metres=metres,
+        shift=shift,
+    )
+    return Motion(skeleton, q, fps or rate, source, tuple(guesses))
+
+
+def write_bvh(path: str | Path, motion: Motion) -> None:
+    """Write a Biovision hierarchy.
+
+    A motion read from a .bvh keeps the text of its hierarchy, channel order and unit; any other is first made one by
+    `bvh_of`. Missing samples are written as `nan`. Ten digits are kept of each value.
+
+    Raises
+    ------
+    MismatchError : when a .bvh cannot express the skeleton.
+    """
+    source = motion.source
+    if not isinstance(source, BvhSource) or source.dof_names != motion.skeleton.dof_names:
+        motion = bvh_of(motion)
+        source = motion.source
+    turns = motion.skeleton.dof_kind == ROTATION
+    values = np.empty_like(motion.q)
+    q = np.where(motion.present, motion.q, np.nan)
+    values[:, source.columns] = (q + source.shift) / np.where(turns, np.pi / 180, source.metres)
+    newline = "\r\n" if source.between.startswith("\r") else "\n"
+    row = " ".join(["%.10g"] * values.shape[1]) + newline
+    frame_time = source.frame_time if motion.fps == source.fps else f"{1 / motion.fps!r}"
+    head = f"{source.before}{motion.frames}{source.between}{frame_time}{newline}"
+    with atomic(path) as temporary:
+        temporary.write_bytes("".join([head, *(row % tuple(frame) for frame in values.tolist())]).encode())
+
+
+def _stated(found: re.Match[str], text: str, path: Path) -> tuple[int, float, list[str]]:
+    """Number of frames, rate in Hz and what was supposed about it."""
+    place = f"{path}, line {text.count(chr(10), 0, found.start(1)) + 1}"
+    if not found[1].isdecimal() or int(found[1]) < 1:
+        raise FileError(f"{place}: wanted the number of frames, came {shown(found[1])}; correct it")
+    place = f"{path}, line {text.count(chr(10), 0, found.start(2)) + 1}"
+    try:
+        frame_time = finite(found[2])
+    except ValueError:
+        frame_time = 0.0
+    if not frame_time > 0:
+        raise FileError(f"{place}: wanted the frame time in seconds, came {shown(found[2])}; correct it")
+    rate = _rate(found[2], frame_time)
+    exact = abs(rate * frame_time - 1) < 1e-9
+    return int(found[1]), rate, [] if exact else [f"Frame Time {found[2]}: took {rate:g} Hz"]
+
+
+def _rate(spelled: str, frame_time: float) -> float:
+    """The usual rate that this frame time is rounded or cut from, if there is just one; else its inverse."""
+    mantissa, _, exponent = spelled.lower().partition("e")
+    last = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))  # one unit of the last digit
+    possible = [
+        rate
+        for rate in RATES
+        if frame_time - last / 2 <= 1 / rate < frame_time + last and abs(rate * frame_time - 1) < 0.02
+    ]
+    return float(possible[0]) if len(possible) == 1 else 1 / frame_time
+
+
+def _values(text: str, start: int, frames: int, width: int, path: Path) -> Floats:
+    """The numbers after `start` as (frames, width), in the file's units."""
+    parsed: list[Floats] = []
+    at = start
+    while at < len(text):
+        cut = text.find("\n", at + BLOCK)
+        stop = len(text) if cut < 0 else cut
+        block = text[at:stop]
+        try:
+            parsed.append(np.array([float(word) for word in block.split()]))
+            broken = "_" in block or bool(np.isinf(parsed[-1]).any())
+        except ValueError:
+            broken = True
+        if broken:
+            _complain(text, start, path)
+        at = stop
+    values = np.concatenate(parsed) if parsed else np.empty(0)
+    if len(values) != frames * width:
+        if len(values) % width:
+            _complain(text, start, path, width)
+        raise FileError(
+            f"{path}: wanted {frames} frames as stated after 'Frames:', came {len(values) / width:g}; "
+            "the file is cut off, or correct the number"
+        )
+    return values.reshape(frames, width)
+
+
+def _complain(text: str, start: int, path: Path, width: int = 0) -> None:
+    """Raise for the first line whose words are no numbers or, given `width`, not as many."""
+    first = text.count("\n", 0, start) + 1
+    for number, line in enumerate(text[start:].split("\n"), start=first):
+        words = line.split()
+        for word in words:
+            try:
+                finite(word)
+            except ValueError:
+                raise FileError(
+                    f"{path}, line {number}: wanted a number or nan, came {shown(word)}; correct it"
+                ) from None
+        if width and words and len(words) != width:
+            raise FileError(
+                f"{path}, line {number}: wanted {width} values, one for each channel, came {len(words)}; "
+                "the line is broken or cut off"
+            )
+
+
+def _rest_values(skeleton: Skeleton, q: Floats, turns: Bools) -> tuple[Floats, list[str]]:
+    """What the file's positions are at rest (D,) in m, and what was supposed about it.
+
+    Some programs write a joint's place relative to its parent, some how far it has left its OFFSET.
+    """
+    shift = np.zeros(q.shape[1])
+    guesses = []
+    if np.any(skeleton.offsets[0] != 0) and np.any(skeleton.dof_kind[skeleton.dofs_of(0)] != ROTATION):
+        guesses.append(f"the positions of the root {skeleton.names[0]} add to its OFFSET, which is not zero")
+    for joint in range(1, len(skeleton.names)):
+        rows: Ints = np.flatnonzero((skeleton.dof_joint == joint) & ~turns)
+        offset = skeleton.dof_axis[rows] @ skeleton.offsets[joint]
+        if not np.any(offset != 0):
+            continue
+        near = replaces(q[:, rows], offset)
+        shift[rows] = offset if near else 0.0
+        how = "replace its OFFSET, near which they start" if near else "add to its OFFSET, far from which they start"
+        guesses.append(f"the positions of joint {skeleton.names[joint]} {how}")
+    return shift, guesses
+
+
+def _inserted_pose(turns: Floats) -> str:
+    """A sentence when the first frame jumps to the second unlike any later one; `turns` (T, R) rad."""
+    if len(turns) < 4:
+        return ""
+    steps = np.abs((np.diff(turns, axis=0) + np.pi) % (2 * np.pi) - np.pi)
+    largest = np.nan_to_num(steps).max(axis=1)
+    usual = float(np.percentile(largest[1:], 95))
+    if largest[0] < np.radians(15) or largest[0] < 5 * usual:
+        return ""
+    moving = np.nan_to_num(steps[1:]).max(axis=0) > 0
+    zeros = float((turns[0, moving] == 0).mean())
+    kind = "a rest pose, most rotations are zero" if zeros >= 0.5 else "a pose"
+    return (
+        f"the first frame turns {np.degrees(largest[0]):.0f} degrees to the second, later ones seldom over "
+        f"{np.degrees(usual):.1f}: it looks like {kind}, put before the recording; kept as it is"
+    )

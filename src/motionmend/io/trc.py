@@ -1,0 +1,189 @@
+"""TRC: marker positions as tab-separated text, as OpenSim, Cortex and Pose2Sim exchange them.
+
+Read leniently: any of the header's keys, any numbering of the coordinate line, blank or `NaN` or (0, 0, 0) for a
+missing marker. Written as OpenSim wants it: eight keys, tabs (one behind the last cell too, without which OpenSim
+loses a blank last marker), X1 Y1 Z1 ..., an empty line, blanks for missing markers.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from ..bodies.motion import Markers
+from ..errors import FileError
+from .atomic import atomic
+from .columns import cells_of, read_lines, read_rows, steady_rate, unended
+from .units import metres_per_unit
+from .vertical import up_of
+
+_KEYS = (
+    "DataRate",
+    "CameraRate",
+    "NumFrames",
+    "NumMarkers",
+    "Units",
+    "OrigDataRate",
+    "OrigDataStartFrame",
+    "OrigNumFrames",
+)
+_WANTED = "a TRC file"
+
+
+@dataclass(frozen=True)
+class TrcSource:
+    """What a TRC file says beside names and positions: its header, unit, first frame number and time (s)."""
+
+    header: dict[str, str]
+    metres: float
+    first_frame: int
+    start: float
+
+
+def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
+    """Read the markers of a TRC file.
+
+    Parameters
+    ----------
+    path : the file.
+    fps : Hz, for a file with one frame and no DataRate.
+
+    Returns
+    -------
+    markers : positions in metres.
+
+    Raises
+    ------
+    FileError : not there, not a TRC file, or shorter than its header promises.
+    """
+    name = str(path)
+    lines = read_lines(path, _WANTED)
+    titles = next((k for k, line in enumerate(lines[:20]) if line.lstrip().lower().startswith("frame#")), None)
+    if titles is None:
+        raise FileError(f"{name}: wanted {_WANTED}, there is no line that starts with Frame#; check the file's ending")
+    header = _header(lines[:titles])
+    names = [title.strip() for title in lines[titles].split("\t")[2:] if title.strip()]
+    if not names:
+        raise FileError(f"{name}: wanted marker names behind Frame# and Time, came none; the file is damaged")
+    if len(set(names)) < len(names):
+        twice = next(one for one in names if names.count(one) > 1)
+        raise FileError(f"{name}: marker {twice} stands in two columns; rename one")
+    begin = next((k for k in range(titles + 1, len(lines)) if _starts_with_number(lines[k])), len(lines))
+    rows = read_rows(lines[begin:], "\t", 2 + 3 * len(names), begin + 1, name)
+    guesses = (*_promises(header, rows, names, name), *unended(lines))
+    rate, rate_guess = _rate(header, lines[begin:], rows, fps, name)
+    file_xyz = rows[:, 2:].reshape(len(rows), len(names), 3)
+    present, zero_guess = present_in_text(file_xyz)
+    metres, unit_guess = metres_per_unit([header.get("Units", "")], file_xyz, present, "Units")
+    positions = np.where(present[:, :, None], file_xyz * metres, np.nan)
+    up, up_guess = up_of(names, positions)
+    first = int(rows[0, 0]) if np.isfinite(rows[0, 0]) else 1
+    start = float(rows[0, 1]) if np.isfinite(rows[0, 1]) else 0.0
+    said = (*guesses, *rate_guess, *unit_guess, *zero_guess, *((up_guess,) if up_guess else ()))
+    return Markers(tuple(names), positions, rate, up=up, source=TrcSource(header, metres, first, start), guesses=said)
+
+
+def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
+    """Write markers to a TRC file: in the unit, with the first frame and the original rate of the TRC file they
+    came from; else in millimetres from frame 1 and time 0.
+
+    Raises
+    ------
+    FileError : a name that a TRC file cannot hold, or the file cannot be written.
+    """
+    wrong = next((name for name in markers.names if not name.strip() or any(c in name for c in "\t\r\n")), None)
+    if wrong is not None:
+        raise FileError(f"{path}: a TRC file cannot hold the marker name {wrong!r}; rename it")
+    if not markers.names or not markers.frames:
+        raise FileError(f"{path}: a TRC file needs markers and frames, came {len(markers.names)} and {markers.frames}")
+    fresh = TrcSource({"Units": "mm"}, 0.001, 1, 0.0)
+    source = markers.source if isinstance(markers.source, TrcSource) else fresh
+    rate = f"{markers.fps:.9g}"
+    header = {"CameraRate": rate, "OrigDataRate": rate, "OrigDataStartFrame": "1", "OrigNumFrames": markers.frames}
+    header |= {key: value for key, value in source.header.items() if key in _KEYS}
+    unit = {1.0: "m", 0.01: "cm", 0.001: "mm"}.get(source.metres, header.get("Units", "m"))
+    header |= {"DataRate": rate, "NumFrames": markers.frames, "NumMarkers": len(markers.names), "Units": unit}
+    count = len(markers.names)
+    lines = [
+        f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}",
+        "\t".join(_KEYS),
+        "\t".join(str(header[key]) for key in _KEYS),
+        "Frame#\tTime\t" + "".join(f"{name}\t\t\t" for name in markers.names),
+        "\t\t" + "".join(f"X{k}\tY{k}\tZ{k}\t" for k in range(1, count + 1)),
+        "",
+    ]
+    values = np.where(markers.present[:, :, None], markers.positions, np.nan) / source.metres
+    values[~values.any(axis=2), 0] = 1e-9 / source.metres  # on the origin it would read as missing
+    times = cells_of(source.start + np.arange(markers.frames) / markers.fps)
+    for k, (time, row) in enumerate(zip(times, values.reshape(markers.frames, -1), strict=True)):
+        lines.append("\t".join([str(source.first_frame + k), time, *cells_of(row)]) + "\t")
+    with atomic(path) as temporary:
+        temporary.write_bytes(("\n".join(lines) + "\n").encode())
+
+
+def present_in_text(values: Floats) -> tuple[Bools, tuple[str, ...]]:
+    """(T, M) which positions count: no NaN, and not at (0, 0, 0), which is said when there are some."""
+    finite = np.isfinite(values).all(axis=2)
+    zero = finite & ~values.any(axis=2)
+    said = (f"{int(zero.sum())} positions at exactly (0, 0, 0) were taken as missing",) if zero.any() else ()
+    return np.asarray(finite & ~zero), said
+
+
+def _header(lines: Sequence[str]) -> dict[str, str]:
+    """Keys and values of the two lines that start with DataRate and follow it."""
+    at = next((k for k, line in enumerate(lines[:-1]) if line.split()[:1] == ["DataRate"]), None)
+    if at is None:
+        return {}
+    return dict(zip(lines[at].split(), lines[at + 1].split(), strict=False))
+
+
+def _starts_with_number(line: str) -> bool:
+    try:
+        float(line.split("\t", 1)[0])
+    except ValueError:
+        return False
+    return True
+
+
+def _number(header: dict[str, str], key: str) -> float:
+    """A positive number of the header; 0 when it is missing or none."""
+    try:
+        value = float(header.get(key, "0"))
+    except ValueError:
+        return 0.0
+    return value if 0 < value < np.inf else 0.0
+
+
+def _promises(header: dict[str, str], rows: Floats, names: Sequence[str], name: str) -> tuple[str, ...]:
+    frames, markers = int(_number(header, "NumFrames")), int(_number(header, "NumMarkers"))
+    if frames > len(rows):
+        raise FileError(
+            f"{name}: the header promises {frames} frames, the file holds {len(rows)}: it is cut off; "
+            f"get a complete copy"
+        )
+    said = []
+    if 0 < frames < len(rows):
+        said.append(f"the header says {frames} frames, the file holds {len(rows)}: took them all")
+    if markers not in (0, len(names)):
+        said.append(f"the header says {markers} markers, the file names {len(names)}: took those")
+    return tuple(said)
+
+
+def _rate(
+    header: dict[str, str], lines: Sequence[str], rows: Floats, fps: float | None, name: str
+) -> tuple[float, tuple[str, ...]]:
+    stated = _number(header, "DataRate")
+    if not stated and len(rows) > 1:
+        rate, said = steady_rate(rows[:, 1], [line.split("\t", 2)[1] for line in lines[: len(rows)]], name)
+        return rate, (f"DataRate is missing: took {rate:g} Hz from the times", *said)
+    if not stated:
+        if fps is None:
+            raise FileError(f"{name}: wanted a DataRate, this TRC file states none; give it with --fps")
+        return fps, (f"the file states no frame rate: took {fps:g} Hz as given",)
+    span = rows[-1, 1] - rows[0, 1]
+    if len(rows) > 1 and np.isfinite(span) and abs(span * stated - (len(rows) - 1)) > 0.01 * len(rows) + 0.5:
+        return stated, (f"DataRate says {stated:g} Hz, the times span {span:g} s: took {stated:g} Hz",)
+    return stated, ()

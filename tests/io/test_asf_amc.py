@@ -1,0 +1,608 @@
+"""Acclaim files: the kinematics of the format, round trips, what is missing, and files that are broken."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from motionmend.bodies.motion import Motion
+from motionmend.bodies.skeleton import height, positions, same
+from motionmend.errors import FileError, MismatchError
+from motionmend.io.acclaim import asf_of
+from motionmend.io.amc import find_asf, read_amc, write_amc
+from motionmend.io.asf import INCH, parse_asf, read_asf, skeleton_of, write_asf
+from skeletons import random_skeleton
+
+ASF = """# a small person
+:version 1.10
+:name SMALL
+:units
+  mass 1.0
+  length 0.45
+  angle deg
+:documentation
+   Notes of any kind,
+   (with brackets) and words like dof.
+:root
+   order TX TY TZ RX RY RZ
+   axis XYZ
+   position 0 0 0
+   orientation 0 0 0
+:bonedata
+  begin
+     id 1
+     name leg
+     direction 0 -1 0
+     length 15
+     axis 0 0 20 XYZ
+    dof rx rz
+    limits (-160.0 20.0)
+           (-inf inf)
+  end
+  begin
+     name foot
+     length 2
+     dof rx
+     axis -90 0 20 ZYX
+     direction 0 0 1
+     limits (-45 90)
+     bodymass 3
+  end
+  begin
+     id 3
+     name hip
+     direction 1 0 0
+     length 1.5
+     axis 0 0 0 XYZ
+  end
+  begin
+     id 4
+     name head
+     direction 0 1 0
+     length 14
+     axis 0 0 0 XYZ
+     dof rx ry rz
+     limits (-20 45) (-30 30) (-30 30)
+  end
+:hierarchy
+  begin
+    root hip head
+    hip leg
+    leg foot
+  end
+"""
+HEADER = "#!OML:ASF small.ASF\n:FULLY-SPECIFIED\n:DEGREES\n"
+FRAMES = """1
+root 1 16 3 10 20 30
+head 1.5 -2 3e-1
+leg -20 5.25
+foot 7
+2
+root 1.1 16.1 3.1 11 21 31
+head 1.6 -2.1 -1.2e-014
+leg -21 5.5
+foot 7.5
+3
+root 1.2 16.2 3.2 12 22 32
+head 1.7 -2.2 1
+leg -22 5.75
+foot 8
+"""
+UNIT = INCH / 0.45
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "small.asf").write_text(ASF)
+    return tmp_path
+
+
+def read_frames(folder: Path, text: str, **options) -> Motion:
+    path = folder / "small_01.amc"
+    path.write_bytes(text.encode())
+    return read_amc(path, **options)
+
+
+# ---- what the format means -------------------------------------------------------------------------------------
+
+
+def acclaim_positions(asf, values):
+    """The format's own words: bone by bone, R = R_parent C M C⁻¹, the first listed turn made first. {name: (3,)}"""
+    frames = {}
+    places = {}
+    for bone, parent in zip((asf.root, *asf.bones), (None, *asf.parents), strict=True):
+        own = dict(zip(bone.dof, values[bone.name], strict=True))
+        c = Rotation.from_euler(
+            bone.axis_order.lower(), [bone.axis["XYZ".index(a)] for a in bone.axis_order], degrees=True
+        )
+        turns = [t for t in bone.dof if t.startswith("r")]
+        m = Rotation.identity()
+        for token in turns:
+            m = Rotation.from_euler(token[1], own[token], degrees=True) * m
+        moved = np.array([own.get(f"t{a}", 0.0) for a in "xyz"])
+        above, end = frames[parent] if parent else (Rotation.identity(), np.array(asf.position) + moved)
+        start = end + above.apply(c.apply(moved)) if parent else end
+        turned = above * c * m * c.inv()
+        reach = turned.apply(np.array(bone.direction) * bone.length)
+        frames[bone.name] = (turned, start + reach)
+        places[bone.name] = start
+        if bone is not asf.root and bone.name not in asf.parents:
+            places[f"{bone.name}_end"] = start + reach
+    return places
+
+
+@st.composite
+def acclaim(draw):
+    """A random .asf text, and values for one frame by bone."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    orders = ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "zyx"]
+    numbers = lambda n, s=1.0: " ".join(repr(float(x)) for x in rng.normal(size=n) * s)  # noqa: E731
+    root = [*rng.permutation(["TX", "TY", "TZ"]), *rng.permutation(["RX", "RY", "RZ"])]
+    lines = [":units", "angle deg", "length 0.45", ":root", f"order {' '.join(root)}", f"axis {rng.choice(orders)}"]
+    lines += [f"position {numbers(3)}", f"orientation {numbers(3, 90)}", ":bonedata"]
+    values = {"root": rng.normal(size=6) * 50}
+    names = [f"bone{i}" for i in range(int(rng.integers(1, 7)))]
+    for name in names:
+        tokens = rng.permutation(["rx", "ry", "rz"])[: rng.integers(0, 4)].tolist()
+        tokens += rng.permutation(["tx", "ty", "tz"])[: rng.integers(0, 2)].tolist()
+        direction = rng.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        fields = [
+            f"direction {' '.join(repr(float(x)) for x in direction)}",
+            f"length {rng.uniform(0, 10)!r}".replace("np.float64", ""),
+            f"axis {numbers(3, 90)} {rng.choice(orders)}",
+        ]
+        fields = [fields[i] for i in rng.permutation(3)]
+        lines += ["begin", f"name {name}", *fields]
+        if tokens:
+            lines.append(f"dof {' '.join(tokens)}")
+        lines.append("end")
+        values[name] = rng.normal(size=len(tokens)) * 50
+    lines += [":hierarchy", "begin", f"root {names[0]}"]
+    lines += [f"bone{rng.integers(0, i)} {name}" for i, name in enumerate(names) if i]
+    return "\n".join([*lines, "end"]), values
+
+
+@settings(max_examples=40)
+@given(acclaim())
+def test_the_skeleton_moves_as_the_format_says(case):
+    text, values = case
+    asf = parse_asf(text, Path("random.asf"))
+    skeleton = skeleton_of(asf)
+    q = np.zeros((1, len(skeleton.dof_names)))
+    for bone in (asf.root, *asf.bones):
+        for token, value in zip(bone.dof, values[bone.name], strict=True):
+            q[0, skeleton.dof_names.index(f"{bone.name}.{token}")] = value * asf.scale(token)
+    places = acclaim_positions(asf, values)
+    assert set(places) == set(skeleton.names)
+    found = positions(skeleton, q)[0] / asf.metres
+    np.testing.assert_allclose(found, [places[name] for name in skeleton.names], rtol=0, atol=1e-9)
+
+
+@settings(max_examples=15)
+@given(acclaim())
+def test_writing_a_random_motion_gives_it_back(tmp_path_factory, case):
+    text, _ = case
+    folder = tmp_path_factory.mktemp("random")
+    asf = parse_asf(text, Path("random.asf"))
+    skeleton = skeleton_of(asf)
+    rng = np.random.default_rng(5)
+    q = rng.normal(size=(4, len(skeleton.dof_names)))
+    q[rng.random(q.shape) < 0.2] = np.nan
+    write_asf(folder / "random.asf", asf)
+    (folder / "random.amc").write_text(":DEGREES\n7\nroot 0 0 0 0 0 0\n")
+    template = read_amc(folder / "random.amc")
+    written = replace(template, q=q)
+    write_amc(folder / "out.amc", written)
+    again = read_amc(folder / "out.amc")
+    assert again.source.numbers.tolist() == [7, 8, 9, 10]
+    assert same(again.skeleton, skeleton)
+    np.testing.assert_allclose(again.q, q, rtol=0, atol=1e-6 * min(asf.metres, np.pi / 180))
+
+
+def test_rest_pose_units_and_limits():
+    asf = parse_asf(ASF, Path("small.asf"))
+    skeleton = skeleton_of(asf)
+    assert skeleton.names == ("root", "hip", "leg", "foot", "foot_end", "head", "head_end")
+    assert skeleton.dof_names[:6] == ("root.tx", "root.ty", "root.tz", "root.rz", "root.ry", "root.rx")
+    assert skeleton.dof_names[6:] == ("leg.rz", "leg.rx", "foot.rx", "head.rz", "head.ry", "head.rx")
+    assert height(skeleton) == pytest.approx(29 * UNIT)
+    np.testing.assert_allclose(skeleton.offsets[3], [0, -15 * UNIT, 0], atol=1e-15)
+    limits = dict(zip(skeleton.dof_names, skeleton.limits.tolist(), strict=True))
+    assert limits["leg.rx"] == pytest.approx([np.radians(-160), np.radians(20)])
+    assert limits["leg.rz"] == limits["root.tx"] == [-np.inf, np.inf]
+    assert any("inch / 0.45" in guess for guess in asf.guesses)
+
+
+@pytest.mark.parametrize(
+    ("length", "scale", "metres"),
+    [("0.45", 1, UNIT), ("1.0", 1 / 0.45, INCH), ("1.0", UNIT / 0.01, 0.01), ("2.54", 1 / 0.45, INCH)],
+)
+def test_the_length_unit_is_guessed_from_the_height_and_said(length, scale, metres):
+    text = ASF.replace("length 0.45", f"length {length}")
+    for bone in ("15", "2", "1.5", "14"):
+        text = text.replace(f"length {bone}\n", f"length {float(bone) * scale}\n")
+    asf = parse_asf(text, Path("other.asf"))
+    assert asf.metres == pytest.approx(metres)
+    assert height(skeleton_of(asf)) == pytest.approx(29 * UNIT)
+    assert f"1 unit of length = {metres:.6g} m" in asf.guesses[0]
+
+
+def test_a_height_no_unit_explains_is_said():
+    text = ASF.replace("length 15\n", "length 1500000\n")
+    assert "lengths may be wrong" in parse_asf(text, Path("giant.asf")).guesses[0]
+
+
+def test_radians():
+    text = ASF.replace("angle deg", "angle rad").replace("axis 0 0 20 XYZ", f"axis 0 0 {np.radians(20)} XYZ")
+    text = text.replace("axis -90 0 20 ZYX", f"axis {-np.pi / 2} 0 {np.radians(20)} ZYX")
+    in_degrees, in_radians = (skeleton_of(parse_asf(t, Path("x.asf"))) for t in (ASF, text))
+    np.testing.assert_allclose(in_radians.dof_axis, in_degrees.dof_axis, atol=1e-12)
+
+
+# ---- motions ---------------------------------------------------------------------------------------------------
+
+
+def test_a_small_motion(folder):
+    motion = read_frames(folder, HEADER + FRAMES)
+    column = {name: d for d, name in enumerate(motion.channels)}
+    assert motion.q.shape == (3, 12)
+    assert motion.q[1, column["root.tx"]] == pytest.approx(1.1 * UNIT)
+    assert motion.q[1, column["root.rz"]] == pytest.approx(np.radians(31))
+    assert motion.q[0, column["head.rz"]] == pytest.approx(np.radians(0.3))
+    assert motion.q[2, column["foot.rx"]] == pytest.approx(np.radians(8))
+    assert motion.fps == 120
+    assert "no rate in .amc: took 120 Hz; give --fps" in motion.guesses
+    assert read_frames(folder, HEADER + FRAMES, fps=60.0).fps == 60
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: text.replace(" ", "  \t "),
+        lambda text: text.replace("\n", "\n\n"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("leg", "LEG").replace("root", "Root"),
+        lambda text: text.replace("\n2\n", "\n# a comment\n2\n"),
+        lambda text: text.rstrip("\n") + "\n\n\n",
+    ],
+)
+def test_odd_spelling_changes_nothing(folder, change):
+    plain = read_frames(folder, HEADER + FRAMES)
+    np.testing.assert_array_equal(read_frames(folder, change(HEADER + FRAMES)).q, plain.q)
+
+
+def test_radians_and_a_stated_rate(folder):
+    motion = read_frames(folder, ":SAMPLES-PER-SECOND 60\n:FULLY-SPECIFIED\n:RADIANS\n" + FRAMES)
+    assert motion.q[0, motion.channels.index("leg.rx")] == pytest.approx(-20)
+    assert motion.fps == 60
+    assert not any("rate" in guess for guess in motion.guesses)
+    other = read_frames(folder, ":SAMPLES-PER-SECOND 60\n" + FRAMES, fps=30.0)
+    assert other.fps == 30
+    assert any("states 60 Hz, took 30 Hz" in guess for guess in other.guesses)
+    assert any("took degrees" in guess for guess in other.guesses)
+
+
+def test_missing_samples(folder):
+    text = FRAMES.replace("foot 7.5\n", "").replace("leg -22 5.75", "leg nan 5.75")
+    motion = read_frames(folder, HEADER + text)
+    lost = ~motion.present
+    assert lost.sum() == 2
+    assert lost[1, motion.channels.index("foot.rx")]
+    assert lost[2, motion.channels.index("leg.rx")]
+    write_amc(folder / "small_02.amc", motion)
+    assert "foot nan\n" in (folder / "small_02.amc").read_text()
+    np.testing.assert_array_equal(read_amc(folder / "small_02.amc").q, motion.q)
+
+
+def test_a_bone_in_no_frame_is_missing_and_stays_out(folder):
+    motion = read_frames(folder, HEADER + "".join(line for line in FRAMES.splitlines(True) if "foot" not in line))
+    assert not motion.present[:, motion.channels.index("foot.rx")].any()
+    write_amc(folder / "small_02.amc", motion)
+    assert "foot" not in (folder / "small_02.amc").read_text()
+    filled = motion.with_q(np.nan_to_num(motion.q))
+    write_amc(folder / "small_03.amc", filled)
+    assert "foot 0\n" in (folder / "small_03.amc").read_text()
+
+
+def test_numbers_comments_and_header_are_kept(folder):
+    text = HEADER + FRAMES.replace("1\nroot", "17\nroot").replace("\n2\n", "\n# in between\n18\n")
+    text = text.replace("\n3\n", "\n19\n")
+    motion = read_frames(folder, text)
+    write_amc(folder / "small_02.amc", motion)
+    kept = (folder / "small_02.amc").read_text()
+    assert kept.startswith(HEADER + "17\n")
+    assert "\n# in between\n18\n" in kept
+    longer = motion.with_q(np.vstack([motion.q, motion.q]))
+    write_amc(folder / "small_03.amc", longer)
+    assert read_amc(folder / "small_03.amc").source.numbers.tolist() == list(range(17, 23))
+    jumps = read_frames(folder, HEADER + FRAMES.replace("\n3\n", "\n9\n"))
+    assert any("not consecutive" in guess for guess in jumps.guesses)
+    assert jumps.frames == 3
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0, 59.94])
+def test_the_rate_survives(folder, fps):
+    for header in (HEADER, ":SAMPLES-PER-SECOND 50\n" + HEADER, ":FULLY-SPECIFIED\r\n:DEGREES\r\n"):
+        motion = replace(read_frames(folder, header + FRAMES), fps=fps)
+        write_amc(folder / "small_02.amc", motion)
+        assert read_amc(folder / "small_02.amc").fps == fps
+
+
+def test_many_frames_are_read_fast(folder):
+    rng = np.random.default_rng(0)
+    motion = read_frames(folder, HEADER + FRAMES)
+    frames = 5000 * 62 // 12  # as many values as 5,000 frames of CMU's 62
+    write_amc(folder / "small_02.amc", motion.with_q(rng.normal(size=(frames, 12))))
+    start = time.process_time()
+    read_amc(folder / "small_02.amc")
+    assert time.process_time() - start < 1.0
+
+
+# ---- broken files ----------------------------------------------------------------------------------------------
+
+BROKEN_AMC = {
+    "empty": ("", "came an empty file"),
+    "blank": ("\n \n\t\n", "came an empty file"),
+    "binary": ("\0\1\2\3" * 9, "binary data"),
+    "no frames": (HEADER, "found no frame"),
+    "not an amc": ("hello world\n1\nroot 0 0 0 0 0 0\n", "line 1: wanted a :KEYWORD"),
+    "unknown bone": (HEADER + FRAMES.replace("leg -21", "lag -21"), "line 12: wanted a bone of small.asf"),
+    "too few values": (HEADER + FRAMES.replace("leg -21 5.5", "leg -21"), "line 12: wanted 2 values for leg"),
+    "too many values": (HEADER + FRAMES.replace("leg -21 5.5", "leg -21 5.5 9"), "line 12: wanted 2 values"),
+    "no number": (HEADER + FRAMES.replace("-21", "abc"), "line 12: wanted a number or nan for leg, came 'abc'"),
+    "python number": (HEADER + FRAMES.replace("-21", "-2_1"), "line 12: wanted a number"),
+    "infinite": (HEADER + FRAMES.replace("-21", "inf"), "line 12: wanted a number"),
+    "garbage": (HEADER + FRAMES.replace("-21", "\x01\x7fé"), "line 12: wanted a number"),
+    "twice": (HEADER + FRAMES.replace("foot 7.5", "leg 7.5 1"), "line 13: leg comes twice in frame 2"),
+    "bone without values": (HEADER + FRAMES.replace("leg -21 5.5", "hip 3"), "line 12: wanted 0 values for hip"),
+    "cut in the last row": (HEADER + FRAMES.replace("foot 8\n", "foo"), "line 18: wanted a bone"),
+    "cut before the last row": (HEADER + FRAMES.replace("foot 8\n", ""), "line 17: frame 3 wants bones up to foot"),
+    "cut after the number": (HEADER + FRAMES[: FRAMES.index("3\n") + 2], "wants bones up to foot"),
+    "bad rate": (":SAMPLES-PER-SECOND fast\n" + FRAMES, "line 1: wanted the rate in Hz"),
+    "keyword between": (HEADER + FRAMES.replace("\n2\n", "\n:KEY\n2\n"), "line 9: wanted a bone"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN_AMC)
+def test_broken_motions_say_where_and_why(folder, name):
+    text, message = BROKEN_AMC[name]
+    with pytest.raises(FileError) as failure:
+        read_frames(folder, text)
+    said = str(failure.value)
+    assert message in said
+    assert "small_01.amc" in said
+    assert "\n" not in said
+    assert len(said) < 400
+
+
+BROKEN_ASF = {
+    "empty": (lambda t: "", "empty file"),
+    "no text": (lambda t: "\0" + t, "binary data"),
+    "no keyword": (lambda t: "hello\n" + t, "line 1: wanted an Acclaim skeleton's :keyword"),
+    "cut in a bone": (lambda t: t[: t.index("name foot")], "no :hierarchy"),
+    "no end": (lambda t: t.replace("  end\n:hier", ":hier"), "no 'end'"),
+    "no begin": (lambda t: t.replace("  begin\n     id 3", "     id 3"), "wanted 'begin' of a bone, came 'id'"),
+    "no length": (lambda t: t.replace("     length 2\n", ""), "line 27: wanted the bone's length"),
+    "no direction": (lambda t: t.replace("     direction 0 0 1\n", ""), "line 27: wanted the bone's direction"),
+    "two numbers": (lambda t: t.replace("direction 0 0 1", "direction 0 1"), "wanted 3 numbers for direction"),
+    "no number": (lambda t: t.replace("length 2\n", "length two\n"), "wanted 1 number for length, came 'two'"),
+    "limits": (lambda t: t.replace("(-45 90)", "(-45)"), "wanted 2 numbers for limits of foot"),
+    "order": (lambda t: t.replace("20 ZYX", "20 ZZX"), "axis order"),
+    "stretch": (lambda t: t.replace("dof rx\n", "dof l\n"), "stretches along itself"),
+    "dof": (lambda t: t.replace("dof rx\n", "dof qx\n"), "came 'qx'"),
+    "dof twice": (lambda t: t.replace("dof rx rz", "dof rx rx"), "twice"),
+    "bone twice": (lambda t: t.replace("name foot", "name Leg"), "bone 'Leg' comes twice"),
+    "unknown child": (lambda t: t.replace("leg foot\n", "leg fool\n"), "names 'fool'"),
+    "two parents": (lambda t: t.replace("leg foot\n", "leg foot\n head foot\n"), "two parents"),
+    "not connected": (lambda t: t.replace("    leg foot\n", ""), "does not connect bone 'foot'"),
+    "circle": (lambda t: t.replace("    hip leg\n", "").replace("leg foot", "leg foot\nfoot leg"), "connect"),
+    "no order": (lambda t: t.replace("order TX TY TZ RX RY RZ", ""), "root's order"),
+    "unit": (lambda t: t.replace("length 0.45", "length 0"), "unit of length above 0"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN_ASF)
+def test_broken_skeletons_say_where_and_why(tmp_path, name):
+    change, message = BROKEN_ASF[name]
+    path = tmp_path / "small.asf"
+    path.write_text(change(ASF))
+    with pytest.raises(FileError) as failure:
+        read_asf(path)
+    assert message in str(failure.value)
+    assert "small.asf" in str(failure.value)
+    assert "\n" not in str(failure.value)
+
+
+@settings(max_examples=150)
+@given(st.data())
+def test_no_damage_ends_in_a_traceback(tmp_path_factory, data):
+    """Whatever is cut off or overwritten: a motion or one clear line."""
+    folder = tmp_path_factory.mktemp("damaged")
+    files = {"small.asf": ASF, "small_01.amc": HEADER + FRAMES}
+    name = data.draw(st.sampled_from(list(files)))
+    raw = bytearray(files[name].encode())
+    for _ in range(data.draw(st.integers(0, 3))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    raw = raw[: data.draw(st.integers(0, len(raw)))] if data.draw(st.booleans()) else raw
+    for key, text in files.items():
+        (folder / key).write_bytes(bytes(raw) if key == name else text.encode())
+    said = ""
+    try:
+        motion = read_amc(folder / "small_01.amc")
+    except FileError as failure:
+        said = str(failure)
+    if said:
+        assert "\n" not in said
+        assert name in said
+    else:
+        assert motion.q.shape == (motion.frames, len(motion.channels))
+
+
+def test_a_missing_file_and_a_folder_are_one_line(folder):
+    with pytest.raises(FileError, match=r"none\.amc: wanted an Acclaim motion .*cannot open"):
+        read_amc(folder / "none.amc")
+    with pytest.raises(FileError, match="cannot open"):
+        read_amc(folder)
+
+
+# ---- skeletons beside motions ----------------------------------------------------------------------------------
+
+
+def test_which_skeleton_belongs(tmp_path):
+    motion = tmp_path / "02_01.amc"
+    with pytest.raises(FileError, match=r"02_01\.asf or 02\.asf .* found none; name one with --skeleton"):
+        find_asf(motion)
+    (tmp_path / "other.ASF").write_text(ASF)
+    assert find_asf(motion).name == "other.ASF"
+    (tmp_path / "copy.asf").write_text(ASF)
+    assert find_asf(motion).name == "copy.asf"  # the same skeleton twice is one
+    (tmp_path / "another.asf").write_text(ASF.replace("length 14", "length 13"))
+    with pytest.raises(FileError, match="3 others"):
+        find_asf(motion)
+    (tmp_path / "02.asf").write_text(ASF)
+    assert find_asf(motion).name == "02.asf"
+    (tmp_path / "02_01.asf").write_text(ASF)
+    assert find_asf(motion).name == "02_01.asf"
+
+
+def test_a_written_motion_can_always_be_read_again(folder, tmp_path_factory):
+    out = tmp_path_factory.mktemp("out")
+    motion = read_frames(folder, HEADER + FRAMES)
+    write_amc(out / "small_01.amc", motion)
+    assert (out / "small.asf").read_text() == ASF
+    write_amc(out / "other.amc", motion)  # whatever skeleton comes to lie beside it later
+    assert sorted(p.name for p in out.iterdir()) == ["other.amc", "other.asf", "small.asf", "small_01.amc"]
+    (folder / "small.asf").write_text(ASF.replace("length 14", "length 13"))
+    changed = read_frames(folder, HEADER + FRAMES)
+    write_amc(out / "small_02.amc", changed)  # small.asf is taken by another body
+    assert (out / "small_02.asf").exists()
+    assert height(read_amc(out / "small_02.amc").skeleton) == pytest.approx(28 * UNIT)
+    assert height(read_amc(out / "small_01.amc").skeleton) == pytest.approx(29 * UNIT)
+    with pytest.raises(FileError, match=r"small_02\.asf beside it, which holds another one"):
+        write_amc(out / "small_02.amc", motion)
+
+
+def test_any_skeleton_acclaim_can_express(tmp_path):
+    """Random perpendicular axes, children at different places: the same movement after a way through files."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        plain = random_skeleton(rng, joints=6, translations=False)
+        owners = np.sort(np.r_[[0] * 6, rng.permutation(np.repeat(np.arange(1, 6), 3))[:8]])
+        frames = [Rotation.random(rng=rng).as_matrix() for _ in range(6)]
+        counted = [int((owners[:d] == j).sum()) for d, j in enumerate(owners)]
+        axes = [np.eye(3)[n % 3] if j == 0 else frames[j][:, n] for j, n in zip(owners, counted, strict=True)]
+        skeleton = replace(
+            plain,
+            dof_names=tuple(f"j{j}.d{n}" for j, n in zip(owners, counted, strict=True)),
+            dof_joint=owners,
+            dof_axis=np.array(axes),
+            dof_kind=np.array([1, 1, 1, *[0] * (len(owners) - 3)]),
+            limits=np.sort(rng.normal(size=(len(owners), 2))),
+        )
+        motion = Motion(skeleton, rng.normal(size=(3, len(owners))), 30.0)
+        write_amc(tmp_path / f"r{seed}.amc", motion)
+        again = read_amc(tmp_path / f"r{seed}.amc")
+        assert again.fps == 30
+        found = positions(again.skeleton, again.q)
+        wanted = positions(skeleton, motion.q)
+        for j, name in enumerate(("root", *skeleton.names[1:])):
+            np.testing.assert_allclose(found[:, again.skeleton.names.index(name)], wanted[:, j], atol=1e-8)
+        assert sorted(np.ravel(again.skeleton.limits)) == pytest.approx(
+            sorted([*np.ravel(skeleton.limits[6:]), *[-np.inf] * 6, *[np.inf] * 6])
+        )
+
+
+def test_an_acclaim_skeleton_stays_itself():
+    skeleton = skeleton_of(parse_asf(ASF, Path("small.asf")))
+    again = asf_of(skeleton)
+    assert same(skeleton_of(again), skeleton)
+    assert not any("length" in guess for guess in again.guesses), "our own files state their unit"
+    tiny = replace(skeleton, offsets=skeleton.offsets * 0.01)
+    assert same(skeleton_of(asf_of(tiny)), tiny)
+
+
+def test_what_acclaim_cannot_express_is_one_line(rng):
+    skeleton = skeleton_of(parse_asf(ASF, Path("small.asf")))
+    leg = skeleton.dof_names.index("leg.rz")
+    oblique = np.array(skeleton.dof_axis)
+    oblique[leg] = np.array([1.0, 1, 1]) / np.sqrt(3)
+    kinds = np.array(skeleton.dof_kind)
+    kinds[leg + 1] = 1
+    spaced = tuple(name.replace("leg", "my leg") for name in skeleton.names)
+    for wrong, message in (
+        (replace(skeleton, dof_axis=oblique), "joint leg has 2 axes that are not perpendicular"),
+        (replace(skeleton, dof_kind=kinds), "joint leg moves after it turns"),
+        (replace(skeleton, names=spaced), "joint name 'my leg' cannot stand in an .asf"),
+        (replace(skeleton, parents=np.where(skeleton.parents == 1, -1, skeleton.parents)), "has 2"),
+    ):
+        with pytest.raises(MismatchError, match=message) as failure:
+            asf_of(wrong)
+        assert "\n" not in str(failure.value)
+
+
+# ---- real recordings -------------------------------------------------------------------------------------------
+
+
+def numbers_in(path: Path) -> list[float]:
+    lines = (line for line in path.read_text().splitlines() if not line.startswith(("#", ":")))
+    return [float(word) for line in lines for word in line.split() if word[0] in "-0123456789"]
+
+
+def test_every_recording_keeps_every_value(data, tmp_path):
+    """All CMU files: 62 degrees of freedom, and the same numbers in the same order after a way through us."""
+    files = sorted((data / "mocap" / "amc").glob("*/*.amc"))
+    assert len(files) > 50
+    frames, seconds = 0, 0.0
+    for path in files:
+        start = time.process_time()
+        motion = read_amc(path)
+        seconds += time.process_time() - start
+        frames += motion.frames
+        assert motion.q.shape[1] == 62
+        assert motion.present.all()
+        assert 1.3 < height(motion.skeleton) < 1.8
+        out = tmp_path / path.parent.name / path.name
+        out.parent.mkdir(exist_ok=True)
+        write_amc(out, motion)
+        assert numbers_in(out) == numbers_in(path)
+        assert (out.parent / f"{path.parent.name}.asf").read_bytes() == find_asf(path).read_bytes()
+    assert seconds / frames * 5000 < 1.0, "5,000 frames take under a second"
+
+
+@pytest.mark.parametrize(
+    ("markers", "motion"),
+    [("cmu_02_01", "02/02_01"), ("cmu_02_05", "02/02_05"), ("cmu_05_13", "05/05_13")],
+)
+def test_the_body_follows_the_markers_it_was_made_from(data, markers, motion):
+    """CMU's .c3d and .amc of one take: metres, axes and every rotation convention at once."""
+    c3d = ezc3d.c3d(str(data / "mocap" / "c3d" / f"{markers}.c3d"))
+    labels = [label.split(":")[-1] for label in c3d["parameters"]["POINT"]["LABELS"]["value"]]
+    points = c3d["data"]["points"][:3].transpose(2, 1, 0) / 1000  # mm, z up
+    recording = read_amc(data / "mocap" / "amc" / f"{motion}.amc")
+    joints = positions(recording.skeleton, recording.q)
+    pelvis = points[:, [labels.index(n) for n in ("LFWT", "RFWT", "LBWT", "RBWT")]].mean(axis=1)
+    root = joints[:, 0]
+
+    correlation = np.corrcoef(root.T, pelvis.T)[:3, 3:]
+    distance = np.abs(root.mean(axis=0)[:, None] - pelvis.mean(axis=0)[None]) + np.abs(
+        np.ptp(root, axis=0)[:, None] - np.ptp(pelvis, axis=0)[None]
+    )
+    match = [int(np.argmin(distance[axis])) for axis in range(3)]
+    assert sorted(match) == [0, 1, 2]
+    for axis in (0, 2):
+        assert np.ptp(root[:, axis]) > 0.05
+        assert correlation[axis, match[axis]] > 0.98
+    points = points[:, :, match]
+    for marker, joint in (("LANK", "lfoot"), ("RANK", "rfoot"), ("LELB", "lradius"), ("RELB", "rradius")):
+        gap = np.linalg.norm(points[:, labels.index(marker)] - joints[:, recording.skeleton.names.index(joint)], axis=1)
+        assert gap.mean() < 0.08, f"{marker} sits on the skin over {joint}"
+        assert gap.std() < 0.02, f"{marker} moves with {joint}"

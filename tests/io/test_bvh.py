@@ -1,0 +1,501 @@
+"""Biovision files: the kinematics of the format, what is supposed and said, round trips, and broken files."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from motionmend.bodies.motion import Motion
+from motionmend.bodies.skeleton import height, positions, same
+from motionmend.errors import FileError, MismatchError
+from motionmend.io.amc import read_amc
+from motionmend.io.bvh import bvh_of, read_bvh, write_bvh
+from skeletons import random_skeleton, skeletons
+
+HIERARCHY = """HIERARCHY
+ROOT Hips
+{
+\tOFFSET 0.0 0.0 0.0
+\tCHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation
+\tJOINT Head
+\t{
+\t\tOFFSET 0 70 0
+\t\tCHANNELS 3 Yrotation Xrotation Zrotation
+\t\tEnd Site
+\t\t{
+\t\t\tOFFSET 0 15 0
+\t\t}
+\t}
+\tJOINT LeftFoot
+\t{
+\t\tOFFSET 10 -80 0
+\t\tCHANNELS 1 Xrotation
+\t\tEnd Site
+\t\t{
+\t\t\tOFFSET 0 -5 20
+\t\t}
+\t}
+}
+"""
+VALUES = """0 90 0 10 20 30 1 2 3 4
+0.5 90.25 1 11 21 31 1.5 2.5 3.5 4.5
+1 90.5 2 12 22 32 2 3 4 5
+"""
+TEXT = HIERARCHY + "MOTION\nFrames: 3\nFrame Time: 0.00833333\n" + VALUES
+
+
+def read_text(folder: Path, text: str, **options) -> Motion:
+    path = folder / "small.bvh"
+    path.write_bytes(text.encode())
+    return read_bvh(path, **options)
+
+
+def numbers_in(path: Path) -> list[float]:
+    """Every number after the line that gives the frame time."""
+    lines = path.read_text().splitlines()
+    start = next(i for i, line in enumerate(lines) if line.lower().startswith("frame time"))
+    return [float(word) for line in lines[start + 1 :] for word in line.split()]
+
+
+# ---- what the format means -------------------------------------------------------------------------------------
+
+
+@st.composite
+def biovision(draw, joints=6):
+    """A random .bvh text, and {joint: place} of its frames by the format's own words: offsets, then channels."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    count = int(rng.integers(1, joints + 1))
+    parents = [-1, *(int(rng.integers(0, j)) for j in range(1, count))]
+    offsets = rng.normal(size=(count, 3)) * 40
+    offsets[0] = rng.choice([0.0, 1.0]) * offsets[0]
+    turns = [rng.permutation(["Xrotation", "Yrotation", "Zrotation"])[: rng.integers(0, 4)].tolist() for _ in parents]
+    moves = ["Xposition", "Yposition", "Zposition"]
+    channels = [
+        rng.permutation([*turn, *(rng.permutation(moves).tolist() if j == 0 or rng.random() < 0.3 else [])]).tolist()
+        for j, turn in enumerate(turns)
+    ]
+    values = [rng.normal(size=(3, len(c))) * 60 for c in channels]
+    absolute = rng.random(count) < 0.5
+    for j, own in enumerate(channels):  # clearly absolute or clearly relative places below the root
+        if j and "Xposition" in own:
+            for axis, letter in enumerate("XYZ"):
+                at = own.index(f"{letter}position")
+                values[j][:, at] = rng.normal(size=3) * 0.01 + (offsets[j, axis] if absolute[j] else 0.0)
+    lines = ["HIERARCHY"]
+
+    def write(j: int, indent: str) -> None:
+        lines.append(f"{indent}{'JOINT' if indent else 'ROOT'} joint {j}")
+        lines.append(f"{indent}{{\n{indent} OFFSET {' '.join(repr(float(x)) for x in offsets[j])}")
+        if channels[j] or rng.random() < 0.5:
+            lines.append(f"{indent} CHANNELS {len(channels[j])} {' '.join(channels[j])}")
+        children = [c for c in range(count) if parents[c] == j]
+        order.append(j)
+        for child in children:
+            write(child, indent + " ")
+        if not children:
+            lines.append(f"{indent} End Site\n{indent} {{\n{indent}  OFFSET 0 0 7\n{indent} }}")
+        lines.append(f"{indent}}}")
+
+    order: list[int] = []
+    write(0, "")
+    table = np.hstack([values[j] for j in order])
+    lines += ["MOTION", "Frames: 3", "Frame Time: 0.025", *(" ".join(map(repr, row)) for row in table.tolist())]
+
+    places = {}
+    for t in range(3):
+        frames = {}
+        for j in order:
+            above, end = frames[parents[j]] if j else (Rotation.identity(), np.zeros(3))
+            own = dict(zip(channels[j], values[j][t], strict=True))
+            place = offsets[j].copy()
+            if "Xposition" in own:
+                given_place = np.array([own[m] for m in moves])
+                near = absolute[j]
+                place = given_place if j and near else offsets[j] + given_place
+            turned = Rotation.identity()
+            for channel in channels[j]:
+                if channel.endswith("rotation"):
+                    turned = turned * Rotation.from_euler(channel[0].lower(), own[channel], degrees=True)
+            frames[j] = (above * turned, end + above.apply(place))
+            places.setdefault(f"joint {j}", []).append(frames[j][1])
+            if j not in parents:
+                places.setdefault(f"joint {j}_end", []).append(frames[j][1] + frames[j][0].apply([0, 0, 7]))
+    return "\n".join(lines) + "\n", places, table
+
+
+@settings(max_examples=40)
+@given(biovision())
+def test_the_skeleton_moves_as_the_format_says(tmp_path_factory, case):
+    text, places, table = case
+    folder = tmp_path_factory.mktemp("random")
+    if not table.size:
+        return
+    motion = read_text(folder, text)
+    assert set(motion.skeleton.names) == set(places)
+    found = positions(motion.skeleton, motion.q) / motion.source.metres
+    wanted = np.stack([places[name] for name in motion.skeleton.names], axis=1)
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-8)
+
+    write_bvh(folder / "again.bvh", motion)
+    again = (folder / "again.bvh").read_text()
+    assert again.startswith(text[: text.index("MOTION")])
+    np.testing.assert_allclose(numbers_in(folder / "again.bvh"), table.ravel(), rtol=0, atol=1e-6)
+    assert read_bvh(folder / "again.bvh").fps == motion.fps == 40
+
+
+def test_a_small_motion(tmp_path):
+    motion = read_text(tmp_path, TEXT)
+    assert motion.skeleton.names == ("Hips", "Head", "Head_end", "LeftFoot", "LeftFoot_end")
+    assert motion.channels[:4] == ("Hips.Xposition", "Hips.Yposition", "Hips.Zposition", "Hips.Zrotation")
+    assert motion.channels[6:] == ("Head.Yrotation", "Head.Xrotation", "Head.Zrotation", "LeftFoot.Xrotation")
+    assert motion.fps == 120
+    assert height(motion.skeleton) == pytest.approx(1.70)
+    assert motion.q[1, 1] == pytest.approx(0.9025)
+    assert motion.q[2, -1] == pytest.approx(np.radians(5))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: text.replace("\t", "     ").replace(" ", "\t "),
+        lambda text: text.lower().replace("leftfoot", "LeftFoot").replace("hips", "Hips").replace("head", "Head"),
+        lambda text: text.replace("\n{", " {").replace("\n\t{", "{"),
+        lambda text: text.replace("\n", "\n\n"),
+        lambda text: "\ufeff" + text + "\n \n",
+        lambda text: text.replace("Frames: 3", "Frames:3").replace("Frame Time:", "Frame  Time :\t"),
+        lambda text: text.rstrip("\n"),
+    ],
+)
+def test_odd_spelling_changes_nothing(tmp_path, change):
+    plain = read_text(tmp_path, TEXT)
+    odd = read_text(tmp_path, change(TEXT))
+    assert same(odd.skeleton, plain.skeleton)
+    np.testing.assert_array_equal(odd.q, plain.q)
+    assert odd.fps == plain.fps
+    write_bvh(tmp_path / "again.bvh", odd)
+    np.testing.assert_allclose(read_bvh(tmp_path / "again.bvh").q, odd.q, rtol=0, atol=1e-12)
+
+
+# ---- what is supposed, and said --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("metres", [1.0, 0.01, 0.001, 0.0254, 0.0254 / 0.45])
+def test_the_unit_is_guessed_from_the_height_and_said(tmp_path, metres):
+    lines = []
+    for line in TEXT.splitlines():
+        if "OFFSET" in line:
+            line = "OFFSET " + " ".join(repr(float(word) * 0.01 / metres) for word in line.split()[1:])
+        lines.append(line)
+    motion = read_text(tmp_path, "\n".join(lines))
+    assert motion.source.metres == pytest.approx(metres)
+    assert any(f"1 unit of length = {metres:.6g} m" in guess for guess in motion.guesses)
+
+
+def test_a_height_no_unit_explains_is_said(tmp_path):
+    motion = read_text(tmp_path, TEXT.replace("-80", "-80000"))
+    assert motion.source.metres == 0.01
+    assert any("lengths may be wrong" in guess for guess in motion.guesses)
+
+
+@pytest.mark.parametrize(
+    ("order", "up"),
+    [((0, 1, 2), [0, 1, 0]), ((0, 2, 1), [0, 0, 1]), ((1, 0, 2), [1, 0, 0]), ((0, -1, 2), [0, -1, 0])],
+)
+def test_the_way_up_is_guessed_from_head_and_feet(tmp_path, order, up):
+    lines = []
+    for line in TEXT.splitlines():
+        if "OFFSET" in line:
+            x, y, z = line.split()[1:]
+            turned = [x, y, z] if -1 not in order else [x, str(-float(y)), z]
+            line = "OFFSET " + " ".join(turned if -1 in order else [turned[i] for i in order])
+        lines.append(line)
+    motion = read_text(tmp_path, "\n".join(lines))
+    assert motion.skeleton.up.tolist() == up
+    assert any("above the feet" in guess for guess in motion.guesses)
+    nameless = read_text(tmp_path, TEXT.replace("Head", "One").replace("Foot", "Two"))
+    assert any("no head or feet by name: took +y" in guess for guess in nameless.guesses)
+
+
+@pytest.mark.parametrize(
+    ("spelled", "fps", "said"),
+    [
+        ("0.00833333", 120, True),
+        (".0083333", 120, True),
+        ("0.0083", 120, True),
+        ("0.033", 30, True),
+        ("0.0333333333", 30, True),
+        ("0.0166", 60, True),
+        ("1.6667e-2", 60, True),
+        ("0.0333667", 29.97, False),
+        ("0.01", 100, False),
+        ("0.04", 25, False),
+        ("1", 1, False),
+        ("0.03", 100 / 3, False),
+    ],
+)
+def test_the_rate_is_the_one_the_frame_time_is_rounded_from(tmp_path, spelled, fps, said):
+    motion = read_text(tmp_path, TEXT.replace("0.00833333", spelled))
+    assert motion.fps == pytest.approx(fps, rel=1e-5)
+    assert any("Frame Time" in guess for guess in motion.guesses) == said
+    write_bvh(tmp_path / "again.bvh", motion)
+    assert f"Frame Time: {spelled}\n" in (tmp_path / "again.bvh").read_text()
+
+
+def test_a_given_rate_wins_and_says_so(tmp_path):
+    motion = read_text(tmp_path, TEXT, fps=60.0)
+    assert motion.fps == 60
+    assert any("states 120 Hz, took 60 Hz" in guess for guess in motion.guesses)
+    assert not any("took 120 Hz as given" in g for g in read_text(tmp_path, TEXT, fps=120.0).guesses)
+    write_bvh(tmp_path / "again.bvh", motion)
+    assert read_bvh(tmp_path / "again.bvh").fps == 60
+
+
+def test_places_below_the_root_replace_or_add(tmp_path):
+    moving = TEXT.replace("CHANNELS 1 Xrotation", "CHANNELS 4 Xrotation Xposition Yposition Zposition")
+    replaced = moving.replace(VALUES, "".join(f"{line} 10 -80 {i}\n" for i, line in enumerate(VALUES.splitlines())))
+    added = moving.replace(VALUES, "".join(f"{line} 0 0 {i}\n" for i, line in enumerate(VALUES.splitlines())))
+    one, other = read_text(tmp_path, replaced), read_text(tmp_path, added)
+    np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-12)
+    assert one.q[2, -2] == pytest.approx(0.02)
+    assert any("LeftFoot replace its OFFSET" in guess for guess in one.guesses)
+    assert any("LeftFoot add to its OFFSET" in guess for guess in other.guesses)
+    for motion, text in ((one, replaced), (other, added)):
+        write_bvh(tmp_path / "again.bvh", motion)
+        wanted = [float(word) for word in text.split("833333\n")[1].split()]
+        np.testing.assert_allclose(numbers_in(tmp_path / "again.bvh"), wanted, rtol=0, atol=1e-9)
+
+
+def test_a_root_with_an_offset_adds_and_says_so(tmp_path):
+    motion = read_text(tmp_path, TEXT.replace("OFFSET 0.0 0.0 0.0", "OFFSET 0.0 5.0 0.0"))
+    assert positions(motion.skeleton, motion.q)[0, 0].tolist() == pytest.approx([0, 0.95, 0])
+    assert any("root Hips add to its OFFSET" in guess for guess in motion.guesses)
+
+
+def test_names_that_come_twice_are_told_apart(tmp_path):
+    motion = read_text(tmp_path, TEXT.replace("JOINT LeftFoot", "JOINT Head"))
+    assert motion.skeleton.names == ("Hips", "Head", "Head_end", "Head_2", "Head_2_end")
+    assert "joint name Head comes more than once: called one Head_2" in motion.guesses
+    assert len(set(motion.channels)) == len(motion.channels)
+    write_bvh(tmp_path / "again.bvh", motion)
+    assert (tmp_path / "again.bvh").read_text().count("JOINT Head\n") == 2
+
+
+def test_an_inserted_rest_pose_is_said(tmp_path):
+    walk = np.cumsum(np.full((30, 10), 0.4), axis=0) + 40
+    rest = np.zeros((1, 10))
+    for first, words in ((rest, "a rest pose, most rotations are zero"), (rest + 90.0, "a pose")):
+        table = np.vstack([first, walk])
+        text = TEXT.replace("Frames: 3", "Frames: 31").replace(
+            VALUES, "\n".join(" ".join(map(str, row)) for row in table.tolist())
+        )
+        motion = read_text(tmp_path, text)
+        assert motion.frames == 31
+        assert any(f"looks like {words}, put before the recording" in guess for guess in motion.guesses)
+    steady = TEXT.replace("Frames: 3", "Frames: 30").replace(
+        VALUES, "\n".join(" ".join(map(str, row)) for row in walk.tolist())
+    )
+    assert not any("the first frame" in guess for guess in read_text(tmp_path, steady).guesses)
+
+
+def test_missing_samples(tmp_path):
+    motion = read_text(tmp_path, TEXT.replace("1.5 2.5", "nan NaN"))
+    assert (~motion.present).sum() == 2
+    assert not motion.present[1, 6:8].any()
+    write_bvh(tmp_path / "again.bvh", motion)
+    np.testing.assert_allclose(read_bvh(tmp_path / "again.bvh").q, motion.q, rtol=0, atol=1e-12)
+
+
+def test_names_of_old_programs(tmp_path):
+    """Latin-1 is no UTF-8: the name is read, and written as UTF-8."""
+    (tmp_path / "small.bvh").write_bytes(TEXT.replace("Head", "Tête").encode("latin-1"))
+    motion = read_bvh(tmp_path / "small.bvh")
+    assert motion.skeleton.names[1] == "Tête"
+    write_bvh(tmp_path / "again.bvh", motion)
+    assert read_bvh(tmp_path / "again.bvh").skeleton.names == motion.skeleton.names
+
+
+# ---- broken files ----------------------------------------------------------------------------------------------
+
+BROKEN = {
+    "empty": (lambda t: "", "came an empty file"),
+    "binary": (lambda t: t + "\0\0", "binary data"),
+    "no bvh": (lambda t: "hello " + t, "line 1: wanted HIERARCHY, came 'hello'"),
+    "cut in the hierarchy": (lambda t: t[: t.index("LeftFoot")], "joint's name"),
+    "cut in a joint": (lambda t: t[: t.index("OFFSET 10")], "wanted a brace to close joint LeftFoot"),
+    "cut before MOTION": (lambda t: t[: t.index("MOTION")], "wanted MOTION"),
+    "no frame time": (lambda t: t.replace("Frame Time: 0.00833333\n", ""), "wanted MOTION"),
+    "frame time zero": (lambda t: t.replace("0.00833333", "0"), "line 27: wanted the frame time"),
+    "frame time word": (lambda t: t.replace("0.00833333", "fast"), "line 27: wanted the frame time in seconds"),
+    "frames word": (lambda t: t.replace("Frames: 3", "Frames: some"), "line 26: wanted the number of frames"),
+    "no frames": (lambda t: t.replace("Frames: 3", "Frames: 0"), "wanted the number of frames, came '0'"),
+    "too few frames": (lambda t: t.replace("Frames: 3", "Frames: 4"), "wanted 4 frames as stated"),
+    "too many frames": (lambda t: t.replace("Frames: 3", "Frames: 2"), "came 3; the file is cut off, or"),
+    "no values": (lambda t: t.replace(VALUES, ""), "wanted 3 frames as stated after 'Frames:', came 0"),
+    "cut in a row": (lambda t: t[: t.rindex(" 4 5")] + "\n", "line 30: wanted 10 values, one for each channel, came 8"),
+    "cut a row": (lambda t: t[: t.rindex("1 90.5")], "came 2; the file is cut off"),
+    "no number": (lambda t: t.replace("2.5", "2,5"), "line 29: wanted a number or nan, came '2,5'"),
+    "python number": (lambda t: t.replace("2.5", "2_5"), "line 29: wanted a number"),
+    "infinite": (lambda t: t.replace("2.5", "-inf"), "line 29: wanted a number"),
+    "garbage": (lambda t: t.replace("2.5", "\x07é\x7f"), "line 29: wanted a number"),
+    "words after": (lambda t: t + "the end\n", "line 31: wanted a number or nan, came 'the'"),
+    "unknown channel": (lambda t: t.replace("1 Xrotation", "1 Wrotation"), "line 18: wanted 1 different channels"),
+    "missing channel": (lambda t: t.replace("1 Xrotation", "2 Xrotation"), "for LeftFoot, came 'End'"),
+    "channel twice": (lambda t: t.replace("1 Xrotation", "2 Xrotation Xrotation"), "came 'Xrotation'"),
+    "channel count": (lambda t: t.replace("CHANNELS 1", "CHANNELS 1.5"), "wanted 0 to 6 CHANNELS"),
+    "no count": (lambda t: t.replace("CHANNELS 1 ", "CHANNELS "), "wanted a number for CHANNELS, came 'Xrotation'"),
+    "no channels": (
+        lambda t: "\n".join(line for line in t.splitlines() if "CHANNELS" not in line),
+        "wanted at least one joint with CHANNELS",
+    ),
+    "offset": (lambda t: t.replace("OFFSET 10 -80 0", "OFFSET 10 -80"), "number for OFFSET, came 'CHANNELS'"),
+    "no offset": (lambda t: t.replace("OFFSET 10 -80 0", ""), "joint 'LeftFoot' has no OFFSET"),
+    "brace": (lambda t: t.replace("\t}\n\tJOINT Left", "\tJOINT Left"), "wanted a brace to close joint Hips"),
+    "brace too many": (lambda t: t.replace("}\nMOTION", "}\n}\nMOTION"), "wanted ROOT, came '}'"),
+    "root in root": (lambda t: t.replace("JOINT Left", "ROOT Left"), "'ROOT' stands in the wrong place"),
+    "no root": (lambda t: t.replace("ROOT Hips", "JOINT Hips"), "line 2: 'JOINT' stands in the wrong place"),
+    "unknown word": (lambda t: t.replace("\tOFFSET 10", "\tSCALE 10"), "came 'SCALE'"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_say_where_and_why(tmp_path, name):
+    change, message = BROKEN[name]
+    with pytest.raises(FileError) as failure:
+        read_text(tmp_path, change(TEXT))
+    said = str(failure.value)
+    assert message in said
+    assert "small.bvh" in said
+    assert "\n" not in said
+    assert len(said) < 400
+
+
+@settings(max_examples=150)
+@given(st.data())
+def test_no_damage_ends_in_a_traceback(tmp_path_factory, data):
+    """Whatever is cut off or overwritten: a motion or one clear line."""
+    raw = bytearray(TEXT.encode())
+    for _ in range(data.draw(st.integers(0, 3))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    raw = raw[: data.draw(st.integers(0, len(raw)))] if data.draw(st.booleans()) else raw
+    path = tmp_path_factory.mktemp("damaged") / "small.bvh"
+    path.write_bytes(bytes(raw))
+    said = ""
+    try:
+        motion = read_bvh(path)
+    except FileError as failure:
+        said = str(failure)
+    if said:
+        assert "\n" not in said
+        assert "small.bvh" in said
+    else:
+        assert motion.q.shape == (motion.frames, len(motion.channels))
+
+
+# ---- any motion as a .bvh --------------------------------------------------------------------------------------
+
+
+def person_sized(skeleton):
+    """The same body, 1.7 m tall, so that a reader takes centimetres for what they are."""
+    return replace(skeleton, offsets=skeleton.offsets * (1.7 / max(height(skeleton), 1e-6)))
+
+
+@settings(max_examples=25)
+@given(skeletons())
+def test_any_skeleton_moves_the_same_as_a_bvh(tmp_path_factory, case):
+    skeleton, rng = case
+    if height(skeleton) < 0.05:
+        return
+    skeleton = person_sized(skeleton)
+    motion = Motion(skeleton, rng.normal(size=(5, len(skeleton.dof_names))), 50.0)
+    path = tmp_path_factory.mktemp("any") / "any.bvh"
+    write_bvh(path, motion)
+    again = read_bvh(path)
+    assert again.fps == 50
+    at = [again.skeleton.names.index(name) for name in skeleton.names]
+    for converted in (bvh_of(motion), again):
+        found = positions(converted.skeleton, converted.q)[:, at]
+        np.testing.assert_allclose(found, positions(skeleton, motion.q), rtol=0, atol=1e-6)
+
+
+def test_a_missing_turn_opens_its_joint_only(rng):
+    skeleton = random_skeleton(rng, joints=6, translations=False)
+    q = rng.normal(size=(4, len(skeleton.dof_names)))
+    lost = int(np.flatnonzero(skeleton.dof_joint > 0)[0])
+    q[2, lost] = np.nan
+    converted = bvh_of(Motion(skeleton, q, 50.0))
+    joint = skeleton.names[skeleton.dof_joint[lost]]
+    gaps = np.flatnonzero(~converted.present.all(axis=0))
+    assert {converted.channels[d].split(".")[0] for d in gaps} == {joint}
+    assert converted.present[[0, 1, 3]].all()
+
+
+def test_one_missing_coordinate_of_the_root_stays_one(tmp_path):
+    motion = read_text(tmp_path, TEXT)
+    q = np.array(motion.q)
+    q[1, 0] = np.nan
+    converted = bvh_of(motion.with_q(q))
+    assert [converted.channels[d] for d in np.flatnonzero(~converted.present[1])] == ["Hips.Xposition"]
+
+
+def test_euler_angles_do_not_jump(rng):
+    """A joint that turns round and round: angles go on, they do not wrap."""
+    skeleton = random_skeleton(rng, joints=2, translations=False)
+    skeleton = replace(
+        skeleton,
+        dof_names=("j0.d0",),
+        dof_joint=np.array([0]),
+        dof_axis=np.array([[0.0, 0, 1]]),
+        dof_kind=np.array([0]),
+        limits=np.array([[-np.inf, np.inf]]),
+    )
+    turning = np.linspace(0, 20, 200)[:, None]
+    converted = bvh_of(Motion(skeleton, turning, 50.0))
+    np.testing.assert_allclose(converted.q[:, converted.channels.index("j0.Zrotation")], turning[:, 0], atol=1e-9)
+
+
+def test_names_a_bvh_cannot_hold_are_one_line(rng):
+    skeleton = random_skeleton(rng, joints=2)
+    wrong = replace(skeleton, names=("root", "my {joint}"))
+    with pytest.raises(MismatchError, match=r"cannot stand in a \.bvh"):
+        bvh_of(Motion(wrong, np.zeros((1, len(skeleton.dof_names))), 50.0))
+
+
+# ---- real recordings -------------------------------------------------------------------------------------------
+
+
+def test_every_recording_keeps_every_value(data, tmp_path):
+    files = sorted((data / "mocap" / "bvh").glob("*.bvh"))
+    assert len(files) >= 9
+    for path in files:
+        start = time.process_time()
+        motion = read_bvh(path)
+        seconds = time.process_time() - start
+        assert seconds / motion.frames * 5000 < 1.0, "5,000 frames take under a second"
+        assert motion.fps == 120
+        assert 1.2 < height(motion.skeleton) < 1.8
+        assert motion.skeleton.up.tolist() == [0, 1, 0]
+        assert any("put before the recording" in guess for guess in motion.guesses), "all start with one"
+        write_bvh(tmp_path / path.name, motion)
+        assert numbers_in(tmp_path / path.name) == numbers_in(path)
+        text, again = path.read_bytes(), (tmp_path / path.name).read_bytes()
+        assert again.startswith(text[: text.index(b"Frame Time:")])
+
+
+def test_a_recording_from_acclaim_moves_the_same_as_a_bvh(data, tmp_path):
+    for name in ("02/02_01", "05/05_13", "135/135_04", "86/86_01"):
+        motion = read_amc(data / "mocap" / "amc" / f"{name}.amc")
+        path = tmp_path / f"{Path(name).name}.bvh"
+        write_bvh(path, motion)
+        again = read_bvh(path)
+        at = [again.skeleton.names.index(joint) for joint in motion.skeleton.names]
+        found = positions(again.skeleton, again.q)[:, at]
+        np.testing.assert_allclose(found, positions(motion.skeleton, motion.q), rtol=0, atol=1e-6)
+        assert again.fps == 120
+        assert again.skeleton.names == motion.skeleton.names
