@@ -1,0 +1,202 @@
+"""What the bases see: recordings as channels in degrees and centimetres, free of place, heading and jumps."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints, frozen
+from ..bodies.motion import Markers, Motion
+from ..bodies.skeleton import ROTATION
+from ..errors import MismatchError
+from .cloud import Anchors, CloudChannels, bare_name, cloud_channels, learn_anchors, positions_of, righting
+from .joints import JointChannels, joint_channels, middle, motion_of, unit
+
+LEAST_SHARED = 0.6  # a model fits a recording that holds at least this share of its channels
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Which channels a model knows and how a recording becomes them.
+
+    Attributes
+    ----------
+    kind : "motion" or "markers".
+    names : channel names (motions, D) or bare marker names (markers, M).
+    centre : (D,) degrees or cm each joint channel is near to; empty for markers.
+    anchors : the rigid group of markers, empty where channels stay in the world's frame; None for motions.
+    up : (3,) against gravity, of the clips; recordings of markers are turned to it.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    centre: Floats
+    anchors: Anchors | None
+    up: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", frozen(self.centre))
+        object.__setattr__(self, "up", frozen(self.up))
+
+    @property
+    def columns(self) -> int:
+        """C, channels of a frame."""
+        return len(self.names) * (3 if self.kind == "markers" else 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Channels:
+    """A recording as the model's channels.
+
+    Attributes
+    ----------
+    values : (T, C) degrees and centimetres, NaN = missing; model order.
+    columns : (N,) for each name of the layout the recording's channel or marker, -1 where it has none.
+    inner : what it takes to come back.
+    """
+
+    values: Floats
+    columns: Ints
+    inner: JointChannels | CloudChannels
+
+
+def kind_of(recording: Motion | Markers) -> str:
+    """ "motion" or "markers"."""
+    return "motion" if isinstance(recording, Motion) else "markers"
+
+
+def names_of(recording: Motion | Markers) -> tuple[str, ...]:
+    """Channel names as a layout spells them."""
+    if isinstance(recording, Motion):
+        return recording.channels
+    bare = [bare_name(n) for n in recording.names]
+    often = Counter(bare)
+    # a name that two subjects of one file share is told apart by the subject, and a repeated one by its number
+    told = [b if often[b] == 1 else n.strip().upper() for b, n in zip(bare, recording.names, strict=True)]
+    return tuple(n if told[:i].count(n) == 0 else f"{n} {told[:i].count(n) + 1}" for i, n in enumerate(told))
+
+
+def learn_layout(recordings: Sequence[Motion | Markers], *, travelling: bool = True) -> Layout:
+    """The layout that clips have in common.
+
+    Parameters
+    ----------
+    recordings : of one kind, with the same channels (in any order, by name).
+    travelling : False leaves markers in the world's frame, for methods that know no body.
+
+    Raises
+    ------
+    MismatchError : kinds or channels differ.
+    """
+    first = recordings[0]
+    kind, names = kind_of(first), names_of(first)
+    for clip in recordings[1:]:
+        if kind_of(clip) != kind:
+            raise MismatchError("a model learns from motions or from markers, came both: fit two models")
+        strange = set(names) ^ set(names_of(clip))
+        if strange:
+            raise MismatchError(
+                f"all clips need the same channels, {len(strange)} differ ({', '.join(sorted(strange)[:4])}): "
+                "fit clips of one skeleton or marker set"
+            )
+    if isinstance(first, Motion):
+        picked = [c.q[:, [c.channels.index(n) for n in names]] for c in recordings if isinstance(c, Motion)]
+        centre = middle(np.concatenate(picked) * unit(first.skeleton), first.skeleton)
+        return Layout(kind, names, centre, None, first.skeleton.up)
+    if not travelling:
+        return Layout(kind, names, np.empty(0), Anchors(np.empty(0, dtype=np.int64), np.empty((0, 3))), first.up)
+    clouds = [
+        c.positions[:, [names_of(c).index(n) for n in names]] @ righting(c.up, first.up).T
+        for c in recordings
+        if isinstance(c, Markers)
+    ]
+    return Layout(kind, names, np.empty(0), learn_anchors(clouds, first.up), first.up)
+
+
+def to_channels(recording: Motion | Markers, layout: Layout) -> Channels:
+    """A recording as the layout's channels; a name the recording lacks is missing throughout.
+
+    Raises
+    ------
+    MismatchError : another kind, or fewer than six in ten of the layout's names are there.
+    """
+    if kind_of(recording) != layout.kind:
+        raise MismatchError(
+            f"the model knows {_plural(layout.kind)}, the recording holds {_plural(kind_of(recording))}: "
+            "use a model fitted on files of this kind"
+        )
+    own = {name: i for i, name in enumerate(names_of(recording))}
+    columns = np.array([own.get(name, -1) for name in layout.names], dtype=np.int64)
+    shared = int((columns >= 0).sum())
+    if shared < LEAST_SHARED * len(columns):
+        lacking = [n for n, c in zip(layout.names, columns, strict=True) if c < 0]
+        raise MismatchError(
+            f"the recording has {shared} of the model's {len(columns)} {_word(layout.kind)} "
+            f"(lacks {', '.join(lacking[:4])}{', ...' if len(lacking) > 4 else ''}): "
+            "use a model fitted on this skeleton or marker set"
+        )
+    if isinstance(recording, Motion):
+        centre = _centre_for(recording, layout, columns)
+        joints = joint_channels(recording, centre)
+        return Channels(_picked(joints.values, columns), columns, joints)
+    assert layout.anchors is not None
+    positions = _picked(recording.positions, columns)
+    cloud = cloud_channels(positions, recording.fps, recording.up, layout.anchors, layout.up)
+    return Channels(cloud.values, columns, cloud)
+
+
+def from_channels(channels: Channels, repaired: Floats, trusted: Bools, recording: Motion | Markers) -> Floats:
+    """The recording's own values from repaired channels (T, C).
+
+    Returns
+    -------
+    (T, D) rad and m for motions, (T, M, 3) m for markers; what the layout does not know stays as it was.
+    """
+    here = channels.columns >= 0
+    if isinstance(recording, Motion):
+        assert isinstance(channels.inner, JointChannels)
+        values, believed = channels.inner.values.copy(), np.isfinite(recording.q)
+        values[:, channels.columns[here]] = repaired[:, here]
+        believed[:, channels.columns[here]] &= trusted[:, here]
+        result = motion_of(channels.inner, values, believed, recording).q.copy()
+        untouched = np.setdiff1d(np.arange(result.shape[1]), channels.columns[here])
+        result[:, untouched] = recording.q[:, untouched]
+        return result
+    assert isinstance(channels.inner, CloudChannels)
+    positions = recording.positions.copy()
+    positions[:, channels.columns[here]] = positions_of(channels.inner, repaired)[:, here]
+    return positions
+
+
+def si_unit(recording: Motion | Markers, layout: Layout, columns: Ints) -> Floats:
+    """(C,) radians or metres per channel unit."""
+    if isinstance(recording, Motion):
+        per_channel = 1.0 / unit(recording.skeleton)
+        return np.where(columns >= 0, per_channel[columns], np.nan)
+    return np.full(layout.columns, 0.01)
+
+
+def _centre_for(recording: Motion, layout: Layout, columns: Ints) -> Floats:
+    """The layout's centre in the recording's own channel order; its own middle where the layout has none."""
+    known = np.flatnonzero(columns >= 0)
+    centre = middle(recording.q * unit(recording.skeleton), recording.skeleton)
+    angular = recording.skeleton.dof_kind[columns[known]] == ROTATION
+    centre[columns[known[angular]]] = layout.centre[known[angular]]
+    return centre
+
+
+def _picked(values: Floats, columns: Ints) -> Floats:
+    """Columns of `values` (T, N, ...) in the layout's order, NaN where the recording has none."""
+    picked = np.full((len(values), len(columns), *values.shape[2:]), np.nan)
+    here = columns >= 0
+    picked[:, here] = values[:, columns[here]]
+    return picked
+
+
+def _plural(kind: str) -> str:
+    return "joint angles" if kind == "motion" else "markers"
+
+
+def _word(kind: str) -> str:
+    return "channels" if kind == "motion" else "markers"

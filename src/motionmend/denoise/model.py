@@ -1,0 +1,244 @@
+"""The denoiser: settings, learning, and the fitted model that repairs."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from ..arrays import Floats
+from ..bodies.motion import Markers, Motion, Recording, Repaired
+from ..errors import MismatchError, UsageError
+from ..numerics.robust import ESTIMATORS
+from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance, sum_covariances
+from .channels import Layout, learn_layout, to_channels
+from .classic import FILTERS, GAP_FILLERS
+from .cloud import Anchors
+from .dynamics import Dynamics, fit_dynamics, smooth_with
+from .learning import examples
+from .outcome import classic_outcome, pca_outcome, repaired_recording
+from .repair import repair_channels
+
+MODEL_METHODS = ("paper", "kalman-data")
+CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
+METHODS = (*MODEL_METHODS, *CLASSIC_METHODS)
+
+
+@dataclass(frozen=True)
+class Denoiser:
+    """How to learn a denoiser.
+
+    Attributes
+    ----------
+    window : M, frames of a lag window at `fps`.
+    fps : rate the model is learned at, Hz.
+    energy : share of the variance the bases keep, in (0, 1].
+    """
+
+    window: int = 20
+    fps: float = 30.0
+    energy: float = 0.99
+
+    def __post_init__(self) -> None:
+        if self.window < 2:
+            raise UsageError(f"a window needs at least 2 frames, came {self.window}")
+        if not self.fps > 0:
+            raise UsageError(f"the model's rate must be above 0 Hz, came {self.fps}")
+        if not 0 < self.energy <= 1:
+            raise UsageError(f"the energy kept is a share in (0, 1], came {self.energy}")
+
+    def fit(self, clips: Iterable[Motion | Markers]) -> "DenoiserModel":
+        """Learn filter bases and dynamics from clean clips.
+
+        Parameters
+        ----------
+        clips : motions of one skeleton's channels, or markers of one marker set; any rates.
+
+        Raises
+        ------
+        MismatchError : no clip, clips that do not go together, or none as long as a window.
+
+        Source
+        ------
+        Section 2.2.1.
+        """
+        recordings = list(clips)
+        if not recordings:
+            raise MismatchError("a denoiser learns from clean clips, came none")
+        with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
+            layout = learn_layout(recordings)
+            ready = [examples(recording, layout, self.fps) for recording in recordings]
+            series = [s for example in ready for s in example.series]
+            bases = eigenbases(sum_covariances(lag_covariance(s, self.window) for s in series), self.energy)
+            dynamics = fit_dynamics(series, self.fps)
+        return DenoiserModel(
+            settings=self,
+            layout=layout,
+            bases=bases,
+            dynamics=dynamics,
+            clips=len(recordings),
+            frames=sum(r.frames for r in recordings),
+            notes=tuple(dict.fromkeys(note for example in ready for note in example.notes)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DenoiserModel:
+    """A fitted denoiser.
+
+    Attributes
+    ----------
+    settings : it was learned with.
+    layout : its channels.
+    bases : spatio-temporal filter bases at `settings.fps`.
+    dynamics : learned linear dynamics, for the method kalman-data.
+    clips, frames : how many it was learned from.
+    notes : what was left out or bridged in the clips.
+    """
+
+    settings: Denoiser
+    layout: Layout
+    bases: Eigenbases
+    dynamics: Dynamics
+    clips: int
+    frames: int
+    notes: tuple[str, ...] = ()
+
+    def repair(
+        self, recording: Recording, method: str = "paper", *, robust: str = "welsch", footskate: bool = False
+    ) -> Repaired[Recording]:
+        """Repair a recording: remove noise and outliers, fill what is missing.
+
+        Parameters
+        ----------
+        recording : of the model's channels, at any rate, place and heading.
+        method : one of `METHODS`.
+        robust : the estimator of method paper: welsch, tukey, huber, student or square (figure 2.3).
+        footskate : clean foot skate afterwards (motions only).
+
+        Returns
+        -------
+        The same channels, frames and rate.
+
+        Raises
+        ------
+        MismatchError : the recording is of another kind or channel set.
+        UsageError : unknown method or estimator, or foot-skate cleaning of markers.
+
+        Source
+        ------
+        Section 2.2.2-2.2.5; the rivals of section 2.3.2.
+        """
+        if method not in METHODS:
+            raise UsageError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}")
+        if robust not in ESTIMATORS:
+            raise UsageError(f"unknown robust estimator {robust!r}: choose one of {', '.join(ESTIMATORS)}")
+        if footskate and isinstance(recording, Markers):
+            raise UsageError("foot-skate cleaning moves joints: it needs a skeleton motion, came markers")
+        if method in CLASSIC_METHODS:
+            outcome = repair_classic(recording, method)
+        else:
+            with threadpool_limits(1, user_api="blas"):
+                outcome = self._by_example(recording, method, robust)
+        return _without_footskate(outcome) if footskate else outcome
+
+    def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
+        channels = to_channels(recording, self.layout)
+        fps = self.settings.fps
+        if method == "paper":
+            found = repair_channels(channels.values, self.bases, fps, recording.fps, robust)
+            return repaired_recording(recording, self.layout, channels, found, method)
+        stride = max(1, round(recording.fps / fps))
+        filtered = smooth_with(self.dynamics, channels.values, recording.fps, stride)
+        return classic_outcome(recording, self.layout, channels, filtered, method)
+
+    def to_arrays(self) -> tuple[dict[str, Floats], dict[str, Any]]:
+        """Arrays and a JSON-able header from which `from_arrays` makes the model again."""
+        arrays: dict[str, Any] = {
+            "bases.mean": self.bases.mean,
+            "bases.vectors": self.bases.vectors,
+            "bases.values": self.bases.values,
+            "bases.discarded": self.bases.discarded,
+            "layout.centre": self.layout.centre,
+            "layout.up": self.layout.up,
+        }
+        if self.layout.anchors is not None:
+            arrays["anchors.indices"] = self.layout.anchors.indices
+            arrays["anchors.template"] = self.layout.anchors.template
+        arrays |= {f"dynamics.{name}": value for name, value in self.dynamics.to_arrays().items()}
+        header = {
+            "window": self.settings.window,
+            "fps": self.settings.fps,
+            "energy": self.settings.energy,
+            "kind": self.layout.kind,
+            "names": list(self.layout.names),
+            "total": self.bases.total,
+            "clips": self.clips,
+            "frames": self.frames,
+            "notes": list(self.notes),
+        }
+        return arrays, header
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Any], header: Mapping[str, Any]) -> "DenoiserModel":
+        """The model that `to_arrays` took apart."""
+        anchors = None
+        if "anchors.indices" in arrays:
+            anchors = Anchors(arrays["anchors.indices"], arrays["anchors.template"])
+        prefix = "dynamics."
+        return cls(
+            settings=Denoiser(header["window"], header["fps"], header["energy"]),
+            layout=Layout(
+                header["kind"], tuple(header["names"]), arrays["layout.centre"], anchors, arrays["layout.up"]
+            ),
+            bases=Eigenbases(
+                arrays["bases.mean"],
+                arrays["bases.vectors"],
+                arrays["bases.values"],
+                header["total"],
+                arrays["bases.discarded"],
+            ),
+            dynamics=Dynamics.from_arrays(
+                {name[len(prefix) :]: value for name, value in arrays.items() if name.startswith(prefix)}
+            ),
+            clips=header["clips"],
+            frames=header["frames"],
+            notes=tuple(header["notes"]),
+        )
+
+
+def repair_classic(recording: Recording, method: str) -> Repaired[Recording]:
+    """Repair by a method that needs no model: the filters and gap fillers people use today.
+
+    Parameters
+    ----------
+    recording : motion or markers.
+    method : one of `CLASSIC_METHODS`.
+
+    Raises
+    ------
+    UsageError : another method, or pca on joint angles.
+    """
+    if method not in CLASSIC_METHODS:
+        raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(CLASSIC_METHODS)}")
+    if method == "pca":
+        if not isinstance(recording, Markers):
+            raise UsageError("method pca fills markers, came joint angles: choose linear or spline")
+        return pca_outcome(recording)
+    layout = learn_layout([recording], travelling=False)
+    channels = to_channels(recording, layout)
+    if method in FILTERS:
+        return classic_outcome(recording, layout, channels, FILTERS[method](channels.values, recording.fps), method)
+    return classic_outcome(recording, layout, channels, GAP_FILLERS[method](channels.values, recording.fps), method)
+
+
+def _without_footskate(outcome: Repaired[Recording]) -> Repaired[Recording]:
+    from .footskate import clean_footskate
+
+    assert isinstance(outcome.recording, Motion)
+    cleaned = clean_footskate(outcome.recording)
+    said = (
+        f"foot-skate clean-up: {cleaned.skate_before * 100:.1f} cm/s in contact before, "
+        f"{cleaned.skate_after * 100:.1f} after"
+    )
+    return replace(outcome, recording=cleaned.motion, warnings=(*outcome.warnings, said))

@@ -1,0 +1,156 @@
+"""Laws of the channels: exact way back, no place, no heading, no jumps."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from motionmend.bodies.motion import Markers, Motion
+from motionmend.denoise.channels import from_channels, learn_layout, to_channels
+from motionmend.denoise.joints import nearest_triple, nearest_turn, root_angles, root_rotation, root_rows
+from motionmend.denoise.travel import travel, turn
+from motionmend.errors import MismatchError
+from motionmend.io import read
+from motionmend.samples import clip, markers
+
+ANGLES = st.floats(-400, 400)
+
+
+def moved(recording, angle, shift):
+    """The recording turned about the vertical and carried elsewhere."""
+    if isinstance(recording, Markers):
+        turned = recording.positions @ turn(np.array([angle]), recording.up)[0].T
+        return recording.with_positions(turned + shift)
+    skeleton = recording.skeleton
+    turns, moves = root_rows(skeleton)
+    about = turn(np.array([angle]), skeleton.up)[0]
+    q = recording.q.copy()
+    rotation = root_rotation(skeleton, turns, q)
+    q[:, turns] = np.radians(root_angles(skeleton, turns, about @ rotation))
+    place = skeleton.offsets[0] + q[:, moves] @ skeleton.dof_axis[moves]
+    q[:, moves] = (place @ about.T + shift - skeleton.offsets[0]) @ np.linalg.inv(skeleton.dof_axis[moves])
+    return recording.with_q(q)
+
+
+@pytest.fixture(scope="module")
+def walk() -> Motion:
+    return clip("walk", seconds=2.0, fps=60.0, seed=1)
+
+
+def recordings():
+    motion = clip("turn", seconds=2.0, fps=60.0, seed=2)
+    return [motion, markers(motion)]
+
+
+@pytest.mark.parametrize("recording", recordings(), ids=["motion", "markers"])
+def test_the_way_there_and_back_is_exact(recording):
+    layout = learn_layout([recording])
+    channels = to_channels(recording, layout)
+    back = from_channels(channels, channels.values, np.isfinite(channels.values), recording)
+    values = recording.q if isinstance(recording, Motion) else recording.positions
+    np.testing.assert_allclose(back, values, atol=1e-10)
+
+
+@pytest.mark.parametrize("recording", recordings(), ids=["motion", "markers"])
+@given(angle=st.floats(-6, 6), x=st.floats(-20, 20), y=st.floats(-20, 20))
+@settings(max_examples=8)
+def test_channels_do_not_change_with_place_and_heading(recording, angle, x, y):
+    layout = learn_layout([recording])
+    here = to_channels(recording, layout).values
+    there = to_channels(moved(recording, angle, np.array([x, 1.0, y])), layout).values
+    np.testing.assert_allclose(there, here, atol=1e-5)
+
+
+def test_markers_keep_their_frame_when_pelvis_markers_are_missing():
+    recording = markers(clip("walk", seconds=2.0, fps=60.0, seed=3))
+    layout = learn_layout([recording])
+    gone = recording.positions.copy()
+    lost = list(layout.anchors.indices[:2])
+    gone[20:60, lost] = np.nan
+    whole = to_channels(recording, layout).values.reshape(recording.frames, -1, 3)
+    without = to_channels(recording.with_positions(gone), layout).values.reshape(recording.frames, -1, 3)
+    others = np.setdiff1d(np.arange(len(recording.names)), lost)
+    assert np.abs(without[:, others] - whole[:, others]).max() < 1.5  # cm
+
+
+def test_markers_keep_their_frame_when_anchors_are_outliers(rng):
+    recording = markers(clip("walk", seconds=2.0, fps=60.0, seed=3))
+    layout = learn_layout([recording])
+    spoiled = recording.positions.copy()
+    hit = rng.random(spoiled.shape[:2]) < 0.1
+    spoiled[hit] += rng.normal(scale=0.3, size=(int(hit.sum()), 3))
+    whole = to_channels(recording, layout).values.reshape(recording.frames, -1, 3)
+    after = to_channels(recording.with_positions(spoiled), layout).values.reshape(recording.frames, -1, 3)
+    assert np.abs((after - whole)[~hit]).max() < 3.0  # cm, of markers that were not touched
+
+
+@given(st.lists(ANGLES, min_size=3, max_size=3), st.lists(ANGLES, min_size=3, max_size=3))
+def test_the_nearest_triple_means_the_same_rotation(angles, meant):
+    found = nearest_triple(np.array([angles]), np.array([meant]))[0]
+    before = Rotation.from_euler("XYZ", angles, degrees=True).as_matrix()
+    np.testing.assert_allclose(Rotation.from_euler("XYZ", found, degrees=True).as_matrix(), before, atol=1e-9)
+    plain = nearest_turn(np.array(angles), np.array(meant))
+    assert np.abs(found - meant).sum() <= np.abs(plain - meant).sum() + 1e-9
+
+
+def test_whole_turns_in_the_file_make_no_jump_and_come_back(walk):
+    q = walk.q.copy()
+    q[30:70, 20] += 2 * np.pi
+    q[50:, 0:6][:, -1] -= 2 * np.pi
+    jumpy = walk.with_q(q)
+    layout = learn_layout([walk])
+    channels = to_channels(jumpy, layout)
+    np.testing.assert_allclose(channels.values, to_channels(walk, layout).values, atol=1e-9)
+    back = from_channels(channels, channels.values, np.isfinite(channels.values), jumpy)
+    np.testing.assert_allclose(back, q, atol=1e-9)
+
+
+def test_an_outlier_of_a_full_turn_does_not_move_the_branch(walk):
+    """The repaired sample lies where its neighbours are, not a turn away."""
+    q = walk.q.copy()
+    q[40, 25] += np.radians(250)
+    layout = learn_layout([walk])
+    channels = to_channels(walk.with_q(q), layout)
+    trusted = np.isfinite(channels.values)
+    trusted[40, 25] = False
+    clean = to_channels(walk, layout).values
+    back = from_channels(channels, clean, trusted, walk.with_q(q))
+    np.testing.assert_allclose(back, walk.q, atol=1e-9)
+
+
+def test_a_steady_spin_leaves_nothing_in_the_heading_channel():
+    fps, turns_per_s = 60.0, 1.2
+    time = np.arange(240) / fps
+    frame = travel(np.zeros((240, 3)), 2 * np.pi * turns_per_s * time, fps, np.array([0.0, 1.0, 0.0]))
+    left = np.angle(np.exp(1j * (2 * np.pi * turns_per_s * time - frame.heading)))
+    assert np.abs(left[30:-30]).max() < 0.02
+
+
+def test_kinds_and_channel_sets_must_agree(walk):
+    cloud = markers(walk)
+    with pytest.raises(MismatchError, match="fit two models"):
+        learn_layout([walk, cloud])
+    with pytest.raises(MismatchError, match="use a model fitted on files of this kind"):
+        to_channels(cloud, learn_layout([walk]))
+    few = Markers(cloud.names[:10], cloud.positions[:, :10], cloud.fps, up=cloud.up)
+    with pytest.raises(MismatchError, match="lacks"):
+        to_channels(few, learn_layout([cloud]))
+
+
+def test_other_subjects_prefix_and_marker_order_are_matched_by_name(walk):
+    cloud = markers(walk)
+    order = np.random.default_rng(5).permutation(len(cloud.names))
+    other = Markers(
+        tuple(f"Someone:{cloud.names[i]}" for i in order), cloud.positions[:, order], cloud.fps, up=cloud.up
+    )
+    layout = learn_layout([cloud])
+    np.testing.assert_allclose(to_channels(other, layout).values, to_channels(cloud, layout).values, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["amc/05/05_06.amc", "amc/131/131_04.amc", "amc/86/86_01.amc", "bvh/10_04.bvh"])
+def test_real_recordings_come_back_exactly(data, name):
+    recording = read(data / "mocap" / name)
+    channels = to_channels(recording, learn_layout([recording]))
+    back = from_channels(channels, channels.values, np.isfinite(channels.values), recording)
+    np.testing.assert_allclose(back, recording.q, atol=1e-9)
