@@ -1,0 +1,68 @@
+"""`python -m benchmarks [SUITE...] [--gate] [--update]`."""
+
+import argparse
+import sys
+import time
+from importlib import import_module
+
+from . import record
+from .metric import Metric, regressions
+from .results import table, write_results
+from .timing import Plan
+
+SUITES = ("fit", "repair", "kinematics", "files", "peers")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run suites; 0 when all went well, 1 when the gate found a regression or has no baseline, 2 for bad usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks", description="Measure the package against its plain twins and against peers."
+    )
+    parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"{', '.join(SUITES)}; all when none is given")
+    parser.add_argument("--gate", action="store_true", help="fail where a ratio is worse than in baseline.json")
+    parser.add_argument(
+        "--update", action="store_true", help="record this run in baseline.json and write RESULTS.md anew"
+    )
+    options = parser.parse_args(argv)
+    unknown = [name for name in options.suites if name not in SUITES]
+    if unknown:
+        parser.error(f"no suite {', '.join(unknown)}: there are {', '.join(SUITES)}")
+    if options.gate and options.update:
+        parser.error("--gate compares with the baseline, --update replaces it: give one of them")
+    try:
+        baseline = record.load() if options.gate else {}
+        records = [_run(name) for name in dict.fromkeys(options.suites or SUITES)]
+        if options.update:
+            write_results(record.save(records))
+    except record.RecordError as error:
+        print(f"benchmarks: {error}", file=sys.stderr)
+        return 1
+    return gate(records, baseline) if options.gate else 0
+
+
+def gate(records: list[record.Record], baseline: dict[str, record.Record]) -> int:
+    """Compare suite by suite, say what is worse; 0 when nothing is."""
+    worse = [line for one in records for line in regressions(one.metrics, _metrics(baseline, one.suite))]
+    for line in worse:
+        print(f"worse: {line}", file=sys.stderr)
+    compared = sum(metric.gated for one in records for metric in one.metrics)
+    print(f"gate: {compared} ratios compared, {len(worse)} worse", file=sys.stderr)
+    return 1 if worse else 0
+
+
+def _metrics(baseline: dict[str, record.Record], suite: str) -> tuple[Metric, ...]:
+    return baseline[suite].metrics if suite in baseline else ()
+
+
+def _run(name: str) -> record.Record:
+    print(f"{name} ...", file=sys.stderr)
+    before, start = record.load_average(), time.perf_counter()
+    metrics = tuple(import_module(f".{name}", __package__).run(Plan()))
+    after, minutes = record.load_average(), (time.perf_counter() - start) / 60
+    print(table(metrics))
+    loads = None if before is None or after is None else (before, after)
+    return record.Record(name, record.machine(), loads, minutes, metrics)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

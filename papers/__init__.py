@@ -1,0 +1,8 @@
+"""The published claims, run again: `run` measures each one on real recordings and writes a report.
+
+`claims.toml` says what was claimed, where, and what counts as met; one script per figure or table measures it.
+"""
+
+from .harness import run
+
+__all__ = ["run"]

@@ -1,0 +1,132 @@
+"""The claims as `claims.toml` holds them, and whether what was measured meets them."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from motionmend.errors import UsageError
+
+DIRECTIONS = ("above", "below", "equal")
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One number that decides whether a claim is met.
+
+    Attributes
+    ----------
+    value : name of a number that the claim's scripts measure.
+    unit : of the number; "1" for counts and ratios.
+    direction : `above` or `below` the limit, or `equal` to it.
+    limit, tolerance : in that unit.
+    about : what the number is, in a few words.
+    """
+
+    value: str
+    unit: str
+    direction: str
+    limit: float
+    tolerance: float
+    about: str
+
+    def __post_init__(self) -> None:
+        if self.direction not in DIRECTIONS:
+            raise UsageError(f"a criterion's direction is one of {', '.join(DIRECTIONS)}, came {self.direction!r}")
+
+    def holds(self, measured: float) -> bool:
+        """Whether `measured` is on the right side; NaN never is."""
+        if self.direction == "above":
+            return measured >= self.limit - self.tolerance
+        if self.direction == "below":
+            return measured <= self.limit + self.tolerance
+        return abs(measured - self.limit) <= self.tolerance
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim.
+
+    Attributes
+    ----------
+    id, title : `D1` and what it is about.
+    place : section, equation or figure of the paper.
+    theirs : the paper's number or statement.
+    ours : a format string over the measured numbers.
+    script : the modules of this package that measure it.
+    expected : "met", or "not met: " and why.
+    criteria : all must hold.
+    """
+
+    id: str
+    title: str
+    place: str
+    theirs: str
+    ours: str
+    script: tuple[str, ...]
+    expected: str
+    criteria: tuple[Criterion, ...]
+
+    @property
+    def expected_met(self) -> bool:
+        """Whether the claim is expected to be met."""
+        return self.expected == "met"
+
+    def judge(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """The claim with what was measured, ready for JSON."""
+        checks = [
+            {
+                "value": c.value,
+                "about": c.about,
+                "measured": float(values[c.value]),
+                "unit": c.unit,
+                "direction": c.direction,
+                "limit": c.limit,
+                "tolerance": c.tolerance,
+                "holds": bool(c.holds(values[c.value])),
+            }
+            for c in self.criteria
+        ]
+        met = all(check["holds"] for check in checks)
+        return {
+            "id": self.id,
+            "title": self.title,
+            "place": self.place,
+            "theirs": self.theirs,
+            "ours": self.ours.format(**values),
+            "met": met,
+            "expected": self.expected,
+            "as_expected": met == self.expected_met,
+            "criteria": checks,
+            "script": list(self.script),
+        }
+
+
+def load(path: Path | None = None) -> tuple[Claim, ...]:
+    """All claims, in the file's order."""
+    with open(path or Path(__file__).with_name("claims.toml"), "rb") as file:
+        entries = tomllib.load(file)["claim"]
+    return tuple(
+        Claim(
+            **{key: value for key, value in entry.items() if key not in ("script", "criterion")},
+            script=tuple(entry["script"]),
+            criteria=tuple(Criterion(**criterion) for criterion in entry["criterion"]),
+        )
+        for entry in entries
+    )
+
+
+def choose(claims: Sequence[Claim], ids: Sequence[str]) -> tuple[Claim, ...]:
+    """The claims with these ids, all when none is given, always in the file's order.
+
+    Raises
+    ------
+    UsageError : an id that no claim has.
+    """
+    wanted = {one.upper() for one in ids}
+    unknown = wanted - {claim.id for claim in claims}
+    if unknown:
+        known = ", ".join(claim.id for claim in claims)
+        raise UsageError(f"no claim is called {', '.join(sorted(unknown))}: choose from {known}")
+    return tuple(claim for claim in claims if not wanted or claim.id in wanted)

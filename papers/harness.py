@@ -1,0 +1,76 @@
+"""Run the scripts behind the chosen claims and write what came out."""
+
+import os
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from motionmend.errors import FileError, UsageError
+
+from .claims import choose, load
+from .common import Findings
+from .pictures import shrink
+from .report import write_report
+
+
+def run(
+    ids: Sequence[str],
+    data: Path | str | None,
+    out: Path | str,
+    *,
+    on_done: Callable[[dict[str, Any]], None] | None = None,
+) -> list[dict[str, Any]]:
+    """Measure claims on real recordings; writes `REPORT.md` and `figures/*.png` into `out`.
+
+    Parameters
+    ----------
+    ids : of claims, e.g. `D2`; all when empty.
+    data : folder that holds `mocap/`; None takes the environment variable MOTIONMEND_DATA.
+    out : folder, made when it is not there.
+    on_done : called with each claim's result as soon as it is known.
+
+    Returns
+    -------
+    One dictionary for each claim: id, title, place, theirs, ours, met, expected, as_expected, criteria, script.
+
+    Raises
+    ------
+    UsageError : unknown id, or no data folder named.
+    FileError : the folder holds no recordings.
+    """
+    claims = choose(load(), ids)
+    mocap = recordings_in(data)
+    pictures = Path(out) / "figures"
+    pictures.mkdir(parents=True, exist_ok=True)
+    found: dict[str, Findings] = {}
+    results = []
+    for claim in claims:
+        for script in claim.script:
+            if script not in found:
+                # many small products: threads of the linear algebra would only wait for each other
+                with threadpool_limits(1, user_api="blas"):
+                    found[script] = import_module(f".{script}", __package__).run(mocap, pictures)
+                for name, _ in found[script].figures:
+                    shrink(pictures / name)
+        values = {name: value for script in claim.script for name, value in found[script].values.items()}
+        results.append(claim.judge(values))
+        if on_done is not None:
+            on_done(results[-1])
+    write_report(Path(out) / "REPORT.md", results, found, [claim.id for claim in claims] if ids else [])
+    return results
+
+
+def recordings_in(data: Path | str | None) -> Path:
+    """The folder of motion capture recordings below `data` or MOTIONMEND_DATA."""
+    named = data or os.environ.get("MOTIONMEND_DATA")
+    if not named:
+        raise UsageError("the claims are measured on real recordings: give --data DIR or set MOTIONMEND_DATA")
+    folder = Path(named) / "mocap"
+    if not folder.is_dir():
+        raise FileError(
+            f"{named} was to hold the folder mocap with real recordings, there is none: give another folder"
+        )
+    return folder

@@ -1,0 +1,230 @@
+"""Many items, one contract: something that submits, be it this process, local processes or a Dask cluster.
+
+Delivery is at least once: an item whose worker died is sent again, so a task has to be one that may run twice
+(read a file, write a file under a temporary name, rename it).
+"""
+
+import importlib
+import multiprocessing
+import os
+import signal
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from .errors import MotionMendError, UsageError
+
+ATTEMPTS = 3  # times an item is sent before the death of its worker is held against it
+
+_BLAS_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+Item = TypeVar("Item")
+Value = TypeVar("Value")
+Item_in = TypeVar("Item_in", contravariant=True)
+Value_out = TypeVar("Value_out", covariant=True)
+
+
+class Task(Protocol[Item_in, Value_out]):
+    """What `run` repeats; it must be importable by name in another process (no lambda, no inner function)."""
+
+    def __call__(self, item: Item_in, /) -> Value_out: ...
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why an item failed: the name of the exception's type, its one line, and where it arose."""
+
+    kind: str
+    message: str
+    traceback: str
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[Item, Value]):
+    """What became of one item: `value` where `failure` is None."""
+
+    index: int
+    item: Item
+    value: Value | None
+    failure: Failure | None
+
+
+def run(
+    task: Task[Item, Value],
+    items: Sequence[Item],
+    *,
+    jobs: int,
+    cluster: str | None = None,
+    on_done: Callable[[Outcome[Item, Value]], None] | None = None,
+) -> list[Outcome[Item, Value]]:
+    """Run a task on every item; a failed item never takes another with it.
+
+    Every task computes with one BLAS thread wherever it runs: sums split over another number of threads are
+    rounded differently, and the result would depend on `jobs`.
+
+    Parameters
+    ----------
+    task : called once for each item, at least; in another process when `jobs` > 1 or with a cluster.
+    items : whatever `task` takes.
+    jobs : processes on this machine, >= 1; with 1 everything runs in this process. Not used with a cluster.
+    cluster : address of a Dask scheduler ("tcp://127.0.0.1:8786") whose workers have motionmend and the files.
+    on_done : called in this process with each outcome as it comes, in no particular order.
+
+    Returns
+    -------
+    One outcome for each item, in the order of `items`.
+
+    Raises
+    ------
+    UsageError
+        When `jobs` is below 1, the cluster cannot be reached, or the extra `cluster` is not installed.
+    """
+    if jobs < 1:
+        raise UsageError(f"jobs must be a whole number above 0, came {jobs}")
+    outcomes: dict[int, Outcome[Item, Value]] = {}
+
+    def done(index: int, result: Value | Failure) -> None:
+        outcome: Outcome[Item, Value]
+        if isinstance(result, Failure):
+            outcome = Outcome(index, items[index], None, result)
+        else:
+            outcome = Outcome(index, items[index], result, None)
+        outcomes[index] = outcome
+        if on_done is not None:
+            on_done(outcome)
+
+    if cluster is not None:
+        with _dask(cluster) as (executor, width):
+            _spread(lambda: executor, task, items, width, done)
+    elif min(jobs, len(items)) <= 1:
+        for index, item in enumerate(items):
+            done(index, _attempt(task, item))
+    else:
+        width = min(jobs, len(items))
+        _spread(lambda: _processes(width), task, items, width, done)
+    return [outcomes[index] for index in range(len(items))]
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Hold matrix products to one thread, so that their rounding is the same on every machine of a kind.
+
+    A BLAS library loaded within keeps one thread afterwards.
+    """
+    from threadpoolctl import threadpool_limits
+
+    unset = [name for name in _BLAS_VARIABLES if name not in os.environ]
+    os.environ.update(dict.fromkeys(unset, "1"))  # for a library that is loaded later
+    try:
+        with threadpool_limits(limits=1):  # for those loaded already
+            yield
+    finally:
+        for name in unset:
+            os.environ.pop(name, None)
+
+
+def _attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
+    """The task's value, or its exception as something that survives the way back from another process."""
+    try:
+        with one_blas_thread():
+            return task(item)
+    except Exception as error:
+        kind = type(error).__name__
+        line = " ".join(str(error).split())
+        if not isinstance(error, MotionMendError):
+            line = f"unexpected {kind}: {line}" if line else f"unexpected {kind}"
+        return Failure(kind, line, traceback.format_exc())
+
+
+def _spread(
+    executor_of: Callable[[], Executor],
+    task: Task[Item, Value],
+    items: Sequence[Item],
+    width: int,
+    done: Callable[[int, Value | Failure], None],
+) -> None:
+    """Keep `width` items in flight; when workers die, run the suspects again one at a time.
+
+    A broken pool does not say which of the items in flight broke it. Alone, only the culprit can die again.
+    """
+    todo = deque(range(len(items)))
+    suspects: deque[int] = deque()
+    attempts = [0] * len(items)
+    executor = executor_of()
+    flying: dict[Future[Value | Failure], int] = {}
+
+    def send(index: int) -> None:
+        try:
+            future = executor.submit(_attempt, task, items[index])
+        except BrokenExecutor as error:  # a worker died while nothing was running
+            future = Future()
+            future.set_exception(error)
+        flying[future] = index
+
+    try:
+        while todo or suspects or flying:
+            if suspects and not flying:
+                send(suspects.popleft())
+            while todo and not suspects and len(flying) < width:
+                send(todo.popleft())
+            finished, _ = wait(flying, return_when=FIRST_COMPLETED)
+            lost = []
+            for future in finished:
+                index = flying.pop(future)
+                try:
+                    done(index, future.result())
+                except BrokenExecutor:
+                    lost.append(index)
+                except Exception as error:  # the cluster gave up on it, or the item cannot be sent
+                    line = " ".join(str(error).split())
+                    done(index, Failure(type(error).__name__, f"{type(error).__name__}: {line}", ""))
+            if not lost:
+                continue
+            lost.extend(flying.values())
+            flying.clear()
+            executor.shutdown()
+            executor = executor_of()
+            for index in sorted(lost):
+                attempts[index] += 1
+                if attempts[index] < ATTEMPTS:
+                    suspects.append(index)
+                else:
+                    line = f"its process died {ATTEMPTS} times (out of memory?): try it alone"
+                    done(index, Failure("WorkerDied", line, ""))
+    finally:
+        for future in flying:
+            future.cancel()
+        executor.shutdown()
+
+
+def _processes(count: int) -> ProcessPoolExecutor:
+    """Local workers, started afresh: a forked copy of a process with threads may hang."""
+    return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker)
+
+
+def _start_worker() -> None:
+    os.environ.update(dict.fromkeys(_BLAS_VARIABLES, "1"))  # before numpy is loaded
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which lets what runs come to its end
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[tuple[Executor, int]]:
+    """An executor on a Dask cluster, and how many items it can run at once."""
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError:
+        raise UsageError('a cluster needs Dask, which is not installed: pip install "motionmend[cluster]"') from None
+    try:
+        client = distributed.Client(address, timeout=5)
+    except (OSError, ValueError) as error:
+        line = " ".join(str(error).split())
+        raise UsageError(f"no Dask scheduler answers at {address} ({line}): start `dask scheduler`") from None
+    with client:
+        slots = sum(client.nthreads().values())
+        if slots == 0:
+            raise UsageError(f"the Dask scheduler at {address} has no workers: start `dask worker {address}`")
+        yield client.get_executor(), slots

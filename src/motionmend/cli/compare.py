@@ -1,0 +1,124 @@
+"""`motionmend compare`: how close a recording comes to the truth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from ..errors import UsageError
+from .inputs import Refusal, gather
+from .options import WORKING, AsJson, Rate, SkeletonFile, Working
+from .output import Done, work
+
+WORST = 5  # channels and joints listed for people; JSON has them all
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two recordings of the same thing."""
+
+    truth: Path
+    other: Path
+
+
+def compare(
+    truth: Annotated[Path, Parameter(help="The recording that is right, or a folder of them.")],
+    other: Annotated[
+        Path, Parameter(help="The recording to judge, or a folder with the same names at the same places.")
+    ],
+    /,
+    *,
+    fps: Rate = None,
+    skeleton: SkeletonFile = None,
+    as_json: AsJson = False,
+    working: Working = WORKING,
+) -> int:
+    """Compare recordings with the truth: errors in degrees and centimetres, jitter, bone drift, foot skate.
+
+    What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
+    missing angle as the truth's mean over time and a missing marker as the middle of the others.
+    """
+    from ..io import READABLE
+
+    pairs, refused = _pairs(working.reachable(truth), working.reachable(other), READABLE)
+    task = partial(judge, fps=fps, skeleton=skeleton and working.reachable(skeleton))
+    return work(task, pairs, name=_other, working=working, as_json=as_json, refused=refused)
+
+
+def _pairs(truth: Path, other: Path, endings: "tuple[str, ...]") -> tuple[list[Pair], list[Refusal]]:
+    if truth.is_dir() != other.is_dir() and truth.exists() and other.exists():
+        raise UsageError(f"two files or two folders were wanted, came {truth} and {other}")
+    true, refused = gather([truth], endings)
+    others, refused_too = gather([other], endings)
+    refused += refused_too
+    if not truth.is_dir():
+        return ([Pair(true[0].path, others[0].path)] if true and others else []), refused
+    judged = {one.place: one.path for one in others}
+    known = {one.place for one in true}
+    pairs = [Pair(one.path, judged[one.place]) for one in true if one.place in judged]
+    refused += [Refusal(other / one.place, "is not there to be compared") for one in true if one.place not in judged]
+    refused += [Refusal(path, f"has no truth in {truth}") for place, path in judged.items() if place not in known]
+    return pairs, refused
+
+
+def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
+    """What `evaluate.compare` finds for one pair."""
+    from ..evaluate import compare
+    from ..io import read
+
+    truth = read(pair.truth, fps=fps, skeleton=skeleton)
+    other = read(pair.other, fps=fps, skeleton=skeleton)
+    guesses = tuple(dict.fromkeys((*truth.guesses, *other.guesses)))
+    found = compare(truth, other).to_json()
+    facts = {"input": pair.other, "truth": pair.truth, **found, "guesses": guesses}
+    return Done(facts, _table(facts), guesses=guesses)
+
+
+def _table(facts: Mapping[str, Any]) -> str:
+    """The main numbers with their units, and where the error is largest."""
+    jitter, skate, missing = facts["jitter"], facts["foot_skate_cm_s"], facts["missing"]
+    rows = [
+        ("truth", str(facts["truth"])),
+        ("other", str(facts["input"])),
+        ("kind", f"{facts['kind']}, {facts['frames']} frames at {facts['fps']:g} Hz"),
+        ("body angles, RMS", _both(facts, "rms_deg", "degrees")),
+        ("all angles, RMS", _value(facts["rms_deg_all"], "degrees")),
+        ("position, mean", _both(facts, "mean_cm", "cm")),
+        ("root, RMS", _value(facts["root_rms_cm"], "cm")),
+        ("jitter", f"{_value(jitter['other'], 'm/s3')} (truth {_value(jitter['truth'], 'm/s3')})"),
+        (
+            "bone drift",
+            f"{_value(facts['bone_drift_cm'], 'cm')} (truth {_value(facts['bone_drift_truth_cm'], 'cm')})",
+        ),
+        ("foot skate", f"{_value(skate['other'], 'cm/s')} (truth {_value(skate['truth'], 'cm/s')})"),
+        ("missing", f"{missing['samples']} samples, {100 * missing['share']:.3g} %"),
+    ]
+    rows += [("worst angles", line) for line in _worst(facts["rms_deg_by_channel"], "degrees")]
+    rows += [("worst places", line) for line in _worst(facts["mean_cm_by_joint"], "cm")]
+    rows += [("note", note) for note in facts["notes"]]
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}}  {value}" for name, value in rows if value)
+
+
+def _both(facts: Mapping[str, Any], name: str, unit: str) -> str:
+    if facts[name] is None:
+        return ""
+    return f"{_value(facts[name], unit)} ({_value(facts[f'{name}_counting_missing'], unit)} counting what is missing)"
+
+
+def _value(value: float | None, unit: str) -> str:
+    return "unknown" if value is None else f"{value:.3g} {unit}"
+
+
+def _worst(by_name: Mapping[str, float | None] | None, unit: str) -> list[str]:
+    if not by_name:
+        return []
+    known = sorted(((v, name) for name, v in by_name.items() if v is not None), reverse=True)[:WORST]
+    return [", ".join(f"{name} {_value(value, unit)}" for value, name in known)] if known else []
+
+
+def _other(pair: Pair) -> Path:
+    return pair.other

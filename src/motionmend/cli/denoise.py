@@ -1,0 +1,216 @@
+"""`motionmend denoise`: repair recordings and say what was done to every sample."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from .. import __version__
+from ..errors import UsageError
+from .inputs import Job
+from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Working, Writing
+from .output import Done
+from .transform import transform, write_json
+
+if TYPE_CHECKING:
+    from ..bodies.motion import Markers, Motion, Repaired
+    from ..denoise import DenoiserModel
+
+DEFAULT_METHOD = "paper"
+
+
+def denoise(
+    *files: Files,
+    out: Out,
+    model: Annotated[
+        Path | None,
+        Parameter(name=["-m", "--model"], help="Model (.mend) from `motionmend fit denoiser`."),
+    ] = None,
+    method: Annotated[
+        str,
+        Parameter(
+            help="How to repair: paper and kalman-data learn from clips and need a model; gaussian, savgol, "
+            "butterworth and kalman filter; linear, spline and pca (markers only) fill gaps and leave the rest."
+        ),
+    ] = DEFAULT_METHOD,
+    robust: Annotated[
+        str,
+        Parameter(help="Estimator of method paper: welsch, tukey, huber, student, or square (not robust)."),
+    ] = "welsch",
+    footskate: Annotated[
+        bool,
+        Parameter(show_default=False, help="Keep feet still on the ground afterwards (joint angles, with a model)."),
+    ] = False,
+    fps: Rate = None,
+    skeleton: SkeletonFile = None,
+    report: Annotated[
+        bool, Parameter(show_default=False, help="Write NAME.report.html beside each output: before and after.")
+    ] = False,
+    as_json: AsJson = False,
+    working: Working = WORKING,
+    writing: Writing = WRITING,
+) -> int:
+    """Repair recordings: remove noise and outliers, fill what is missing.
+
+    Each output keeps its input's rate, frames and channels. Beside it stands NAME.mend.json: what each sample is
+    (measured, repaired, filled, left open), standard deviations in degrees and metres, model, options and cost.
+    Of all that is written only its last entry, "seconds", differs from run to run.
+    """
+    _check(method, robust, footskate, model)
+    repair = Repair.of(model, method, robust, footskate, fps, skeleton and working.reachable(skeleton), report)
+    sidecars = [".mend.json", *([".report.html"] if report else [])]
+    return transform(repair, files, out, sidecars=sidecars, as_json=as_json, working=working, writing=writing)
+
+
+def _check(method: str, robust: str, footskate: bool, model: Path | None) -> None:
+    """Refuse options that make no sense, alone or together."""
+    from ..denoise import CLASSIC_METHODS, METHODS
+    from ..numerics.robust import ESTIMATORS
+
+    if method not in METHODS:
+        raise UsageError(f"--method: one of {', '.join(METHODS)} was wanted, came {method!r}")
+    if robust not in ESTIMATORS:
+        raise UsageError(f"--robust: one of {', '.join(ESTIMATORS)} was wanted, came {robust!r}")
+    if model is None and method not in CLASSIC_METHODS:
+        raise UsageError(
+            f"--method {method} learns from clips: give a model with -m, or choose one of {', '.join(CLASSIC_METHODS)}"
+        )
+    if model is None and footskate:
+        raise UsageError("--footskate needs a model: give one with -m")
+
+
+@dataclass(frozen=True)
+class Repair:
+    """The options of one command line, and the model they name; called with each file."""
+
+    model: "DenoiserModel | None"
+    model_facts: dict[str, str] | None
+    method: str
+    robust: str
+    footskate: bool
+    fps: float | None
+    skeleton: Path | None
+    report: bool
+
+    @classmethod
+    def of(
+        cls,
+        model: Path | None = None,
+        method: str = DEFAULT_METHOD,
+        robust: str = "welsch",
+        footskate: bool = False,
+        fps: float | None = None,
+        skeleton: Path | None = None,
+        report: bool = False,
+    ) -> "Repair":
+        """The options with the model read from its file."""
+        from ..io.model import load_model
+        from ..models import restore
+
+        if model is None:
+            return cls(None, None, method, robust, footskate, fps, skeleton, report)
+        stored = load_model(model)
+        facts = {"file": model.name, "sha256": stored.sha256}
+        return cls(restore(stored, model), facts, method, robust, footskate, fps, skeleton, report)
+
+    def __call__(self, job: Job, /) -> Done:
+        from ..io import read
+
+        start = perf_counter()
+        recording = read(job.source, fps=self.fps, skeleton=self.skeleton)
+        was_read = perf_counter() - start
+        repaired, seconds = self.timed(recording)
+        return self.save(job, recording, repaired, {"read": was_read, **seconds})
+
+    def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":
+        """What the method makes of a recording, and the seconds it took under `repair`."""
+        from ..denoise import repair_classic
+
+        known: Any = recording  # each call takes motions and markers, none takes the union of both
+        found: Repaired[Any]
+        start = perf_counter()
+        if self.model is None:
+            found = repair_classic(known, self.method)
+        else:
+            found = self.model.repair(known, self.method, robust=self.robust, footskate=self.footskate)
+        return found, {"repair": perf_counter() - start}
+
+    def save(
+        self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]", seconds: dict[str, float]
+    ) -> Done:
+        """Write the output and the files beside it; `seconds` is what was spent so far, `repair` among it."""
+        from ..io import write
+        from ..io.atomic import atomic
+
+        start = perf_counter()
+        with ExitStack() as whole:  # all files appear together, or none
+            if self.report:
+                page = whole.enter_context(atomic(job.beside(".report.html")))
+                self._write_report(page, recording, repaired)
+            write(job.target, repaired.recording, repaired=repaired)
+            seconds = {**seconds, "write": perf_counter() - start}
+            seconds["total"] = sum(seconds.values())
+            facts = self._facts(job, recording, repaired)
+            write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
+        counts = repaired.counts()
+        frame_ms = {"mean": 1000 * seconds["repair"] / recording.frames if recording.frames else None}
+        said = {
+            "input": job.source,
+            "output": job.target,
+            "frames": recording.frames,
+            "seconds": seconds,
+            "frame_ms": frame_ms,
+            "counts": counts,
+            "warnings": repaired.warnings,
+            "guesses": recording.guesses,
+        }
+        line = f"{job.source}: {recording.frames} frames, {_summed(counts)}: {job.target}"
+        return Done(said, line=line, warnings=repaired.warnings, guesses=recording.guesses)
+
+    def _facts(self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]") -> dict[str, Any]:
+        from .provenance import provenance
+
+        return {
+            "version": __version__,
+            "input": job.source.name,
+            "output": job.target.name,
+            "model": self.model_facts,
+            "options": {
+                "method": self.method,
+                "robust": self.robust,
+                "footskate": self.footskate,
+                "fps": self.fps,
+                "skeleton": self.skeleton.name if self.skeleton else None,
+            },
+            "method": repaired.method,
+            "frames": recording.frames,
+            "fps": recording.fps,
+            **provenance(repaired),
+            "warnings": repaired.warnings,
+            "guesses": recording.guesses,
+        }
+
+    def _write_report(self, page: Path, recording: "Motion | Markers", repaired: "Repaired[Any]") -> None:
+        from ..report import html_report
+
+        facts: dict[str, str] = {}  # the page names the method itself
+        if self.model_facts:
+            facts["model"] = f"{self.model_facts['file']}, SHA-256 {self.model_facts['sha256']}"
+        named = [("before", recording), ("after", repaired.recording)]
+        html_report(page, named, repaired=repaired, facts=facts)
+
+
+def _summed(counts: dict[str, int]) -> str:
+    from .findings import percent
+
+    whole = max(1, sum(counts.values()))
+    shown = {"repaired": "repaired", "filled": "filled", "left_open": "left open"}
+    parts = [f"{percent(counts[name] / whole)} {words}" for name, words in shown.items() if counts[name]]
+    return ", ".join(parts) or "nothing replaced"
+
+
+def _rounded(seconds: dict[str, float]) -> dict[str, float]:
+    return {name: round(value, 4) for name, value in seconds.items()}

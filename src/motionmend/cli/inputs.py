@@ -1,0 +1,202 @@
+"""From what stands on the command line to files in and files out."""
+
+import json
+import os
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..errors import UsageError
+
+
+@dataclass(frozen=True)
+class Input:
+    """One file to work on, and where it belongs in a mirrored tree of outputs."""
+
+    path: Path
+    place: Path
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Something named on the command line that cannot be worked on, and why in one line."""
+
+    path: Path
+    reason: str
+
+
+@dataclass(frozen=True)
+class Job:
+    """One file in, one file out.
+
+    Attributes
+    ----------
+    source, target : the input and its output.
+    stem : the output without its ending, to which the files beside it add theirs.
+    finished : whether the output is there already and nothing is left to do.
+    """
+
+    source: Path
+    target: Path
+    stem: Path
+    finished: bool = False
+
+    def beside(self, ending: str) -> Path:
+        """The file beside the output with another ending, e.g. `.mend.json`."""
+        return self.stem.with_name(self.stem.name + ending)
+
+
+def ending(path: Path) -> str:
+    """The ending that says what a file is, in lower case with its dot."""
+    return path.suffix.lower()
+
+
+def gather(
+    given: Sequence[Path],
+    endings: Collection[str],
+    what: str = "recording",
+    meant: Callable[[Path], bool] | None = None,
+) -> tuple[list[Input], list[Refusal]]:
+    """All files meant by files and folders, in the order given and sorted within a folder; each once.
+
+    Parameters
+    ----------
+    given : files, taken whatever their place, and folders, searched to any depth; hidden names are left out.
+    endings : lower case with the dot; a file named outright that has none of them is refused.
+    what : what one such file is called.
+    meant : whether a file found in a folder is one; `io.looks_meant` when None. What is not is said and left out.
+
+    Raises
+    ------
+    UsageError
+        When nothing was given.
+    """
+    if not given:
+        raise UsageError(f"a {what} or a folder of them was wanted, none was given: name at least one FILE")
+    inputs: list[Input] = []
+    refused: list[Refusal] = []
+    several = len(given) > 1
+    seen: set[Path] = set()
+    for path in given:
+        found: list[Input] = []
+        if path.is_dir():
+            top = Path(path.resolve().name) if several else Path()
+            files = _meant(_files_in(path, endings), what, meant)
+            found = [Input(file, top / file.relative_to(path)) for file in files]
+            if not found:
+                refused.append(Refusal(path, f"no {what} in this folder ({', '.join(sorted(endings))})"))
+        elif not path.exists():
+            refused.append(Refusal(path, "no such file or folder"))
+        elif ending(path) == ".asf" and ".asf" not in endings:
+            refused.append(Refusal(path, "a skeleton, no recording: give the .amc files that go with it"))
+        elif ending(path) not in endings:
+            came = f"came {path.suffix!r}" if path.suffix else "came none"
+            refused.append(Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}"))
+        else:
+            found = [Input(path, Path(path.name))]
+        for one in found:
+            whole = one.path.resolve()
+            if whole not in seen:
+                seen.add(whole)
+                inputs.append(one)
+    return inputs, refused
+
+
+def plan(
+    inputs: Sequence[Input], given: Sequence[Path], out: Path, endings: Collection[str], otherwise: str
+) -> list[Job]:
+    """Where each output goes: OUT itself for one file, a tree below OUT for a folder or several.
+
+    Parameters
+    ----------
+    inputs : from `gather(given, ...)`.
+    given : as on the command line.
+    out : what -o names.
+    endings : of the files that can be written, lower case with the dot.
+    otherwise : the ending of an output whose input cannot be written as what it is.
+
+    Raises
+    ------
+    UsageError
+        When OUT cannot be what is needed, or two inputs would share an output.
+    """
+    one_file = len(given) == 1 and not given[0].is_dir()
+    if one_file and out.suffix and not out.is_dir():
+        if ending(out) not in endings:
+            raise UsageError(f"-o {out}: an ending of {', '.join(sorted(endings))} was wanted, came {out.suffix!r}")
+        targets = [out] * len(inputs)
+    else:
+        if out.exists() and not out.is_dir():
+            raise UsageError(f"-o {out}: a folder was wanted for several inputs, came a file")
+        if not out.is_dir() and ending(out) in endings:
+            raise UsageError(f"-o {out}: a folder was wanted for several inputs, came the name of a file")
+        targets = [out / (i.place if ending(i.path) in endings else i.place.with_suffix(otherwise)) for i in inputs]
+    for target, count in Counter(map(os.path.normcase, targets)).items():
+        if count > 1:
+            raise UsageError(f"{count} inputs would all be written to {target}: give them apart")
+    stems = [target.with_suffix("") for target in targets]
+    shared = Counter(map(os.path.normcase, stems))
+    return [
+        Job(one.path, target, stem if shared[os.path.normcase(stem)] == 1 else target)
+        for one, target, stem in zip(inputs, targets, stems, strict=True)
+    ]
+
+
+def ready(job: Job, inputs: Sequence[Input], sidecars: Sequence[str], *, force: bool, resume: bool) -> Job | Refusal:
+    """The job as it is to be done, or why it must not write what it would write.
+
+    An output appears under its name only when it is complete: with `resume`, what is there is finished. Where the
+    file beside it belongs to an output of the same name in another format, its own gets the whole name.
+    """
+    if any(_owner(job.beside(sidecar)) not in (None, job.target.name) for sidecar in sidecars):
+        job = replace(job, stem=job.target)
+    outputs = [job.target, *(job.beside(sidecar) for sidecar in sidecars)]
+    for output in outputs:
+        if output.is_dir():
+            return Refusal(job.source, f"the output {output} is a folder: choose another name with -o")
+        if any(_same(output, one.path) for one in inputs):
+            return Refusal(job.source, f"the output {output} is an input itself: choose another name with -o")
+    if resume and job.target.exists():
+        return replace(job, finished=True)
+    there = next((output for output in outputs if output.exists()), None)
+    if there is not None and not (force or resume):
+        reason = f"the output {there} is there already: --force overwrites it, --resume skips what is finished"
+        return Refusal(job.source, reason)
+    return job
+
+
+def _owner(sidecar: Path) -> str | None:
+    """The name of the output that a sidecar in JSON says it belongs to."""
+    if sidecar.suffix != ".json" or not sidecar.is_file():
+        return None
+    try:
+        owner = json.loads(sidecar.read_text("utf-8")).get("output")
+    except (ValueError, AttributeError):  # not ours
+        return None
+    return owner if isinstance(owner, str) else None
+
+
+def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
+    for file in sorted(folder.rglob("*")):
+        hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
+        if ending(file) in endings and not hidden and file.is_file():
+            yield file
+
+
+def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | None) -> list[Path]:
+    """The files that are what is looked for; says which others are left out."""
+    from ..io import looks_meant
+    from .output import say
+
+    kept: list[Path] = []
+    for file in files:
+        if (meant or looks_meant)(file):
+            kept.append(file)
+        else:
+            say(f"{file} is left out: not a {what}, as it starts otherwise")
+    return kept
+
+
+def _same(a: Path, b: Path) -> bool:
+    return a.exists() and b.exists() and a.samefile(b)

@@ -1,0 +1,68 @@
+"""Options that several commands share, each with its unit and its default in the help text."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+from cyclopts import Parameter
+
+Files: TypeAlias = Annotated[
+    Path, Parameter(help="Recordings, or folders that are searched for them to any depth.", negative="")
+]
+Out: TypeAlias = Annotated[
+    Path,
+    Parameter(name=["-o", "--out"], help="The output for one input file; a folder for several or for a folder."),
+]
+Rate: TypeAlias = Annotated[
+    float | None,
+    Parameter(help="Rate in Hz of files that carry none (.amc: 120 when not given)."),
+]
+SkeletonFile: TypeAlias = Annotated[
+    Path | None,
+    Parameter(help="The .asf that goes with .amc files; otherwise it is looked for beside each."),
+]
+AsJson: TypeAlias = Annotated[
+    bool,
+    Parameter(
+        name="--json", show_default=False, help="Print one JSON object per input on stdout and nothing else there."
+    ),
+]
+Force: TypeAlias = Annotated[bool, Parameter(show_default=False, help="Overwrite outputs that are there.")]
+Debug: TypeAlias = Annotated[bool, Parameter(show_default=False, help="Show where in the program a failure arose.")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Working:
+    """How a command goes through its inputs."""
+
+    jobs: Annotated[int | None, Parameter(help="Processes to use; the default is the number of cores.")] = None
+    cluster: Annotated[
+        str | None,
+        Parameter(help="Address of a Dask scheduler to use instead, such as tcp://127.0.0.1:8786."),
+    ] = None
+    debug: Debug = False
+
+    @property
+    def width(self) -> int:
+        """Processes to use."""
+        return self.jobs if self.jobs is not None else (os.cpu_count() or 1)
+
+    def reachable(self, path: Path) -> Path:
+        """The path as every worker finds it: those of a cluster run in other folders."""
+        return path if self.cluster is None else path.absolute()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Writing:
+    """What a command does about outputs that are there already."""
+
+    force: Force = False
+    resume: Annotated[bool, Parameter(show_default=False, help="Skip inputs whose output is there and finished.")] = (
+        False
+    )
+
+
+WORKING, WRITING = Working(), Writing()  # what holds when nothing is said

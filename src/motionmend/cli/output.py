@@ -1,0 +1,161 @@
+"""How a command goes through its inputs and speaks about them: results on stdout, all else on stderr."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ..batch import Failure, Outcome, Task, run
+from .inputs import Refusal
+from .options import Working
+
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a command has to say about one input.
+
+    Attributes
+    ----------
+    facts : the input's JSON object.
+    text : its result for people, for stdout; empty when the result is a file.
+    line : one line for stderr; empty when there is nothing to say.
+    warnings, guesses : one sentence each, for stderr; the facts hold them too.
+    """
+
+    facts: Mapping[str, Any]
+    text: str = ""
+    line: str = ""
+    warnings: tuple[str, ...] = ()
+    guesses: tuple[str, ...] = ()
+
+
+def work(
+    task: Task[Item, Done],
+    items: Sequence[Item],
+    *,
+    name: Callable[[Item], Path],
+    working: Working,
+    as_json: bool,
+    refused: Sequence[Refusal] = (),
+) -> int:
+    """Run a task on every item and say what came of each, in the order of the items, as soon as it is its turn.
+
+    Parameters
+    ----------
+    task : see `batch.run`.
+    items : what to work on.
+    name : the input file of an item.
+    working : processes and cluster.
+    as_json : JSON on stdout instead of text.
+    refused : what could not even be tried; told first.
+
+    Returns
+    -------
+    The exit code.
+    """
+    for refusal in refused:
+        tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=as_json, debug=False)
+    waiting: dict[int, Outcome[Item, Done]] = {}
+    guesses: dict[str, list[Path]] = {}
+    turn = 0
+    with progress(len(items)) as advance:
+
+        def heard(outcome: Outcome[Item, Done]) -> None:
+            nonlocal turn
+            advance()
+            waiting[outcome.index] = outcome
+            while turn in waiting:
+                told = waiting.pop(turn)
+                turn += 1
+                path = name(told.item)
+                if told.failure is not None:
+                    tell_failure(path, told.failure, as_json=as_json, debug=working.debug)
+                elif told.value is not None:
+                    _tell(path, told.value, as_json=as_json, first=turn == 1)
+                    for guess in told.value.guesses:
+                        guesses.setdefault(guess, []).append(path)
+
+        outcomes = run(task, items, jobs=working.width, cluster=working.cluster, on_done=heard)
+    tell_guesses(guesses)
+    return exit_code([o.failure for o in outcomes if o.failure is not None], refused)
+
+
+def exit_code(failures: Sequence[Failure], refused: Sequence[Refusal] = ()) -> int:
+    """0 when all went well, 2 when the usage was bad, else 1."""
+    if any(failure.kind == "UsageError" for failure in failures):
+        return 2
+    return 1 if failures or refused else 0
+
+
+def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool) -> None:
+    """One line on stderr that holds the file's name; with --json also an object with `error` on stdout."""
+    if debug and failure.traceback:
+        say(failure.traceback.rstrip())
+    message = failure.message if path.name in failure.message else f"{path}: {failure.message}"
+    say(f"motionmend: {message}")
+    if as_json:
+        print(json_line({"input": str(path), "error": failure.message}), flush=True)
+
+
+def tell_guesses(guesses: Mapping[str, Sequence[Path]]) -> None:
+    """Each thing supposed, once, with the file or the number of files it was supposed for."""
+    for guess, paths in guesses.items():
+        where = str(paths[0]) if len(paths) == 1 else f"{len(paths)} files, {paths[0]} first"
+        say(f"guess ({where}): {guess}")
+
+
+def _tell(path: Path, done: Done, *, as_json: bool, first: bool) -> None:
+    for warning in done.warnings:
+        say(f"warning ({path}): {warning}")
+    if done.line:
+        say(done.line)
+    if as_json:
+        print(json_line(done.facts), flush=True)
+    elif done.text:
+        print(done.text if first else f"\n{done.text}", flush=True)
+
+
+def say(line: str) -> None:
+    """A line for the person in front of the terminal."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def json_line(facts: Mapping[str, Any]) -> str:
+    """One JSON object on one line; numbers that JSON lacks become null."""
+    return json.dumps(plain(facts), allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """The same with numpy's numbers and arrays as Python's, NaN and infinities as None, paths as text."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, str | bool | int) or value is None:
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    return [plain(entry) for entry in value]
+
+
+@contextmanager
+def progress(total: int) -> Iterator[Callable[[], None]]:
+    """A bar on stderr while several items are worked on, when stderr is a terminal; call once for each item."""
+    if total < 2 or not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    shared = sys.stdout.isatty()  # else what goes to stdout must stay there and not come out above the bar
+    with Progress(console=Console(stderr=True), transient=True, redirect_stdout=shared) as bar:
+        line = bar.add_task("", total=total)
+        yield lambda: bar.advance(line)

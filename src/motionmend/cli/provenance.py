@@ -1,0 +1,76 @@
+"""What a repair did to every sample, as JSON: counts, deviations, and runs of samples that were not measured."""
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats
+from ..bodies.motion import Motion, Origin, Repaired
+from ..bodies.skeleton import ROTATION
+from .findings import labels
+
+DIGITS = 3  # significant digits of a standard deviation
+
+
+def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
+    """Entries `counts`, `channels`, `std`, `runs`, `iterations`, `cost` and `converged` of a .mend.json.
+
+    Standard deviations are in degrees for angles and in metres else, as each entry of `std` says with its `unit`.
+    `runs` lists for each channel or marker, by origin, the stretches of frames that were not measured: [first frame
+    from 0, number of frames, standard deviation]. The last is one number where it is the same throughout, else one
+    for each frame; it is absent where a gap was left open.
+    """
+    names = labels(repaired.recording.channels)
+    scale, unit = _units(repaired)
+    std = repaired.std * scale
+    return {
+        "counts": repaired.counts(),
+        "channels": {name: _counts(repaired.origin[:, c]) for c, name in enumerate(names)},
+        "std": {name: _spread(std[:, c], unit[c]) for c, name in enumerate(names)},
+        "runs": {name: found for c, name in enumerate(names) if (found := _runs(repaired.origin[:, c], std[:, c]))},
+        "iterations": repaired.iterations,
+        "cost": [_short(cost, 10) for cost in repaired.cost],
+        "converged": repaired.converged,
+    }
+
+
+def mask_runs(mask: Bools) -> list[tuple[int, int]]:
+    """First frame and number of frames of each stretch where a mask (T,) is True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(first), int(last - first)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _counts(origin: Bytes) -> dict[str, int]:
+    return {o.name.lower(): int((origin == o).sum()) for o in Origin}
+
+
+def _units(repaired: Repaired[Any]) -> tuple[Floats, list[str]]:
+    """Per channel: what a standard deviation is multiplied with to be written, and the unit it has then."""
+    recording = repaired.recording
+    if not isinstance(recording, Motion):
+        return np.ones(len(recording.channels)), ["m"] * len(recording.channels)
+    turns = recording.skeleton.dof_kind == ROTATION
+    return np.where(turns, np.degrees(1.0), 1.0), ["deg" if turn else "m" for turn in turns]
+
+
+def _spread(std: Floats, unit: str) -> dict[str, Any]:
+    there = std[np.isfinite(std)]
+    if not there.size:
+        return {"unit": unit, "mean": None, "max": None}
+    return {"unit": unit, "mean": _short(float(there.mean())), "max": _short(float(there.max()))}
+
+
+def _runs(origin: Bytes, std: Floats) -> dict[str, list[list[Any]]]:
+    found: dict[str, list[list[Any]]] = {}
+    for kind in (Origin.REPAIRED, Origin.FILLED, Origin.LEFT_OPEN):
+        for first, frames in mask_runs(origin == kind):
+            run: list[Any] = [first, frames]
+            if kind is not Origin.LEFT_OPEN:
+                values = [_short(value) for value in std[first : first + frames]]
+                run.append(values[0] if len(set(values)) == 1 else values)
+            found.setdefault(kind.name.lower(), []).append(run)
+    return found
+
+
+def _short(value: float, digits: int = DIGITS) -> float:
+    return float(f"{value:.{digits}g}")

@@ -1,0 +1,90 @@
+"""`motionmend report`: a page that plays recordings."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from ..batch import Failure
+from ..errors import FileError, MotionMendError, UsageError
+from .inputs import gather
+from .options import Debug, Files, Force, Rate, SkeletonFile
+from .output import exit_code, say, tell_failure, tell_guesses
+
+if TYPE_CHECKING:
+    from ..bodies.motion import Markers, Motion
+
+
+def report(
+    *files: Files,
+    out: Annotated[Path, Parameter(name=["-o", "--out"], help="The page to write; ends in .html.")],
+    fps: Rate = None,
+    skeleton: SkeletonFile = None,
+    force: Force = False,
+    debug: Debug = False,
+) -> int:
+    """Write one self-contained page that plays the recordings over each other, with curves and a scrubber.
+
+    Where a NAME.mend.json stands beside a recording, what it says of the repair is shown. Lengths are in metres,
+    angles in degrees.
+    """
+    from ..io import READABLE, read
+    from ..report import html_report
+
+    if out.suffix.lower() != ".html":
+        raise UsageError(f"-o: a page's name ends in .html, came {out}")
+    inputs, refused = gather(files, READABLE)
+    if out.exists() and not force:
+        raise FileError(f"{out} is there already: --force overwrites it")
+    shown: list[tuple[str, Motion | Markers]] = []
+    facts: dict[str, str] = {}
+    guesses: dict[str, list[Path]] = {}
+    failures = []
+    for refusal in refused:
+        tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=debug)
+    for one in inputs:
+        try:
+            recording = read(one.path, fps=fps, skeleton=skeleton)
+            facts |= _facts_beside(one.path)
+        except MotionMendError as error:
+            failures.append(Failure(type(error).__name__, str(error), ""))
+            tell_failure(one.path, failures[-1], as_json=False, debug=debug)
+            continue
+        shown.append((str(one.place), recording))
+        for guess in recording.guesses:
+            guesses.setdefault(guess, []).append(one.path)
+    if not shown:
+        raise FileError(f"{out} not written: none of the recordings given can be shown")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    html_report(out, shown, facts=facts)
+    tell_guesses(guesses)
+    say(f"{len(shown)} recording{'s'[: len(shown) != 1]}: {out}")
+    return exit_code(failures, refused)
+
+
+def _facts_beside(path: Path) -> dict[str, str]:
+    """What NAME.mend.json says about a recording's repair, as lines for the page; empty when there is none."""
+    stem = path.with_suffix("")
+    for beside in (stem.with_name(stem.name + ".mend.json"), path.with_name(path.name + ".mend.json")):
+        if beside.is_file():
+            break
+    else:
+        return {}
+    try:
+        said = json.loads(beside.read_text("utf-8"))
+        if said["output"] != path.name:  # of a recording of the same name in another format
+            return {}
+        counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in said["counts"].items())
+        model = said["model"]
+        return {
+            f"{path.name}: repaired from": str(said["input"]),
+            f"{path.name}: method": str(said["method"]),
+            f"{path.name}: samples": counts,
+            **({f"{path.name}: model": f"{model['file']}, SHA-256 {model['sha256']}"} if model else {}),
+            **{f"{path.name}: warning {n}": str(line) for n, line in enumerate(said["warnings"], start=1)},
+        }
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(
+            f"{beside}: a .mend.json as `motionmend denoise` writes it was wanted ({error!r}): move it away"
+        ) from None

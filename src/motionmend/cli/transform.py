@@ -1,0 +1,89 @@
+"""What `denoise` and `corrupt` share: recordings in, recordings of the same shape out, a file beside each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..batch import Task
+from .inputs import Input, Job, Refusal, gather, plan, ready
+from .options import Working, Writing
+from .output import Done, json_line, say, work
+
+OTHERWISE = ".c3d"  # what a recording becomes whose own format can only be read
+
+
+def transform(
+    task: Task[Job, Done],
+    files: Sequence[Path],
+    out: Path,
+    *,
+    sidecars: Sequence[str],
+    as_json: bool,
+    working: Working,
+    writing: Writing,
+) -> int:
+    """Run a task on every recording and write what it makes; return the exit code.
+
+    Parameters
+    ----------
+    task : reads `job.source`, writes `job.target` and its sidecars.
+    files, out : as on the command line.
+    sidecars : endings of the files beside each output.
+    """
+    from ..io import READABLE, WRITABLE
+
+    files, out = [working.reachable(file) for file in files], working.reachable(out)
+    inputs, refused = gather(files, READABLE)
+    inputs = _without(out, inputs, files)
+    jobs = []
+    for planned in plan(inputs, files, out, WRITABLE, OTHERWISE):
+        job = ready(planned, inputs, sidecars, force=writing.force, resume=writing.resume)
+        if isinstance(job, Refusal):
+            refused.append(job)
+        else:
+            try:
+                job.target.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                why = f"the folder {job.target.parent} cannot be made: {error.strerror or error}"
+                refused.append(Refusal(job.source, f"{why}: choose another place with -o"))
+                continue
+            jobs.append(job)
+    return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused)
+
+
+@dataclass(frozen=True)
+class _Once:
+    """The task, but for jobs that are finished."""
+
+    task: Task[Job, Done]
+
+    def __call__(self, job: Job, /) -> Done:
+        if not job.finished:
+            return self.task(job)
+        facts = {"input": job.source, "output": job.target, "skipped": True}
+        return Done(facts, line=f"{job.source}: {job.target} is there already, skipped")
+
+
+def write_json(path: Path, facts: Mapping[str, Any]) -> None:
+    """Write facts as JSON for people and programs: one entry a line, long lists kept on theirs."""
+    from ..io.atomic import atomic
+
+    entries = [f"  {json_line({key: value})[1:-1]}" for key, value in facts.items()]
+    with atomic(path) as temporary:
+        temporary.write_text("{\n" + ",\n".join(entries) + "\n}\n", "utf-8")
+
+
+def _without(out: Path, inputs: list[Input], files: Sequence[Path]) -> list[Input]:
+    """The inputs; where OUT lies inside a folder that was searched, without what lies below OUT."""
+    whole = out.resolve()
+    if not any(folder.is_dir() and folder.resolve() in whole.parents for folder in files):
+        return inputs
+    kept = [one for one in inputs if one.path in files or whole not in one.path.resolve().parents]
+    if len(kept) < len(inputs):
+        say(f"{len(inputs) - len(kept)} recordings below {out} are left out: they are outputs")
+    return kept
+
+
+def _source(job: Job) -> Path:
+    return job.source

@@ -1,0 +1,389 @@
+"""How close a recording comes to the truth: angles, places, jitter, bone lengths, feet, and what is missing."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..bodies.feet import contacts, foot_joints, foot_markers, skate_during
+from ..bodies.motion import Markers, Motion
+from ..bodies.skeleton import ROTATION, positions
+from ..errors import MismatchError
+
+RIGID_STD = 0.005  # m; two markers whose distance varies less than this in the truth sit on one bone
+RATE_TOLERANCE = 5e-4  # relative; what a frame time written with few digits is off by, 119.88 Hz is not 120 Hz
+_ROOTS = {"root", "hips", "hip", "pelvis", "reference"}
+_NOT_BODY = ("hand", "finger", "thumb", "index", "middle", "ring", "pinky", "little", "toe", "toebase")
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What `compare` found; None stands where a quantity does not exist for the kind of recording or the data.
+
+    Attributes
+    ----------
+    kind : `motion` or `markers`.
+    frames, fps : of both recordings; fps in Hz.
+    rms_deg : RMS difference of the body joint angles (`body_channels`), over the samples both have, degrees.
+    rms_deg_counting_missing : the same, each missing angle scored as if it were the truth's mean over time.
+    rms_deg_all, rms_deg_by_channel : over all rotation channels, and each by its name.
+    mean_cm : mean distance over joints or markers and frames, over the samples both have, cm.
+    mean_cm_counting_missing : the same, each missing marker scored as if it were at the centroid of the frame's
+        true markers, each missing angle as if it were the truth's mean over time.
+    mean_cm_by_joint : `mean_cm` of each joint or marker by its name.
+    root_rms_cm : RMS distance of the root, cm.
+    jitter : `truth`, `other` in m/s^3 over the samples both have, and `ratio` = other / truth.
+    bone_drift_cm, bone_drift_truth_cm : standard deviation over time of the distances between markers that the
+        truth shows to be rigidly linked, cm; 0 for joint angles.
+    foot_skate_cm_s : `truth`, `other`: mean horizontal speed of the feet while the truth's stand on the floor, cm/s.
+    missing : `samples` that the truth has and the other lacks, their `share`, and `by_channel`.
+    notes : one sentence for each number that needs one.
+    """
+
+    kind: str
+    frames: int
+    fps: float
+    rms_deg: float | None
+    rms_deg_counting_missing: float | None
+    rms_deg_all: float | None
+    rms_deg_by_channel: dict[str, float | None] | None
+    mean_cm: float | None
+    mean_cm_counting_missing: float | None
+    mean_cm_by_joint: dict[str, float | None]
+    root_rms_cm: float | None
+    jitter: dict[str, float | None]
+    bone_drift_cm: float | None
+    bone_drift_truth_cm: float | None
+    foot_skate_cm_s: dict[str, float | None]
+    missing: dict[str, Any]
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Every field under its own name, ready for `json.dumps`; None becomes null."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {**values, "notes": list(self.notes)}
+
+
+def compare(truth: Motion | Markers, other: Motion | Markers) -> Comparison:
+    """Compare a recording with the truth, sample by sample.
+
+    Channels and markers are matched by name, in whatever order; markers also without the subject's prefix when
+    that is unambiguous. Samples that the truth lacks are left out of everything.
+
+    Parameters
+    ----------
+    truth, other : T frames of the same channels at the same rate. Joint positions of both are computed with the
+        truth's skeleton.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    MismatchError
+        Different kinds, frame counts, rates or names.
+    """
+    if type(truth) is not type(other):
+        raise MismatchError(f"a comparison needs two recordings of one kind, came {_kind(truth)} and {_kind(other)}")
+    if truth.frames != other.frames:
+        raise MismatchError(f"a comparison needs as many frames as the truth has, {truth.frames}, came {other.frames}")
+    if abs(truth.fps - other.fps) > RATE_TOLERANCE * truth.fps:
+        raise MismatchError(f"a comparison needs the truth's rate, {truth.fps:g} Hz, came {other.fps:g} Hz")
+    if isinstance(truth, Motion):
+        assert isinstance(other, Motion)
+        return _compare_motions(truth, other)
+    assert isinstance(other, Markers)
+    return _compare_markers(truth, other)
+
+
+def rms_angle(truth: Floats, other: Floats) -> float:
+    """Root of the mean squared angle difference modulo a full turn, over the samples both have.
+
+    Parameters
+    ----------
+    truth, other : same shape, rad, NaN = missing.
+
+    Returns
+    -------
+    float
+        rad; NaN when there is no common sample.
+    """
+    return float(np.sqrt(_mean(_wrapped(other - truth) ** 2)))
+
+
+def position_error(truth: Floats, other: Floats) -> Floats:
+    """Distance of each point from where it truly is: (T, P, 3) m and (T, P, 3) m to (T, P) m, NaN = missing."""
+    return np.asarray(np.linalg.norm(other - truth, axis=2))
+
+
+def jitter(positions: Floats, fps: float) -> float:
+    """Mean over points and frames of the size of the jerk, by third differences.
+
+    Parameters
+    ----------
+    positions : (T, P, 3) m, NaN = missing; a difference that touches a missing sample is left out.
+    fps : Hz.
+
+    Returns
+    -------
+    float
+        m/s^3; NaN when no four consecutive frames are there.
+    """
+    jerk = np.linalg.norm(np.diff(positions, n=3, axis=0), axis=2) * fps**3
+    return _mean(np.array([_mean(column) for column in jerk.T]))
+
+
+def bone_drift(truth: Floats, other: Floats) -> float:
+    """Mean, over pairs of points rigidly linked in the truth, of the standard deviation of their distance.
+
+    Parameters
+    ----------
+    truth : (T, P, 3) m, NaN = missing; says which pairs are rigid: distance within 5 mm (standard deviation).
+    other : (T, P, 3) m, NaN = missing; whose distances are measured.
+
+    Returns
+    -------
+    float
+        m; NaN when no rigid pair has two frames in both.
+    """
+    drifts: list[float] = []
+    for p in range(truth.shape[1] - 1):
+        true_std = _std_over_time(truth[:, p + 1 :] - truth[:, p : p + 1])
+        other_std = _std_over_time(other[:, p + 1 :] - other[:, p : p + 1])
+        drifts.extend(other_std[(true_std <= RIGID_STD) & np.isfinite(other_std)])
+    return _mean(np.array(drifts))
+
+
+def body_channels(names: Sequence[str]) -> Bools:
+    """Which channels are body joint angles: rotations, but not of the root, fingers, thumbs, hands and toes.
+
+    Parameters
+    ----------
+    names : (C,) `<joint>.<channel>`, joints named as in CMU's .asf files or in the common .bvh ways, with or
+        without a subject's prefix.
+
+    Returns
+    -------
+    (C,) bool
+    """
+    return np.array([_is_body(name) for name in names], dtype=bool)
+
+
+def _is_body(name: str) -> bool:
+    joint, _, channel = name.rpartition(":")[2].rpartition(".")
+    if channel.lower() in {"tx", "ty", "tz"} or channel.lower().endswith("position"):
+        return False
+    if joint.lower() in _ROOTS:
+        return False
+    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", joint)
+    return not any(word.lower().removesuffix("s").endswith(_NOT_BODY) for word in words)
+
+
+def _compare_motions(truth: Motion, other: Motion) -> Comparison:
+    other_q = other.q[:, _matching(truth.channels, other.channels, strip=False)]
+    other_q = np.where(truth.present, other_q, np.nan)
+    filled_q = np.where(truth.present & ~np.isfinite(other_q), _mean_pose(truth), other_q)
+    rotation = truth.skeleton.dof_kind == ROTATION
+    roots = truth.skeleton.parents < 0
+    body = body_channels(truth.channels) & rotation & ~roots[truth.skeleton.dof_joint]
+    true_at, other_at, filled_at = (positions(truth.skeleton, q) for q in (truth.q, other_q, filled_q))
+    distance = position_error(true_at, other_at)
+    feet, notes = _feet(truth)
+    skates = _skates(true_at, other_at, feet, truth.fps, truth.skeleton.up)
+    return Comparison(
+        kind="motion",
+        frames=truth.frames,
+        fps=truth.fps,
+        rms_deg=_degrees(rms_angle(truth.q[:, body], other_q[:, body])),
+        rms_deg_counting_missing=_degrees(rms_angle(truth.q[:, body], filled_q[:, body])),
+        rms_deg_all=_degrees(rms_angle(truth.q[:, rotation], other_q[:, rotation])),
+        rms_deg_by_channel={
+            truth.channels[c]: _degrees(rms_angle(truth.q[:, c], other_q[:, c])) for c in np.flatnonzero(rotation)
+        },
+        mean_cm=_cm(_mean(distance)),
+        mean_cm_counting_missing=_cm(_mean(position_error(true_at, filled_at))),
+        mean_cm_by_joint=_by_name(truth.skeleton.names, distance),
+        root_rms_cm=_cm(float(np.sqrt(_mean(distance[:, roots] ** 2)))),
+        jitter=_jitters(true_at, other_at, truth.fps),
+        bone_drift_cm=0.0,
+        bone_drift_truth_cm=0.0,
+        foot_skate_cm_s=skates,
+        missing=_missing(truth, np.isfinite(other_q)),
+        notes=("bone_drift_cm is 0 by construction: joint angles keep every bone's length", *notes),
+    )
+
+
+def _compare_markers(truth: Markers, other: Markers) -> Comparison:
+    other_at = other.positions[:, _matching(truth.names, other.names, strip=True)]
+    seen = np.asarray(np.isfinite(other_at).all(axis=2))
+    other_at = np.where((truth.present & seen)[:, :, None], other_at, np.nan)
+    true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
+    filled_at = np.where((truth.present & ~seen)[:, :, None], _centroids(true_at), other_at)
+    distance = position_error(true_at, other_at)
+    drift = _cm(bone_drift(true_at, other_at))
+    feet, notes = _feet(truth)
+    if drift is None:
+        notes += ("bone_drift_cm is null: no two markers keep their distance within 5 mm in the truth",)
+    return Comparison(
+        kind="markers",
+        frames=truth.frames,
+        fps=truth.fps,
+        rms_deg=None,
+        rms_deg_counting_missing=None,
+        rms_deg_all=None,
+        rms_deg_by_channel=None,
+        mean_cm=_cm(_mean(distance)),
+        mean_cm_counting_missing=_cm(_mean(position_error(true_at, filled_at))),
+        mean_cm_by_joint=_by_name(truth.names, distance),
+        root_rms_cm=None,
+        jitter=_jitters(true_at, other_at, truth.fps),
+        bone_drift_cm=drift,
+        bone_drift_truth_cm=_cm(bone_drift(true_at, true_at)),
+        foot_skate_cm_s=_skates(true_at, other_at, feet, truth.fps, truth.up),
+        missing=_missing(truth, seen),
+        notes=notes,
+    )
+
+
+def _matching(wanted: tuple[str, ...], came: tuple[str, ...], *, strip: bool) -> Ints:
+    """(C,) where each wanted channel stands among those that came; equal names match in their order."""
+    for clean in (False, True) if strip else (False,):
+        keys, others = (_numbered(names, clean) for names in (wanted, came))
+        if sorted(keys) == sorted(others) and (not clean or len(set(keys)) == len({k for k, _ in keys})):
+            place = {key: c for c, key in enumerate(others)}
+            return np.array([place[key] for key in keys], dtype=np.int64)
+    lacks, extra = sorted(set(wanted) - set(came)), sorted(set(came) - set(wanted))
+    raise MismatchError(
+        f"a comparison needs the truth's {len(wanted)} channels by name, came {len(came)}; "
+        f"lacking: {_few(lacks)}; unknown to the truth: {_few(extra)}"
+    )
+
+
+def _numbered(names: tuple[str, ...], clean: bool) -> list[tuple[str, int]]:
+    """Each name with how often it came before."""
+    seen: Counter[str] = Counter()
+    keys = []
+    for name in names:
+        key = name.rpartition(":")[2] if clean else name
+        keys.append((key, seen[key]))
+        seen[key] += 1
+    return keys
+
+
+def _few(names: list[str]) -> str:
+    return (", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")) or "none"
+
+
+def _mean_pose(motion: Motion) -> Floats:
+    """(D,) rad and m: the mean over time of each channel, of angles on the circle; 0 where never recorded."""
+    rotation = motion.skeleton.dof_kind == ROTATION
+    return np.array(
+        [
+            np.arctan2(_mean(np.sin(column)), _mean(np.cos(column))) if turns else _mean(column)
+            for column, turns in zip(motion.q.T, rotation, strict=True)
+        ]
+    )
+
+
+def _centroids(points: Floats) -> Floats:
+    """(T, 1, 3) m: the mean of each frame's points that are there, NaN in an empty frame."""
+    there = np.isfinite(points).all(axis=2, keepdims=True)
+    count = there.sum(axis=1, keepdims=True)
+    total = np.where(there, points, 0.0).sum(axis=1, keepdims=True)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _std_over_time(links: Floats) -> Floats:
+    """(T, P, 3) m to (P,) m: standard deviation of each link's length; NaN with fewer than two frames."""
+    length = np.linalg.norm(links, axis=2)
+    there = np.isfinite(length)
+    count = there.sum(axis=0)
+    mean = np.where(there, length, 0.0).sum(axis=0) / np.maximum(count, 1)
+    variance = (np.where(there, length - mean, 0.0) ** 2).sum(axis=0) / np.maximum(count, 1)
+    return np.asarray(np.where(count >= 2, np.sqrt(variance), np.nan))
+
+
+def _jitters(true_at: Floats, other_at: Floats, fps: float) -> dict[str, float | None]:
+    """Jitter of both over the samples both have, and their ratio."""
+    common = np.where(np.isfinite(other_at), true_at, np.nan)
+    truth, other = jitter(common, fps), jitter(other_at, fps)
+    return {
+        "truth": _known(truth),
+        "other": _known(other),
+        "ratio": _known(other / truth) if truth > 0 else None,
+    }
+
+
+def _feet(truth: Motion | Markers) -> tuple[Ints, tuple[str, ...]]:
+    """(P,) joints or markers of the feet, and what there is to say about them."""
+    if isinstance(truth, Motion):
+        try:
+            feet = foot_joints(truth.skeleton)
+        except MismatchError as error:
+            return np.empty(0, dtype=np.int64), (f"foot_skate_cm_s is null: {error}",)
+        return feet.joints, feet.guesses
+    markers = foot_markers(truth.names).markers
+    if markers.size == 0:
+        return markers, ("foot_skate_cm_s is null: no marker is named as one of a foot",)
+    return markers, ()
+
+
+def _skates(true_at: Floats, other_at: Floats, feet: Ints, fps: float, up: Floats) -> dict[str, float | None]:
+    """Skate of both during the truth's contacts, cm/s: noise cannot talk its way out by ending a contact."""
+    if feet.size == 0:
+        return {"truth": None, "other": None}
+    standing = contacts(true_at[:, feet], fps, up)
+    return {
+        "truth": _cm(skate_during(true_at[:, feet], standing, fps, up)),
+        "other": _cm(skate_during(other_at[:, feet], standing, fps, up)),
+    }
+
+
+def _missing(truth: Motion | Markers, seen: Bools) -> dict[str, Any]:
+    lost = truth.present & ~seen
+    return {
+        "samples": int(lost.sum()),
+        "share": float(lost.sum() / max(1, truth.present.sum())),
+        "by_channel": dict(zip(_labels(truth.channels), lost.sum(axis=0).tolist(), strict=True)),
+    }
+
+
+def _by_name(names: tuple[str, ...], distance: Floats) -> dict[str, float | None]:
+    return {label: _cm(_mean(column)) for label, column in zip(_labels(names), distance.T, strict=True)}
+
+
+def _labels(names: tuple[str, ...]) -> list[str]:
+    """The names, a repeated one with its number, so that none is lost as a key."""
+    return [name if count == 0 else f"{name}#{count + 1}" for name, count in _numbered(names, clean=False)]
+
+
+def _kind(recording: Motion | Markers) -> str:
+    return "joint angles" if isinstance(recording, Motion) else "markers"
+
+
+def _wrapped(angle: Floats) -> Floats:
+    """The same angle in [-pi, pi)."""
+    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _mean(values: Floats) -> float:
+    """Mean of what is not NaN; NaN of nothing."""
+    there = np.isfinite(values)
+    return float(values[there].mean()) if there.any() else float("nan")
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _cm(metres: float) -> float | None:
+    return _known(100.0 * metres)
+
+
+def _degrees(radians: float) -> float | None:
+    return _known(float(np.degrees(radians)))

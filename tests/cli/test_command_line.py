@@ -1,0 +1,169 @@
+"""Exit codes, help and usage, without any recording."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from motionmend import __version__
+from motionmend.cli import main
+
+COMMANDS = ("demo", "inspect", "denoise", "corrupt", "compare", "report", "reproduce", "fit", "fit denoiser")
+
+
+def run(capsys: pytest.CaptureFixture[str], words: str) -> tuple[int, str, str]:
+    code = main(words.split())
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(capsys, "--version") == (0, f"{__version__}\n", "")
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_help_is_everywhere(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    code, out, err = run(capsys, f"{command} --help")
+    assert (code, err) == (0, "")
+    assert f"Usage: motionmend {command}".strip() in out
+
+
+@pytest.mark.parametrize("command", COMMANDS[:-2] + COMMANDS[-1:])
+def test_every_option_says_what_it_is(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    _, out, _ = run(capsys, f"{command} --help")
+    options = [line.strip("│ *\n") for line in out.splitlines() if re.match(r"│ (\*  |   )?(-|[A-Z]+ )", line)]
+    assert options
+    for option in options:
+        assert re.search(r"\S {2,}\S", option), f"{command}: {option!r} has no text"
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "unit"),
+    [
+        ("denoise", "--fps", "Hz"),
+        ("fit denoiser", "--model-fps", "Hz"),
+        ("fit denoiser", "--window", "frames"),
+        ("fit denoiser", "--energy", "[Ss]hare"),
+        ("corrupt", "--noise", "degrees"),
+        ("corrupt", "--outliers", "percentage"),
+        ("corrupt", "--gaps", "fraction"),
+    ],
+)
+def test_help_states_units(capsys: pytest.CaptureFixture[str], command: str, option: str, unit: str) -> None:
+    _, out, _ = run(capsys, f"{command} --help")
+    text = out[out.index(option) :]
+    following = re.search(r"\n│ [ *]* --", text)
+    assert re.search(unit, text[: following.start()] if following else text)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "",
+        "fit",
+        "nonsense",
+        "denoise",
+        "denoise a.amc",
+        "denoise -o b.amc",
+        "denoise a.amc -o b.amc --colour red",
+        "denoise a.amc -o b.amc --method magic",
+        "denoise a.amc -o b.amc --method linear --robust magic",
+        "denoise a.amc -o b.amc",
+        "denoise a.amc -o b.amc --jobs many",
+        "denoise a.amc -o b.fbx --method linear",
+        "corrupt a.amc -o b.amc --outliers 150",
+        "corrupt a.amc -o b.amc --gaps -1",
+        "compare a.amc",
+        "inspect",
+        "inspect --jobs",
+        "report a.amc -o b.png",
+        "fit denoiser a.amc -o b.npz",
+        "fit denoiser a.amc",
+        "fit denoiser a.amc -o b.mend --window 1",
+    ],
+)
+def test_bad_usage_is_2_and_says_why(capsys: pytest.CaptureFixture[str], words: str, tmp_path: Path) -> None:
+    code, out, err = run(capsys, words)
+    assert code == 2
+    assert out == ""
+    assert err
+    assert "Traceback" not in err
+
+
+def test_an_unknown_method_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    from motionmend.denoise import METHODS
+
+    _, _, err = run(capsys, "denoise a.amc -o b.amc --method magic")
+    assert len(err.splitlines()) == 1
+    assert all(method in err for method in METHODS)
+
+
+@pytest.mark.parametrize("later", ["track", "correct", "serve", "view", "data", "pipeline", "stream", "fit tracker"])
+def test_commands_to_come_are_absent(capsys: pytest.CaptureFixture[str], later: str) -> None:
+    code, _, err = run(capsys, later)
+    assert code == 2
+    assert "Unknown command" in err
+    assert later.split()[-1] not in run(capsys, "--help")[1].split()
+
+
+@pytest.mark.parametrize(
+    "command", ["inspect", "report -o p.html", "denoise --method linear -o x.amc", "compare b.amc"]
+)
+def test_a_file_that_is_not_there_is_1_and_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, f"{command} missing.amc")
+    assert code == 1
+    assert out == ""
+    assert "missing.amc" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupt_is_130_and_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from motionmend import io
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "a.amc").touch()
+    monkeypatch.setattr(io, "read", interrupted)
+    assert main(["inspect", str(tmp_path / "a.amc")]) == 130
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_defect_is_1_and_its_traceback_needs_debug(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from motionmend import io
+
+    def defective(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("by zero")
+
+    (tmp_path / "a.amc").touch()
+    monkeypatch.setattr(io, "read", defective)
+    assert main(["inspect", str(tmp_path / "a.amc")]) == 1
+    assert capsys.readouterr().err.splitlines() == [
+        f"motionmend: {tmp_path / 'a.amc'}: unexpected ZeroDivisionError: by zero"
+    ]
+    assert main(["inspect", str(tmp_path / "a.amc"), "--debug"]) == 1
+    assert "in defective" in capsys.readouterr().err
+
+
+def test_the_installed_program_and_the_module_are_one() -> None:
+    program = Path(sys.executable).with_name("motionmend")
+    for command in ([str(program)], [sys.executable, "-m", "motionmend"]):
+        done = subprocess.run([*command, "nonsense"], capture_output=True, text=True)
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_reader_that_leaves_ends_it_quietly(tmp_path: Path) -> None:
+    command = f"{sys.executable} -m motionmend --help | true"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert done.stderr == ""

@@ -1,0 +1,44 @@
+"""`motionmend demo`: the first thing a new user runs, in a process of its own as a user would."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from commands import Command
+
+
+@pytest.mark.slow
+def test_the_demo_repairs_what_it_spoils_within_a_minute(tmp_path: Path) -> None:
+    start = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-m", "motionmend", "demo", "--out", "shown"], cwd=tmp_path, capture_output=True, text=True
+    )
+    seconds = time.perf_counter() - start
+    assert done.returncode == 0, done.stderr
+    assert seconds < 60
+    rows = [line for line in done.stdout.splitlines() if "->" in line]
+    assert [row.split(",")[0] for row in rows] == ["joint angles", "joint angles", "markers"]
+    for kind in ("amc", "bvh", "c3d"):
+        folder = tmp_path / "shown" / kind
+        for name in ("clean", "spoiled", "repaired"):
+            assert (folder / f"{name}.{kind}").stat().st_size > 0
+        assert json.loads((folder / "repaired.mend.json").read_text())["counts"]["filled"] > 0
+    for name in ("curves.png", "skeletons.png"):
+        assert (tmp_path / "shown" / name).read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "shown" / "report.html").is_file()
+    for row in rows:
+        before, after = row.split("->")[-2].split()[-1], row.split("->")[-1].split()[0]
+        assert float(before) > float(after)  # share of missing samples
+    errors = [float(word) for word in rows[0].replace("->", " ").split() if word.replace(".", "").isdigit()]
+    assert errors[1] < 0.5 * errors[0]  # degrees
+    assert errors[3] < 0.5 * errors[2]  # centimetres
+
+
+def test_a_folder_with_something_in_it_is_left_alone(cli: Command, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").touch()
+    ran = cli("demo", "--out", tmp_path)
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

@@ -1,0 +1,290 @@
+"""`motionmend denoise` from files to files."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import Command, files_below
+
+from motionmend.bodies.motion import Markers
+from motionmend.io import read, write
+
+AMC = "amc.mend"
+
+
+def without_seconds(sidecar: Path) -> dict[str, object]:
+    facts = json.loads(sidecar.read_text("utf-8"))
+    assert list(facts)[-1] == "seconds"
+    del facts["seconds"]
+    return facts
+
+
+def test_rate_frames_and_channels_come_through(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("denoise", library / "take.amc", "-m", library / AMC, "-o", tmp_path / "new" / "clean.amc")
+    assert (ran.code, ran.out) == (0, "")
+    taken, mended = read(library / "take.amc"), read(tmp_path / "new" / "clean.amc")
+    assert (mended.frames, mended.fps, mended.channels) == (taken.frames, taken.fps, taken.channels)
+    assert mended.present.all()
+    assert {"clean.amc", "clean.mend.json"} <= files_below(tmp_path / "new")
+
+
+def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_path: Path) -> None:
+    cli("denoise", library / "take.c3d", "-m", library / "c3d.mend", "-o", tmp_path / "clean.c3d")
+    facts = without_seconds(tmp_path / "clean.mend.json")
+    taken, mended = read(library / "take.c3d"), read(tmp_path / "clean.c3d")
+    assert (facts["input"], facts["frames"], facts["fps"]) == ("take.c3d", taken.frames, taken.fps)
+    assert facts["model"]["file"] == "c3d.mend"
+    assert len(facts["model"]["sha256"]) == 64
+    assert list(facts["channels"]) == list(taken.channels)
+    for c, (name, counts) in enumerate(facts["channels"].items()):
+        missing = int((~taken.present[:, c]).sum())
+        assert sum(counts.values()) == taken.frames
+        assert counts["filled"] + counts["left_open"] == missing
+        for origin, runs in facts["runs"].get(name, {}).items():
+            assert sum(frames for _, frames, *_ in runs) == counts[origin]
+            assert all(np.size(std) in (1, frames) for _, frames, *std in runs if std)
+        assert int((~mended.present[:, c]).sum()) == counts["left_open"]
+        assert facts["std"][name]["unit"] == "m"
+    assert facts["counts"]["filled"] > 0
+
+
+def test_the_repair_is_better_than_the_take(cli: Command, library: Path, tmp_path: Path) -> None:
+    cli("denoise", library / "take.amc", "-m", library / AMC, "-o", tmp_path / "clean.amc")
+    errors = [
+        json.loads(cli("compare", library / "clean.amc", other, "--json").out)["rms_deg"]
+        for other in (library / "take.amc", tmp_path / "clean.amc")
+    ]
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_a_folder_in_is_the_same_tree_out_and_a_bad_file_harms_no_other(
+    cli: Command, library: Path, takes: Path, tmp_path: Path
+) -> None:
+    whole = (library / "take.amc").read_bytes()
+    (takes / "cut.amc").write_bytes(whole[: 2 * len(whole) // 3 - 5])
+    (takes / "day2" / "empty.amc").touch()
+    (takes / "day2" / "text.amc").write_text("to be or not to be\n")
+    (takes / "none.c3d").write_bytes(b"\x00" * 600)
+    ran = cli("denoise", takes, "-m", library / AMC, "-o", tmp_path / "out", "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == 4
+    for name in ("cut.amc", "empty.amc", "text.amc", "none.c3d"):
+        assert sum(name in line for line in ran.err.splitlines()) == 1
+    made = {name for name in files_below(tmp_path / "out") if not name.endswith(".asf")}
+    assert made == {"take.amc", "take.mend.json", "day2/clean.amc", "day2/clean.mend.json"}
+
+
+def test_jobs_do_not_change_a_byte(cli: Command, library: Path, takes: Path, tmp_path: Path) -> None:
+    for jobs in ("1", "2"):
+        ran = cli("denoise", takes, "-m", library / AMC, "-o", tmp_path / jobs, "--report", "--jobs", jobs)
+        assert ran.code == 0
+    one, two = files_below(tmp_path / "1"), files_below(tmp_path / "2")
+    assert one == two
+    assert sum(name.endswith(".report.html") for name in one) == 2
+    for name in one:
+        if name.endswith(".mend.json"):
+            assert without_seconds(tmp_path / "1" / name) == without_seconds(tmp_path / "2" / name)
+        else:
+            assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
+
+
+def test_nothing_is_overwritten_without_force(cli: Command, library: Path, tmp_path: Path) -> None:
+    out = tmp_path / "clean.amc"
+    out.write_text("mine")
+    refused = cli("denoise", library / "take.amc", "--method", "linear", "-o", out)
+    assert refused.code == 1
+    assert len(refused.failures) == 1
+    assert "clean.amc" in refused.err
+    assert (out.read_text(), files_below(tmp_path)) == ("mine", {"clean.amc"})
+    forced = cli("denoise", library / "take.amc", "--method", "linear", "-o", out, "--force")
+    assert forced.code == 0
+    assert read(out).frames == read(library / "take.amc").frames
+
+
+def test_resume_does_what_is_left(cli: Command, library: Path, takes: Path, tmp_path: Path) -> None:
+    command = ["denoise", takes, "--method", "linear", "-o", tmp_path / "out", "--jobs", "1"]
+    assert cli(*command).code == 0
+    kept, lost = tmp_path / "out" / "take.amc", tmp_path / "out" / "day2" / "clean.amc"
+    before = kept.stat().st_mtime_ns
+    content = lost.read_bytes()
+    lost.unlink()
+    assert cli(*command).code == 1
+    ran = cli(*command, "--resume", "--json")
+    assert ran.code == 0
+    said = [json.loads(line) for line in ran.out.splitlines()]
+    assert [one.get("skipped", False) for one in said] == [False, True]
+    assert kept.stat().st_mtime_ns == before
+    assert lost.read_bytes() == content
+
+
+def test_an_input_is_never_its_own_output(cli: Command, takes: Path) -> None:
+    before = {name: (takes / name).read_bytes() for name in files_below(takes)}
+    for arguments in (
+        [takes, "-o", takes],
+        [takes / "take.amc", "-o", takes / "take.amc"],
+        [takes / "take.amc", "-o", takes],
+        [takes, takes / "take.amc", "-o", takes.parent],
+    ):
+        ran = cli("denoise", *arguments, "--method", "linear", "--force", "--jobs", "1")
+        assert ran.code == 1
+        assert "input" in ran.err
+    assert {name: (takes / name).read_bytes() for name in files_below(takes)} == before
+
+
+def test_outputs_inside_the_folder_are_not_taken_for_inputs(cli: Command, takes: Path) -> None:
+    command = ["denoise", takes, "--method", "linear", "-o", takes / "out", "--jobs", "1"]
+    assert cli(*command).code == 0
+    made = files_below(takes)
+    ran = cli(*command, "--force")
+    assert ran.code == 0
+    assert "left out" in ran.err
+    assert files_below(takes) == made
+
+
+def test_json_is_pure_and_one_object_for_each_input(cli: Command, library: Path, takes: Path, tmp_path: Path) -> None:
+    (takes / "bad.amc").touch()
+    ran = cli("denoise", takes, takes / "none.amc", "-m", library / AMC, "-o", tmp_path / "out", "--json")
+    assert ran.code == 1
+    said = {Path(one["input"]).name: one for one in map(json.loads, ran.out.splitlines())}
+    assert set(said) == {"none.amc", "bad.amc", "take.amc", "clean.amc"}
+    assert "error" in said["bad.amc"]
+    done = said["take.amc"]
+    assert set(done["seconds"]) == {"read", "repair", "write", "total"}
+    assert done["seconds"]["total"] >= done["seconds"]["repair"] > 0
+    assert done["frame_ms"]["mean"] == pytest.approx(1000 * done["seconds"]["repair"] / done["frames"])
+    assert done["output"] == str(tmp_path / "out" / "takes" / "take.amc")
+    assert sum(done["counts"].values()) == done["frames"] * 62
+    assert isinstance(done["warnings"], list)
+
+
+def test_a_model_of_other_channels_is_one_line(cli: Command, library: Path, tmp_path: Path) -> None:
+    for take, model in (("take.c3d", AMC), ("take.amc", "c3d.mend")):
+        ran = cli("denoise", library / take, "-m", library / model, "-o", tmp_path / take)
+        assert ran.code == 1
+        assert len(ran.failures) == 1
+        assert take in ran.failures[0]
+    assert files_below(tmp_path) == set()
+
+
+def test_markers_of_another_set_are_one_line(cli: Command, library: Path, tmp_path: Path) -> None:
+    from motionmend.bodies.motion import Markers
+    from motionmend.io import write
+
+    taken = read(library / "take.c3d")
+    assert isinstance(taken, Markers)
+    strange = tuple(f"OTHER{m}" for m in range(len(taken.names)))
+    write(tmp_path / "strange.c3d", Markers(strange, taken.positions, taken.fps))
+    ran = cli("denoise", tmp_path / "strange.c3d", "-m", library / "c3d.mend", "-o", tmp_path / "out.c3d")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "strange.c3d" in ran.err
+    assert files_below(tmp_path) == {"strange.c3d"}
+
+
+def test_an_amc_with_another_number_of_channels_is_one_line(cli: Command, takes: Path, tmp_path: Path) -> None:
+    text = (takes / "take.amc").read_text()
+    lines = text.splitlines()
+    first = next(n for n, line in enumerate(lines) if line.startswith("root "))
+    lines[first] += " 0.5"
+    (takes / "wide.amc").write_text("\n".join(lines) + "\n")
+    ran = cli("denoise", takes / "wide.amc", "--method", "linear", "-o", tmp_path / "wide.amc")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "wide.amc" in ran.err
+
+
+def test_missing_samples_of_an_amc_are_filled(cli: Command, takes: Path, tmp_path: Path) -> None:
+    lines = (takes / "take.amc").read_text().splitlines()
+    at = [n for n, line in enumerate(lines) if line.startswith("head ")][10:20]
+    for n in at:
+        lines[n] = "head nan nan nan"
+    (takes / "gaps.amc").write_text("\n".join(lines) + "\n")
+    assert cli("denoise", takes / "gaps.amc", "--method", "spline", "-o", tmp_path / "filled.amc").code == 0
+    facts = json.loads((tmp_path / "filled.mend.json").read_text())
+    assert facts["channels"]["head.rx"]["filled"] >= 10
+    assert np.isfinite(read(tmp_path / "filled.amc").present).all()
+
+
+@pytest.mark.parametrize("damage", ["flip", "cut", "empty", "text", "absent"])
+def test_a_damaged_model_is_one_line(cli: Command, library: Path, tmp_path: Path, damage: str) -> None:
+    content = bytearray((library / AMC).read_bytes())
+    content[len(content) // 2] ^= 1
+    model = tmp_path / "broken.mend"
+    if damage == "flip":
+        model.write_bytes(content)
+    elif damage == "cut":
+        model.write_bytes(content[: len(content) // 2])
+    elif damage != "absent":
+        model.write_bytes(b"a model\n" if damage == "text" else b"")
+    ran = cli("denoise", library / "take.amc", "-m", model, "-o", tmp_path / "clean.amc")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "broken.mend" in ran.err
+    assert "clean.amc" not in files_below(tmp_path)
+
+
+def test_what_a_format_cannot_hold_is_refused(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("denoise", library / "take.amc", "--method", "linear", "-o", tmp_path / "clean.c3d")
+    assert ran.code == 2
+    assert files_below(tmp_path) == set()
+
+
+def test_a_folder_that_holds_nothing_is_one_line(cli: Command, library: Path, tmp_path: Path) -> None:
+    (tmp_path / "nothing").mkdir()
+    ran = cli("denoise", tmp_path / "nothing", "-m", library / AMC, "-o", tmp_path / "out")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+
+
+def test_a_guess_is_told_and_kept(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("denoise", library / "take.amc", "--method", "linear", "-o", tmp_path / "a.amc")
+    assert "120 Hz" in ran.err
+    assert any("120 Hz" in guess for guess in without_seconds(tmp_path / "a.mend.json")["guesses"])
+    ran = cli("denoise", library / "take.amc", "--method", "linear", "-o", tmp_path / "b.amc", "--fps", "60")
+    assert "120 Hz" not in ran.err
+    assert without_seconds(tmp_path / "b.mend.json")["fps"] == 60
+
+
+@pytest.mark.parametrize("robust", ["tukey", "square"])
+def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Path, robust: str) -> None:
+    command = ["denoise", library / "take.amc", "-m", library / AMC, "--robust", robust, "--footskate"]
+    assert cli(*command, "-o", tmp_path / "a.amc").code == 0
+    options = without_seconds(tmp_path / "a.mend.json")["options"]
+    assert options == {"method": "paper", "robust": robust, "footskate": True, "fps": None, "skeleton": None}
+
+
+def test_a_real_walk_of_a_known_person(cli: Command, data: Path, tmp_path: Path) -> None:
+    clips = sorted((data / "mocap" / "amc" / "07").glob("07_0[2-4].amc"))
+    assert cli("fit", "denoiser", *clips, "-o", tmp_path / "walk.mend", "--jobs", "1").code == 0
+    truth = data / "mocap" / "amc" / "07" / "07_01.amc"
+    shutil.copy(truth.with_name("07.asf"), tmp_path)
+    spoiled = tmp_path / "07_spoiled.amc"
+    assert cli("corrupt", truth, "-o", spoiled, "--noise", "3", "--outliers", "10", "--gaps", "5").code == 0
+    assert cli("denoise", spoiled, "-m", tmp_path / "walk.mend", "-o", tmp_path / "07_mended.amc").code == 0
+    before, after = (
+        json.loads(cli("compare", truth, other, "--json").out)["rms_deg"]
+        for other in (spoiled, tmp_path / "07_mended.amc")
+    )
+    assert after < 0.35 * before
+
+
+def test_an_amc_written_stays_readable_when_another_persons_comes_to_lie_beside_it(
+    cli: Command, takes: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    assert cli("denoise", takes / "take.amc", "--method", "linear", "-o", out / "first.amc").code == 0
+    assert cli("denoise", takes / "take.amc", "--method", "linear", "-o", out / "second.amc").code == 0
+    (out / "other.asf").write_text((out / "first.asf").read_text().replace(":name ", ":name other"))
+    assert cli("inspect", out / "first.amc", out / "second.amc").code == 0
+
+
+def test_a_recording_without_a_sample_is_left_open_whole(cli: Command, library: Path, tmp_path: Path) -> None:
+    clean = read(library / "clean.c3d")
+    assert isinstance(clean, Markers)
+    write(tmp_path / "gone.c3d", replace(clean, positions=np.full_like(clean.positions, np.nan)))
+    ran = cli("denoise", tmp_path / "gone.c3d", "-m", library / "c3d.mend", "-o", tmp_path / "out.c3d")
+    assert ran.code == 0
+    assert "100 % left open" in ran.err

@@ -1,0 +1,68 @@
+"""`motionmend fit denoiser`."""
+
+import json
+import shutil
+from pathlib import Path
+
+from commands import Command, files_below
+
+from motionmend.models import load_model
+
+
+def test_the_same_clips_give_the_same_bytes(cli: Command, library: Path, tmp_path: Path) -> None:
+    for name, jobs in (("one.mend", "1"), ("two.mend", "2")):
+        assert cli("fit", "denoiser", library / "amc", "-o", tmp_path / name, "--jobs", jobs).code == 0
+    assert (tmp_path / "one.mend").read_bytes() == (tmp_path / "two.mend").read_bytes()
+
+
+def test_settings_reach_the_model(cli: Command, library: Path, tmp_path: Path) -> None:
+    options = ["--model-fps", "24", "--window", "12", "--energy", "0.9", "--fps", "60", "--jobs", "1"]
+    ran = cli("fit", "denoiser", library / "amc", "-o", tmp_path / "m.mend", *options, "--json")
+    assert ran.code == 0
+    facts = json.loads(ran.out)
+    model = load_model(tmp_path / "m.mend")
+    assert (model.settings.fps, model.settings.window, model.settings.energy) == (24, 12, 0.9)
+    assert facts["settings"] == {"window": 12, "model_fps": 24, "energy": 0.9}
+    assert (facts["clips"], facts["failed"]) == (3, 0)
+    assert facts["output"] == str(tmp_path / "m.mend")
+    assert "120 Hz" not in ran.err
+
+
+def test_a_bad_clip_is_told_and_left_out(cli: Command, library: Path, tmp_path: Path) -> None:
+    clips = tmp_path / "clips"
+    shutil.copytree(library / "amc", clips)
+    (clips / "bad.amc").write_text("1\nroot 1 2\n")
+    ran = cli("fit", "denoiser", clips, "-o", tmp_path / "some.mend", "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "bad.amc" in ran.failures[0]
+    assert (tmp_path / "some.mend").read_bytes() == (library / "amc.mend").read_bytes()
+
+
+def test_without_a_good_clip_there_is_no_model(cli: Command, tmp_path: Path) -> None:
+    (tmp_path / "bad.amc").touch()
+    ran = cli("fit", "denoiser", tmp_path / "bad.amc", tmp_path / "none.c3d", "-o", tmp_path / "m.mend")
+    assert ran.code == 1
+    assert {"bad.amc", "none.c3d", "m.mend"} <= {word for line in ran.failures for word in _names(line)}
+    assert files_below(tmp_path) == {"bad.amc"}
+
+
+def _names(line: str) -> list[str]:
+    return [word.strip(":,").rsplit("/", 1)[-1] for word in line.split()]
+
+
+def test_clips_that_do_not_go_together_are_one_line(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("fit", "denoiser", library / "amc", library / "c3d", "-o", tmp_path / "m.mend", "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert files_below(tmp_path) == set()
+
+
+def test_a_model_is_not_overwritten_without_force(cli: Command, library: Path, tmp_path: Path) -> None:
+    model = tmp_path / "m.mend"
+    model.write_text("mine")
+    command = ["fit", "denoiser", library / "amc", "-o", model, "--jobs", "1"]
+    ran = cli(*command)
+    assert (ran.code, len(ran.failures), model.read_text()) == (1, 1, "mine")
+    assert cli(*command, "--force").code == 0
+    assert load_model(model).clips == 3

@@ -1,0 +1,190 @@
+"""From the words on a command line to files in and files out."""
+
+import json
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from motionmend.cli.inputs import Input, Job, Refusal, gather, plan, ready
+from motionmend.errors import UsageError
+
+ENDINGS = (".amc", ".c3d")
+
+
+@pytest.fixture
+def takes(tmp_path: Path) -> Path:
+    """A folder with recordings at two depths, and other things."""
+    folder = tmp_path / "takes"
+    for name in ("b.amc", "A.C3D", "day1/b.amc", "day1/deep/c.c3d", ".hidden.amc", ".git/x.amc", "b.asf", "notes.txt"):
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(name)
+    return folder
+
+
+def places(inputs: list[Input]) -> list[str]:
+    return [one.place.as_posix() for one in inputs]
+
+
+def test_a_folder_is_searched_to_any_depth_for_known_endings(takes: Path) -> None:
+    inputs, refused = gather([takes], ENDINGS)
+    assert places(inputs) == ["A.C3D", "b.amc", "day1/b.amc", "day1/deep/c.c3d"]
+    assert refused == []
+
+
+def test_several_folders_keep_their_names(takes: Path) -> None:
+    inputs, _ = gather([takes / "day1" / "deep", takes / "b.amc"], ENDINGS)
+    assert places(inputs) == ["deep/c.c3d", "b.amc"]
+
+
+def test_what_is_given_twice_is_done_once(takes: Path) -> None:
+    inputs, _ = gather([takes / "b.amc", takes, takes / "day1" / ".." / "b.amc"], ENDINGS)
+    assert [one.path.name for one in inputs].count("b.amc") == 2
+    assert places(inputs)[0] == "b.amc"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("none.amc", "no such file"), ("notes.txt", "ending"), ("b.asf", "skeleton"), ("empty", "no recording in this")],
+)
+def test_what_cannot_be_worked_on_is_refused_by_name(takes: Path, name: str, reason: str) -> None:
+    (takes / "empty").mkdir()
+    inputs, refused = gather([takes / name], ENDINGS)
+    assert inputs == []
+    assert refused[0].path == takes / name
+    assert reason in refused[0].reason
+    assert "\n" not in refused[0].reason
+
+
+def test_nothing_given_is_bad_usage() -> None:
+    with pytest.raises(UsageError, match="FILE"):
+        gather([], ENDINGS)
+
+
+def test_one_file_goes_to_the_name_given(takes: Path) -> None:
+    given = [takes / "b.amc"]
+    out = takes.parent / "sub" / "clean.amc"
+    jobs = plan(gather(given, ENDINGS)[0], given, out, ENDINGS, ".c3d")
+    assert jobs == [Job(given[0], out, out.with_suffix(""))]
+    assert jobs[0].beside(".mend.json") == out.parent / "clean.mend.json"
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_one_file_goes_into_a_folder(takes: Path, exists: bool) -> None:
+    out = takes.parent / "out"
+    if exists:
+        out.mkdir()
+    given = [takes / "b.amc"]
+    assert [job.target for job in plan(gather(given, ENDINGS)[0], given, out, ENDINGS, ".c3d")] == [out / "b.amc"]
+
+
+def test_a_folder_becomes_the_same_tree(takes: Path) -> None:
+    out = takes.parent / "out"
+    jobs = plan(gather([takes], ENDINGS)[0], [takes], out, ENDINGS, ".c3d")
+    assert [job.target.relative_to(out).as_posix() for job in jobs] == [
+        "A.C3D",
+        "b.amc",
+        "day1/b.amc",
+        "day1/deep/c.c3d",
+    ]
+
+
+def test_what_cannot_be_written_as_it_is_gets_another_ending(takes: Path) -> None:
+    inputs, _ = gather([takes], (*ENDINGS, ".txt"), meant=lambda _: True)
+    jobs = plan(inputs, [takes], takes.parent / "out", ENDINGS, ".c3d")
+    assert [job.target.name for job in jobs if job.source.suffix == ".txt"] == ["notes.c3d"]
+
+
+def test_two_formats_of_one_name_keep_their_sidecars_apart(takes: Path) -> None:
+    (takes / "b.c3d").touch()
+    jobs = plan(gather([takes], ENDINGS)[0], [takes], Path("out"), ENDINGS, ".c3d")
+    sidecars = {job.beside(".mend.json").as_posix() for job in jobs}
+    assert {"out/b.amc.mend.json", "out/b.c3d.mend.json", "out/day1/b.mend.json"} <= sidecars
+    assert len(sidecars) == len(jobs)
+
+
+def test_a_name_with_points_keeps_them() -> None:
+    job = plan([Input(Path("07.v2.amc"), Path("07.v2.amc"))], [Path("07.v2.amc")], Path("out"), ENDINGS, ".c3d")[0]
+    assert job.beside(".mend.json") == Path("out/07.v2.mend.json")
+
+
+def test_outputs_that_would_meet_are_bad_usage(takes: Path) -> None:
+    given = [takes / "b.amc", takes / "day1" / "b.amc"]
+    with pytest.raises(UsageError, match=r"b\.amc"):
+        plan(gather(given, ENDINGS)[0], given, takes.parent / "out", ENDINGS, ".c3d")
+
+
+@pytest.mark.parametrize("out", ["clean.amc", "there.txt"])
+def test_several_inputs_need_a_folder(takes: Path, out: str) -> None:
+    (takes.parent / "there.txt").touch()
+    with pytest.raises(UsageError, match="folder"):
+        plan(gather([takes], ENDINGS)[0], [takes], takes.parent / out, ENDINGS, ".c3d")
+
+
+def test_an_ending_that_cannot_be_written_is_bad_usage(takes: Path) -> None:
+    given = [takes / "b.amc"]
+    with pytest.raises(UsageError, match=r"\.fbx"):
+        plan(gather(given, ENDINGS)[0], given, Path("clean.fbx"), ENDINGS, ".c3d")
+
+
+@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("resume", [False, True])
+def test_what_is_there_is_kept_forced_or_resumed(takes: Path, force: bool, resume: bool) -> None:
+    inputs = [Input(takes / "b.amc", Path("b.amc"))]
+    job = Job(takes / "b.amc", takes / "out.amc", takes / "out")
+    fresh = ready(job, inputs, [".mend.json"], force=force, resume=resume)
+    assert fresh == job
+    (takes / "out.mend.json").touch()
+    sidecar = ready(job, inputs, [".mend.json"], force=force, resume=resume)
+    assert sidecar == job if force or resume else isinstance(sidecar, Refusal)
+    (takes / "out.amc").touch()
+    again = ready(job, inputs, [".mend.json"], force=force, resume=resume)
+    if resume:
+        assert isinstance(again, Job)
+        assert again.finished
+    elif force:
+        assert again == job
+    else:
+        assert isinstance(again, Refusal)
+        assert "--force" in again.reason
+
+
+def test_an_input_is_never_an_output_whatever_is_forced(takes: Path) -> None:
+    inputs = [Input(takes / "b.amc", Path("b.amc")), Input(takes / "A.C3D", Path("A.C3D"))]
+    for target in (takes / "b.amc", takes / "day1" / ".." / "A.C3D"):
+        job = Job(takes / "b.amc", target, target.with_suffix(""))
+        refused = ready(job, inputs, [], force=True, resume=True)
+        assert isinstance(refused, Refusal)
+        assert "input" in refused.reason
+
+
+def test_a_sidecar_of_another_format_is_left_to_its_owner(takes: Path) -> None:
+    inputs = [Input(takes / "b.amc", Path("b.amc"))]
+    job = Job(takes / "b.amc", takes / "out.amc", takes / "out")
+    for owner, beside in (("out.c3d", "out.amc.mend.json"), ("out.amc", "out.mend.json")):
+        (takes / "out.mend.json").write_text(json.dumps({"output": owner}))
+        made = ready(job, inputs, [".mend.json"], force=True, resume=False)
+        assert isinstance(made, Job)
+        assert made.beside(".mend.json").name == beside
+
+
+def test_what_only_shares_an_ending_with_recordings_is_left_out_of_a_folder_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    titles = "Field\tTime\ta:X\ta:Y\ta:Z\n1\t0.0\t1\t2\t3\n"
+    (tmp_path / "take.txt").write_text(titles)
+    (tmp_path / "README.txt").write_text("Field notes of the third day\n")
+    (tmp_path / "index.csv").write_text("file,subject\ntake,7\n")
+    (tmp_path / "empty.csv").touch()  # cannot be told from a recording that was cut off
+    (tmp_path / "broken.zip").write_bytes(b"PK\3\4 cut off")
+    for name in ("take", "README"):
+        with zipfile.ZipFile(tmp_path / f"{name}.zip", "w") as archive:
+            archive.write(tmp_path / f"{name}.txt", f"{name}.txt")
+    inputs, refused = gather([tmp_path], (".txt", ".zip", ".csv"))
+    assert places(inputs) == ["broken.zip", "empty.csv", "take.txt", "take.zip"]
+    assert refused == []
+    said = capsys.readouterr().err.splitlines()
+    assert [Path(line.split(" is left out")[0]).name for line in said] == ["README.txt", "README.zip", "index.csv"]
+    named, _ = gather([tmp_path / "README.txt"], (".txt",))
+    assert places(named) == ["README.txt"]  # who names a file wants to hear what is wrong with it

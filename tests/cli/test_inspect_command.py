@@ -1,0 +1,108 @@
+"""`motionmend inspect`."""
+
+import contextlib
+import json
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from commands import Command
+
+
+def test_joint_angles(cli: Command, library: Path) -> None:
+    ran = cli("inspect", library / "take.amc", "--json")
+    assert ran.code == 0
+    facts = json.loads(ran.out)
+    assert (facts["kind"], facts["format"], facts["fps"], facts["frames"]) == ("motion", "amc", 120, 240)
+    assert facts["duration"] == pytest.approx(2.0)
+    assert len(facts["channels"]) == 62
+    assert "lfemur" in facts["joints"]
+    assert 0.04 < facts["share_missing"] < 0.06
+    assert set(facts["missing"]) == set(facts["channels"])
+    assert facts["units"]["angle"] == "deg"
+    assert any("120 Hz" in guess for guess in facts["guesses"])
+    assert "120 Hz" in ran.err
+
+
+def test_markers(cli: Command, library: Path) -> None:
+    facts = json.loads(cli("inspect", library / "take.c3d", "--json").out)
+    assert (facts["kind"], facts["fps"], facts["frames"]) == ("markers", 120, 240)
+    assert len(facts["markers"]) == 41
+    assert 0.04 < facts["share_missing"] < 0.06
+
+
+def test_euler_jumps_are_found_where_they_were_put(cli: Command, takes: Path) -> None:
+    lines = (takes / "day2" / "clean.amc").read_text().splitlines()
+    feet = [n for n, line in enumerate(lines) if line.startswith("head ")]
+    for n in feet[100:]:
+        name, *angles = lines[n].split()
+        lines[n] = " ".join([name, *(f"{float(angle) + 360:.6f}" for angle in angles)])
+    (takes / "turned.amc").write_text("\n".join(lines) + "\n")
+    facts = json.loads(cli("inspect", takes / "turned.amc", "--json").out)
+    head = [jump for jump in facts["jumps"] if jump["channel"].startswith("head.")]
+    assert [(jump["frame"], jump["wrap"]) for jump in head] == [(100, True)] * 3
+    assert any("full turn" in warning for warning in facts["warnings"])
+
+
+def test_a_skeleton_and_a_model(cli: Command, library: Path) -> None:
+    skeleton = next(library.glob("*.asf"))
+    ran = cli("inspect", skeleton, library / "amc.mend", "--json", "--jobs", "1")
+    assert ran.code == 0
+    body, model = (json.loads(line) for line in ran.out.splitlines())
+    assert (body["kind"], body["dofs"]) == ("skeleton", 62)
+    assert body["units"]["file_length_in_m"] > 0
+    assert (model["kind"], model["model"], model["clips"], model["window"]) == ("model", "denoiser", 3, 20)
+    assert len(model["channels"]) == 62
+
+
+def test_the_text_has_the_facts_and_no_markup(cli: Command, library: Path) -> None:
+    ran = cli("inspect", library / "take.amc", library / "amc.mend", "--jobs", "1")
+    assert ran.code == 0
+    rows = dict(line.split(maxsplit=1) for line in ran.out.split("\n\n")[0].splitlines() if line[0] != " ")
+    assert rows["rate"] == "120 Hz"
+    assert rows["frames"] == "240 (2.00 s)"
+    assert rows["channels"].startswith("62: root.tx")
+    assert "\x1b" not in ran.out
+    assert "[" not in ran.out.split("\n\n")[1]
+
+
+def test_a_bad_file_does_not_hide_a_good_one(cli: Command, library: Path, tmp_path: Path) -> None:
+    (tmp_path / "bad.c3d").write_bytes(b"\x02P nothing")
+    ran = cli("inspect", tmp_path / "bad.c3d", library / "take.c3d", "--json", "--jobs", "1")
+    assert ran.code == 1
+    bad, good = (json.loads(line) for line in ran.out.splitlines())
+    assert set(bad) == {"input", "error"}
+    assert good["kind"] == "markers"
+    assert len(ran.failures) == 1
+    assert "bad.c3d" in ran.failures[0]
+
+
+def test_a_bar_on_the_terminal_leaves_the_results_alone(library: Path) -> None:
+    terminal, its_end = pty.openpty()
+    command = [sys.executable, "-m", "motionmend", "inspect", str(library / "amc"), "--json", "--jobs", "1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=its_end, text=True) as running:
+        os.close(its_end)
+        assert running.stdout is not None
+        lines = running.stdout.read().splitlines()
+        shown = b""
+        with contextlib.suppress(OSError):  # how the end of a terminal is told
+            while chunk := os.read(terminal, 65536):
+                shown += chunk
+    os.close(terminal)
+    assert running.returncode == 0
+    kinds = [json.loads(line)["kind"] for line in lines]
+    assert (kinds.count("motion"), set(kinds)) == (3, {"motion", "skeleton"})
+    assert b"100%" in shown
+
+
+def test_every_real_recording_can_be_looked_at(cli: Command, data: Path) -> None:
+    ran = cli("inspect", data / "mocap" / "c3d", data / "mocap" / "bvh", data / "mocap" / "amc" / "09", "--json")
+    facts = [json.loads(line) for line in ran.out.splitlines()]
+    assert len(facts) == 11 + 9 + 11 + 1
+    refused = [one["input"] for one in facts if "error" in one]
+    assert [Path(one).name for one in refused] == ["c3dorg_golfswing.c3d"]  # contradicts itself
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert {one["kind"] for one in facts if "kind" in one} == {"markers", "motion", "skeleton"}

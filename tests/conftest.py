@@ -1,0 +1,29 @@
+"""What every test may ask for: the folder of real recordings and a seeded generator."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile("motionmend", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("motionmend")
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """The folder of real recordings that MOTIONMEND_DATA names."""
+    folder = os.environ.get("MOTIONMEND_DATA")
+    if not folder:
+        pytest.skip("MOTIONMEND_DATA is not set: real recordings are not part of the project")
+    path = Path(folder)
+    if not (path / "mocap").is_dir():
+        pytest.fail(f"MOTIONMEND_DATA={folder} holds no folder 'mocap'")
+    return path
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """A generator that starts the same in every test."""
+    return np.random.default_rng(20121)

@@ -1,0 +1,141 @@
+"""Every item comes back, in order, whatever dies on the way."""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from threadpoolctl import threadpool_info
+
+from motionmend import batch
+from motionmend.errors import FileError, UsageError
+
+
+def square(item: int) -> int:
+    return item * item
+
+
+def square_or_fail(item: int) -> int:
+    if item % 3 == 0:
+        raise FileError(f"item {item} is a multiple of three")
+    if item == 4:
+        raise ZeroDivisionError("four\nis bad")
+    return item * item
+
+
+def leave_a_mark_and_die_once(item: tuple[int, Path]) -> int:
+    number, folder = item
+    mark = folder / f"{number}-{time.monotonic_ns()}"
+    mark.touch()
+    if number == 3 and len(list(folder.glob("3-*"))) == 1:
+        os._exit(17)
+    time.sleep(0.05)
+    return number
+
+
+def die_at_two(item: int) -> int:
+    if item == 2:
+        os._exit(17)
+    time.sleep(0.02)
+    return item
+
+
+def first_item_is_slow(item: int) -> int:
+    time.sleep(0.4 if item == 0 else 0.0)
+    return item
+
+
+def blas_threads(_: int) -> set[int]:
+    import scipy.linalg
+
+    scipy.linalg.norm([1.0, 2.0])
+    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_failures_stay_with_their_items(jobs: int) -> None:
+    outcomes = batch.run(square_or_fail, range(6), jobs=jobs)
+    assert [o.item for o in outcomes] == list(range(6))
+    assert [o.value for o in outcomes] == [None, 1, 4, None, None, 25]
+    failures = [o.failure for o in outcomes if o.failure is not None]
+    assert [f.kind for f in failures] == ["FileError", "FileError", "ZeroDivisionError"]
+    assert failures[0].message == "item 0 is a multiple of three"
+    assert failures[2].message == "unexpected ZeroDivisionError: four is bad"
+    assert "square_or_fail" in failures[2].traceback
+
+
+def test_one_death_loses_nothing_and_repeats_only_what_was_in_flight(tmp_path: Path) -> None:
+    outcomes = batch.run(leave_a_mark_and_die_once, [(n, tmp_path) for n in range(12)], jobs=2)
+    assert [o.value for o in outcomes] == list(range(12))
+    calls = len(list(tmp_path.iterdir()))
+    assert 13 <= calls <= 14  # the one that died, and at most its companion in flight
+
+
+def test_an_item_that_always_kills_its_worker_fails_alone() -> None:
+    outcomes = batch.run(die_at_two, range(6), jobs=2)
+    assert [o.value for o in outcomes] == [0, 1, None, 3, 4, 5]
+    failure = outcomes[2].failure
+    assert failure is not None
+    assert failure.kind == "WorkerDied"
+    assert str(batch.ATTEMPTS) in failure.message
+
+
+def test_outcomes_are_told_as_they_come_and_returned_in_order() -> None:
+    told: list[int] = []
+    outcomes = batch.run(first_item_is_slow, range(4), jobs=2, on_done=lambda o: told.append(o.index))
+    assert sorted(told) == [0, 1, 2, 3]
+    assert told[0] != 0
+    assert [o.value for o in outcomes] == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_every_task_computes_with_one_blas_thread(jobs: int) -> None:
+    for outcome in batch.run(blas_threads, range(2), jobs=jobs):
+        assert outcome.value == {1}
+
+
+def ignores_interrupts(_: int) -> bool:
+    return signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+
+def test_an_interrupt_reaches_the_parent_alone() -> None:
+    assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=2)] == [True, True]
+    assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=1)] == [False, False]
+
+
+def test_an_item_that_cannot_travel_fails_alone() -> None:
+    outcomes = batch.run(str, [1, lambda: None, 3], jobs=2)
+    assert outcomes[0].value == "1"
+    assert outcomes[2].value == "3"
+    assert outcomes[1].failure is not None
+
+
+def test_nothing_to_do() -> None:
+    assert batch.run(square, [], jobs=4) == []
+
+
+def test_jobs_below_one_are_refused() -> None:
+    with pytest.raises(UsageError, match="above 0"):
+        batch.run(square, [1], jobs=0)
+
+
+def test_a_cluster_without_its_extra_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r'pip install "motionmend\[cluster\]"'):
+        batch.run(square, [1], jobs=1, cluster="tcp://127.0.0.1:1")
+
+
+def test_a_dask_cluster_gives_what_one_process_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+    ) as cluster:
+        outcomes = batch.run(square_or_fail, range(6), jobs=1, cluster=cluster.scheduler_address)
+        assert [o.value for o in outcomes] == [None, 1, 4, None, None, 25]
+        died = batch.run(die_at_two, range(6), jobs=1, cluster=cluster.scheduler_address)
+        assert [o.value for o in died] == [0, 1, None, 3, 4, 5]
+    with pytest.raises(UsageError, match="no Dask scheduler answers"):
+        batch.run(square, [1], jobs=1, cluster="tcp://127.0.0.1:1")
