@@ -1,58 +1,72 @@
-"""What a model learns from: clean clips as channels at the model's own rate."""
+"""What a model learns from: clean clips as channels, in pieces that fit in memory, at any rate."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import whole_stretches
-from .channels import Layout, kind_of, to_channels
+from .channels import Layout, to_channels
+from .thinning import MOST_VALUES, first_number
 
 BRIDGED = 0.2  # s; gaps this short in a training clip are bridged by a spline, longer ones cut the clip
 GLITCH = np.radians(30.0)  # a joint that falls to exact zeros by a jump this large was lost, not held
+MARGIN = 4.0  # s on each side of a piece; the travelling frame, smooth over a second, does not see further
 
 
 @dataclass(frozen=True, eq=False)
-class Examples:
-    """A clip made ready to learn from.
+class Example:
+    """A clip, or a piece of a long one, made ready to learn from.
 
     Attributes
     ----------
-    series : each (T', C) at the model's rate, NaN where the clip is cut; one for each phase of the clip's rate.
-    notes : one sentence for each thing that was left out or bridged.
+    values : (T + tail, C) degrees and centimetres, NaN where the clip is cut.
+    frames : T, this piece's own; those after them are the next piece's and complete the windows that begin here.
+    fps : Hz, the clip's own.
+    number : where the numbering of the piece's frames begins, for samples.
+    lost : samples left out of joints that fall to exact zeros.
+    bridged : samples in short gaps that were bridged.
     """
 
-    series: tuple[Floats, ...]
-    notes: tuple[str, ...]
+    values: Floats
+    frames: int
+    fps: float
+    number: int
+    lost: int
+    bridged: int
 
 
-def examples(recording: Motion | Markers, layout: Layout, model_fps: float) -> Examples:
-    """Channels of a clean clip at the model's rate.
-
-    A clip at a multiple of the model's rate gives one series for each phase, so that all its frames teach; a
-    clip at another rate is resampled by cubic splines.
+def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterator[Example]:
+    """A clean clip as channels: whole, or in pieces of some 65,000 frames that need no more memory than one.
 
     Parameters
     ----------
     recording : a clean clip.
     layout : of the model.
-    model_fps : Hz.
+    tail : s of the next piece that go with a piece.
     """
-    notes: list[str] = []
-    if isinstance(recording, Motion):
-        recording, lost = without_glitches(recording)
-        if lost:
-            notes.append(f"{lost} samples of joints that fall to exact zeros were left out")
-    values = to_channels(recording, layout).values
+    gaps = glitches(recording) if isinstance(recording, Motion) else []
+    margin, after = round(MARGIN * recording.fps), int(np.ceil(tail * recording.fps))
     limit = max(1, round(BRIDGED * recording.fps))
-    values, bridged = _bridged(values, limit)
-    if bridged:
-        word = "channel samples" if kind_of(recording) == "motion" else "marker coordinates"
-        notes.append(f"{bridged} {word} in gaps of up to {BRIDGED} s were bridged by splines")
-    return Examples(tuple(_phases(values, recording.fps, model_fps)), tuple(notes))
+    count = -(-recording.frames // max(4096, MOST_VALUES // max(layout.columns, 1)))
+    edges = np.linspace(0, recording.frames, max(count, 1) + 1).astype(np.int64)
+    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        first, last = max(0, start - margin), min(recording.frames, stop + max(margin, after))
+        raw = _piece(recording, first, last, gaps)
+        values, own = to_channels(raw, layout).values, slice(start - first, stop - first)
+        filled = _bridged(values, limit)
+        yield Example(
+            values=filled[own.start : own.stop + after],
+            frames=stop - start,
+            fps=recording.fps,
+            number=first_number(_samples(recording)[start:stop]),
+            lost=sum(len(gap.rows) * max(0, min(gap.stop, stop) - max(gap.start, start)) for gap in gaps),
+            bridged=int((np.isnan(values[own]) & np.isfinite(filled[own])).sum()),
+        )
 
 
 def without_glitches(motion: Motion) -> tuple[Motion, int]:
@@ -61,28 +75,62 @@ def without_glitches(motion: Motion) -> tuple[Motion, int]:
     Capture software writes zeros for a joint it could not solve. A joint that is zero throughout, or that comes
     to zero smoothly, is left alone.
     """
+    found = glitches(motion)
+    cleaned = _piece(motion, 0, motion.frames, found)
+    assert isinstance(cleaned, Motion)
+    return cleaned, sum(len(glitch.rows) * (glitch.stop - glitch.start) for glitch in found)
+
+
+@dataclass(frozen=True, eq=False)
+class Glitch:
+    """Rows of a joint's angles that are lost from frame `start` to before frame `stop`."""
+
+    rows: Ints
+    start: int
+    stop: int
+
+
+def glitches(motion: Motion) -> list[Glitch]:
+    """Where joints drop to exact zeros by a jump (see `without_glitches`)."""
     skeleton, q = motion.skeleton, motion.q
-    cleaned = q.copy()
+    found: list[Glitch] = []
     for joint in range(len(skeleton.names)):
         rows = skeleton.dofs_of(joint)
         rows = rows[skeleton.dof_kind[rows] == ROTATION]
         if len(rows) == 0:
             continue
-        zero = (q[:, rows] == 0.0).all(axis=1)
+        angles = q[:, rows]
+        zero = (angles == 0.0).all(axis=1)
         if not zero.any() or zero.all():
             continue
-        jump = np.abs(np.diff(q[:, rows], axis=0)).max(axis=1, initial=0.0) > GLITCH
+        jump = np.abs(np.diff(angles, axis=0)).max(axis=1, initial=0.0) > GLITCH
         edges = np.flatnonzero(np.diff(np.concatenate([[0], zero.astype(np.int8), [0]])))
-        for start, stop in edges.reshape(-1, 2):
+        for start, stop in edges.reshape(-1, 2).tolist():
             if (start > 0 and jump[start - 1]) or (stop < len(q) and jump[stop - 1]):
-                cleaned[start:stop, rows] = np.nan
-    lost = int(np.isnan(cleaned).sum() - np.isnan(q).sum())
-    return (motion.with_q(cleaned), lost) if lost else (motion, 0)
+                found.append(Glitch(rows, start, stop))
+    return found
 
 
-def _bridged(values: Floats, limit: int) -> tuple[Floats, int]:
-    """Fill inner gaps of at most `limit` frames by cubic splines; returns how many samples were filled."""
-    filled, count = values, 0
+def _piece(recording: Motion | Markers, start: int, stop: int, gaps: list[Glitch]) -> Motion | Markers:
+    """Frames of a recording, with glitches missing."""
+    if isinstance(recording, Markers):
+        return replace(recording, positions=recording.positions[start:stop], residuals=None)
+    inside = [gap for gap in gaps if gap.start < stop and gap.stop > start]
+    if not inside and stop - start == recording.frames:
+        return recording
+    q = recording.q[start:stop].copy()
+    for gap in inside:
+        q[max(gap.start - start, 0) : max(gap.stop - start, 0), gap.rows] = np.nan
+    return recording.with_q(q)
+
+
+def _samples(recording: Motion | Markers) -> Floats:
+    return recording.q if isinstance(recording, Motion) else recording.positions
+
+
+def _bridged(values: Floats, limit: int) -> Floats:
+    """Inner gaps of at most `limit` frames filled by cubic splines."""
+    filled = values
     frames = np.arange(len(values))
     for c in np.flatnonzero(np.isfinite(values).any(axis=0) & ~np.isfinite(values).all(axis=0)):
         known = np.isfinite(values[:, c])
@@ -97,16 +145,23 @@ def _bridged(values: Floats, limit: int) -> tuple[Floats, int]:
         curve = CubicSpline(frames[known], values[known, c])
         for start, stop in runs:
             filled[start:stop, c] = curve(frames[start:stop])
-            count += int(stop - start)
-    return filled, count
+    return filled
 
 
-def _phases(values: Floats, fps: float, model_fps: float) -> list[Floats]:
-    """The series at the model's rate, one for each phase."""
-    ratio = fps / model_fps
+def at_rate(values: Floats, fps: float, target: float) -> list[Floats]:
+    """Channels at another rate, one series for each phase, so that all frames teach.
+
+    Values at a multiple of the rate are only dealt out; at other rates they are resampled by cubic splines first.
+
+    Parameters
+    ----------
+    values : (T, C) at `fps` Hz, NaN where the clip is cut.
+    target : Hz; above `fps` nothing is added.
+    """
+    ratio = fps / target
     steps = max(1, round(ratio))
     if abs(ratio - steps) > 1e-3 * ratio:
-        values = _resampled(values, fps, model_fps * steps)
+        values = _resampled(values, fps, target * steps)
     return [np.ascontiguousarray(values[phase::steps]) for phase in range(steps)]
 
 

@@ -10,14 +10,16 @@ from ..arrays import Floats
 from ..bodies.motion import Markers, Motion, Recording, Repaired
 from ..errors import MismatchError, UsageError
 from ..numerics.robust import ESTIMATORS
-from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance, sum_covariances
+from ..numerics.ssa import Eigenbases, eigenbases
 from .channels import Layout, learn_layout, to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
-from .learning import examples
+from .library import Library
 from .outcome import classic_outcome, pca_outcome, repaired_recording
+from .passages import rejoined
 from .repair import repair_channels
+from .statistics import Statistics, statistics
 
 MODEL_METHODS = ("paper", "kalman-data")
 CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
@@ -52,7 +54,9 @@ class Denoiser:
 
         Parameters
         ----------
-        clips : motions of one skeleton's channels, or markers of one marker set; any rates.
+        clips : motions of one skeleton's channels, or markers of one marker set; any rates. They are gone through
+            twice. What can be iterated over more than once, such as an object that reads its files anew each time,
+            is never held in memory as a whole; an iterator that runs out is.
 
         Raises
         ------
@@ -62,23 +66,35 @@ class Denoiser:
         ------
         Section 2.2.1.
         """
-        recordings = list(clips)
-        if not recordings:
+        again = list(clips)
+        if not again:
             raise MismatchError("a denoiser learns from clean clips, came none")
         with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
-            layout = learn_layout(recordings)
-            ready = [examples(recording, layout, self.fps) for recording in recordings]
-            series = [s for example in ready for s in example.series]
-            bases = eigenbases(sum_covariances(lag_covariance(s, self.window) for s in series), self.energy)
-            dynamics = fit_dynamics(series, self.fps)
+            layout = learn_layout(again)
+            return self.learned(layout, statistics(again, layout, self.window, self.fps))
+
+    def learned(self, layout: Layout, clips: Statistics) -> "DenoiserModel":
+        """The model that statistics of clips make.
+
+        Parameters
+        ----------
+        layout : the clips' channels.
+        clips : their statistics at this window and rate.
+
+        Raises
+        ------
+        MismatchError : no clip is as long as a window, or none moves.
+        """
+        bases = eigenbases(clips.lag, self.energy)
         return DenoiserModel(
             settings=self,
             layout=layout,
             bases=bases,
-            dynamics=dynamics,
-            clips=len(recordings),
-            frames=sum(r.frames for r in recordings),
-            notes=tuple(dict.fromkeys(note for example in ready for note in example.notes)),
+            dynamics=fit_dynamics(rejoined(clips.passages), self.fps),
+            library=clips.library(),
+            clips=clips.clips,
+            frames=clips.frames,
+            notes=clips.notes(),
         )
 
 
@@ -92,6 +108,7 @@ class DenoiserModel:
     layout : its channels.
     bases : spatio-temporal filter bases at `settings.fps`.
     dynamics : learned linear dynamics, for the method kalman-data.
+    library : how sharply clean motion bends at each rate, and windows of the clips as they were.
     clips, frames : how many it was learned from.
     notes : what was left out or bridged in the clips.
     """
@@ -100,6 +117,7 @@ class DenoiserModel:
     layout: Layout
     bases: Eigenbases
     dynamics: Dynamics
+    library: Library
     clips: int
     frames: int
     notes: tuple[str, ...] = ()
@@ -166,6 +184,7 @@ class DenoiserModel:
             arrays["anchors.indices"] = self.layout.anchors.indices
             arrays["anchors.template"] = self.layout.anchors.template
         arrays |= {f"dynamics.{name}": value for name, value in self.dynamics.to_arrays().items()}
+        arrays |= {f"library.{name}": value for name, value in self.library.to_arrays().items()}
         header = {
             "window": self.settings.window,
             "fps": self.settings.fps,
@@ -185,7 +204,10 @@ class DenoiserModel:
         anchors = None
         if "anchors.indices" in arrays:
             anchors = Anchors(arrays["anchors.indices"], arrays["anchors.template"])
-        prefix = "dynamics."
+
+        def below(prefix: str) -> dict[str, Any]:
+            return {name[len(prefix) :]: value for name, value in arrays.items() if name.startswith(prefix)}
+
         return cls(
             settings=Denoiser(header["window"], header["fps"], header["energy"]),
             layout=Layout(
@@ -198,9 +220,8 @@ class DenoiserModel:
                 header["total"],
                 arrays["bases.discarded"],
             ),
-            dynamics=Dynamics.from_arrays(
-                {name[len(prefix) :]: value for name, value in arrays.items() if name.startswith(prefix)}
-            ),
+            dynamics=Dynamics.from_arrays(below("dynamics.")),
+            library=Library.from_arrays(below("library.")),
             clips=header["clips"],
             frames=header["frames"],
             notes=tuple(header["notes"]),

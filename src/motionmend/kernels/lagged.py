@@ -5,6 +5,8 @@ for the cache, so that memory does not grow with the recording and the matrix pr
 are time-major: entry (m, c) of a window stands at m * C + c.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
@@ -34,9 +36,6 @@ def _blocks(count: int, row_bytes: int) -> list[slice]:
 def lag_products(series: Floats, window: int) -> Floats:
     """Sum over all windows of the outer product of the window with itself: D^T D of eq. 2.3.
 
-    Neighbouring windows share all but two frames, so block (j+1, j'+1) is block (j, j') less one outer product
-    and plus another; only the first block row needs the whole series.
-
     Parameters
     ----------
     series : (T, C) C-contiguous, finite, T >= window.
@@ -46,18 +45,42 @@ def lag_products(series: Floats, window: int) -> Floats:
     -------
     (M * C, M * C) symmetric.
     """
-    frames, channels = series.shape
-    count = frames - window + 1
+    return lag_products_of([series], window)
+
+
+def lag_products_of(stretches: Sequence[Floats], window: int) -> Floats:
+    """The same summed over several series, none of whose windows reaches into another.
+
+    Neighbouring windows share all but two frames, so block (j+1, j'+1) is block (j, j') less one outer product
+    of frames at the head of the series and plus another of frames at its tail; only the first block row needs the
+    whole series. Heads and tails of all series go into one matrix product, so that many short series cost little
+    more than one long one.
+
+    Parameters
+    ----------
+    stretches : at least one; each (T, C) C-contiguous, finite, T >= window.
+    window : M, frames per window.
+
+    Returns
+    -------
+    (M * C, M * C) symmetric.
+    """
+    channels = stretches[0].shape[1]
     first = np.zeros((channels, window * channels))
-    for block in _blocks(count, 8 * window * channels):
-        starts = np.arange(block.start, block.stop)
-        first += series[block].T @ _rows(series, starts, window)  # eq. 2.5, j = 1
+    for series in stretches:
+        for block in _blocks(len(series) - window + 1, 8 * window * channels):
+            starts = np.arange(block.start, block.stop)
+            first += series[block].T @ _rows(series, starts, window)  # eq. 2.5, j = 1
+    ends = np.zeros((window - 1, channels, window - 1, channels))
+    most = max(1, BLOCK_BYTES // (8 * window * channels))
+    for some in (stretches[i : i + most] for i in range(0, len(stretches), most)):
+        heads = np.stack([series[: window - 1].ravel() for series in some])
+        tails = np.stack([series[len(series) - window + 1 :].ravel() for series in some])
+        ends += (tails.T @ tails - heads.T @ heads).reshape(ends.shape)
     products = np.empty((window, channels, window, channels))
     products[0] = first.reshape(channels, window, channels)
     for j in range(window - 1):
-        leaving = np.multiply.outer(series[j], series[j : window - 1])
-        entering = np.multiply.outer(series[count + j], series[count + j : count + window - 1])
-        products[j + 1, :, j + 1 :] = products[j, :, j:-1] - leaving + entering
+        products[j + 1, :, j + 1 :] = products[j, :, j:-1] + ends[j, :, j:]
         products[j + 1 :, :, j] = products[j, :, j + 1 :].transpose(1, 2, 0)
     return products.reshape(window * channels, window * channels)
 

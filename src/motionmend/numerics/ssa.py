@@ -1,6 +1,6 @@
 """Multi-channel singular spectrum analysis: the grand lag covariance and its eigenbases (section 2.2.1)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,12 +57,12 @@ class LagCovariance:
         return self.products / max(self.count, 1) - np.multiply.outer(mean, mean)
 
 
-def lag_covariance(series: Floats, window: int) -> LagCovariance:
-    """The lag sums of one clip; frames with a missing sample cut it, and no window straddles a cut.
+def lag_covariance(series: Floats | Sequence[Floats], window: int) -> LagCovariance:
+    """The lag sums of one clip, or of several; frames with a missing sample cut it, and no window straddles a cut.
 
     Parameters
     ----------
-    series : (T, C) any unit, NaN = missing.
+    series : (T, C) any unit, NaN = missing; or several such.
     window : M, frames per lag window.
 
     Returns
@@ -73,20 +73,23 @@ def lag_covariance(series: Floats, window: int) -> LagCovariance:
     ------
     Section 2.2.1, eq. 2.1-2.5.
     """
-    from ..kernels.lagged import lag_products
+    from ..kernels.lagged import lag_products_of
 
-    channels = series.shape[1]
-    size = window * channels
-    count, total, products = 0, np.zeros(size), np.zeros((size, size))
-    for start, stop in whole_stretches(series):
-        windows = stop - start - window + 1
-        if windows < 1:
-            continue
-        stretch = np.ascontiguousarray(series[start:stop])
-        running = np.vstack([np.zeros(channels), np.cumsum(stretch, axis=0)])
-        total += (running[windows : windows + window] - running[:window]).ravel()
-        products += lag_products(stretch, window)
-        count += windows
+    several = [series] if isinstance(series, np.ndarray) else list(series)
+    channels = several[0].shape[1]
+    total = np.zeros(window * channels)
+    stretches = []
+    for one in several:
+        for start, stop in whole_stretches(one):
+            windows = stop - start - window + 1
+            if windows < 1:
+                continue
+            stretch = np.ascontiguousarray(one[start:stop])
+            running = np.vstack([np.zeros(channels), np.cumsum(stretch, axis=0)])
+            total += (running[windows : windows + window] - running[:window]).ravel()
+            stretches.append(stretch)
+    count = sum(len(stretch) - window + 1 for stretch in stretches)
+    products = lag_products_of(stretches, window) if stretches else np.zeros((len(total), len(total)))
     return LagCovariance(window, channels, count, total, products)
 
 

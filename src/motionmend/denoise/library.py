@@ -1,0 +1,109 @@
+"""What a model keeps of its clips beside the bases: how sharply they bend at each rate, and windows as they were."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats, Ints, Singles, frozen
+from ..errors import MismatchError
+
+_SMOOTHEST, _ROUGHEST = -2.0, 0.0  # slopes of log bend over log rate: constant acceleration, and white noise
+_STILL = 1e-12  # degrees or cm a step: a channel that bends less is at rest
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """Second differences of the clips at several rates, and some of their windows. C channels, degrees and cm.
+
+    Attributes
+    ----------
+    rates : (R,) Hz, rising; those that clips reach.
+    counts : (R,) second differences seen at each rate.
+    bends : (R, C, C) mean outer product of z(t) - 2 z(t+1) + z(t+2), t in frames of the rate.
+    exemplars : (N, M, C) float32 windows at the model's rate, spread evenly over all clips.
+    """
+
+    rates: Floats
+    counts: Ints
+    bends: Floats
+    exemplars: Singles
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rates", frozen(self.rates))
+        object.__setattr__(self, "counts", frozen(self.counts, np.int64))
+        object.__setattr__(self, "bends", frozen(self.bends))
+        object.__setattr__(self, "exemplars", frozen(self.exemplars, np.float32))
+        rates = len(self.rates)
+        if self.exemplars.ndim != 3 or self.bends.shape != (rates, *(self.exemplars.shape[2:] * 2)):
+            raise MismatchError(
+                f"{rates} rates and exemplars {self.exemplars.shape} need bends (rates, channels, channels), "
+                f"came {self.bends.shape}"
+            )
+        if self.counts.shape != self.rates.shape or (np.diff(self.rates) <= 0).any():
+            raise MismatchError("a library needs rising rates and a count for each")
+
+    def curvature(self, fps: float) -> Floats:
+        """Covariance of the second differences of clean motion from frame to frame at a rate.
+
+        Between the stored rates the logarithm of each standard deviation is linear in that of the rate, and the
+        correlations are too. Beyond them the deviations go on by the slope of the last two rates, held between that
+        of a constant acceleration (-2) and that of white noise (0), and the correlations stay.
+
+        Parameters
+        ----------
+        fps : Hz.
+
+        Returns
+        -------
+        (C, C) symmetric and, to rounding, positive semidefinite; 0 for channels at rest.
+
+        Raises
+        ------
+        MismatchError : the clips had no three frames on end without a missing sample.
+        """
+        if len(self.rates) == 0:
+            raise MismatchError(
+                "how sharply clean motion bends is not known: the clips have no three whole frames on end"
+            )
+        spread = np.sqrt(np.diagonal(self.bends, axis1=1, axis2=2))
+        at, rates = np.log(fps), np.log(self.rates)
+        if len(rates) == 1:
+            bend = _scaled(spread[0], np.full(spread.shape[1], _SMOOTHEST) * (at - rates[0]))
+            return _covariance(bend, _correlation(self.bends[0], spread[0]))
+        below = int(np.clip(np.searchsorted(rates, at) - 1, 0, len(rates) - 2))
+        left, right = slice(below, below + 1), slice(below + 1, below + 2)
+        logs = np.log(np.maximum(spread, _STILL))
+        slope = ((logs[right] - logs[left]) / (rates[right] - rates[left])[:, None])[0]
+        share = float((at - rates[below]) / (rates[below + 1] - rates[below]))
+        if not 0.0 <= share <= 1.0:
+            slope = np.clip(slope, _SMOOTHEST, _ROUGHEST)
+        near = below + (share > 0.5)  # from the nearer rate, so that a stored rate gives what is stored
+        bend = _scaled(spread[near], slope * (at - rates[near]))
+        share = min(max(share, 0.0), 1.0)
+        one, other = (_correlation(self.bends[k], spread[k]) for k in (below, below + 1))
+        return _covariance(bend, (1.0 - share) * one + share * other)
+
+    def to_arrays(self) -> dict[str, Any]:
+        """Arrays from which `from_arrays` makes the library again."""
+        return {"rates": self.rates, "counts": self.counts, "bends": self.bends, "exemplars": self.exemplars}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Any]) -> "Library":
+        """The library that `to_arrays` took apart."""
+        return cls(arrays["rates"], arrays["counts"], arrays["bends"], arrays["exemplars"])
+
+
+def _scaled(spread: Floats, exponent: Floats) -> Floats:
+    return np.where(spread > _STILL, spread * np.exp(exponent), 0.0)
+
+
+def _correlation(second: Floats, spread: Floats) -> Floats:
+    scale = 1.0 / np.where(spread > _STILL, spread, np.inf)
+    return np.asarray(second * np.multiply.outer(scale, scale))
+
+
+def _covariance(spread: Floats, correlation: Floats) -> Floats:
+    covariance = correlation * np.multiply.outer(spread, spread)
+    return np.asarray(0.5 * (covariance + covariance.T))
