@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from motionmend.arrays import Bools, Floats
-from motionmend.denoise.channels import learn_layout
+from motionmend.denoise.layout import learn_layout
 from motionmend.denoise.learning import examples
 from motionmend.numerics.ssa import Eigenbases, eigenbases, lag_covariance, sum_covariances, whole_stretches
 from motionmend.report.figures import lines_figure

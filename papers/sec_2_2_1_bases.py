@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motionmend.denoise.channels import learn_layout, to_channels
+from motionmend.denoise.channels import to_channels
+from motionmend.denoise.layout import learn_layout
 from motionmend.numerics.ssa import eigenbases, lag_covariance, sum_covariances
 
 from .common import SPLITS, Findings, body, model_of, motions, reduced

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.motion import Markers, Motion
-from motionmend.denoise.channels import from_channels, learn_layout, to_channels
+from motionmend.denoise.channels import from_channels, to_channels
 from motionmend.denoise.joints import nearest_triple, nearest_turn, root_angles, root_rotation, root_rows
+from motionmend.denoise.layout import learn_layout
 from motionmend.denoise.travel import travel, turn
 from motionmend.errors import MismatchError
 from motionmend.io import read

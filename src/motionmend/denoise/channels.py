@@ -1,48 +1,18 @@
 """What the bases see: recordings as channels in degrees and centimetres, free of place, heading and jumps."""
 
-from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints, frozen
+from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION
 from ..errors import MismatchError
-from .cloud import Anchors, CloudChannels, bare_name, cloud_channels, learn_anchors, positions_of, righting
+from .cloud import CloudChannels, cloud_channels, positions_of
 from .joints import JointChannels, joint_channels, middle, motion_of, unit
+from .layout import Layout, kind_of, names_of
 
 LEAST_SHARED = 0.6  # a model fits a recording that holds at least this share of its channels
-
-
-@dataclass(frozen=True, eq=False)
-class Layout:
-    """Which channels a model knows and how a recording becomes them.
-
-    Attributes
-    ----------
-    kind : "motion" or "markers".
-    names : channel names (motions, D) or bare marker names (markers, M).
-    centre : (D,) degrees or cm each joint channel is near to; empty for markers.
-    anchors : the rigid group of markers, empty where channels stay in the world's frame; None for motions.
-    up : (3,) against gravity, of the clips; recordings of markers are turned to it.
-    """
-
-    kind: str
-    names: tuple[str, ...]
-    centre: Floats
-    anchors: Anchors | None
-    up: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", frozen(self.centre))
-        object.__setattr__(self, "up", frozen(self.up))
-
-    @property
-    def columns(self) -> int:
-        """C, channels of a frame."""
-        return len(self.names) * (3 if self.kind == "markers" else 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,59 +29,6 @@ class Channels:
     values: Floats
     columns: Ints
     inner: JointChannels | CloudChannels
-
-
-def kind_of(recording: Motion | Markers) -> str:
-    """ "motion" or "markers"."""
-    return "motion" if isinstance(recording, Motion) else "markers"
-
-
-def names_of(recording: Motion | Markers) -> tuple[str, ...]:
-    """Channel names as a layout spells them."""
-    if isinstance(recording, Motion):
-        return recording.channels
-    bare = [bare_name(n) for n in recording.names]
-    often = Counter(bare)
-    # a name that two subjects of one file share is told apart by the subject, and a repeated one by its number
-    told = [b if often[b] == 1 else n.strip().upper() for b, n in zip(bare, recording.names, strict=True)]
-    return tuple(n if told[:i].count(n) == 0 else f"{n} {told[:i].count(n) + 1}" for i, n in enumerate(told))
-
-
-def learn_layout(recordings: Sequence[Motion | Markers], *, travelling: bool = True) -> Layout:
-    """The layout that clips have in common.
-
-    Parameters
-    ----------
-    recordings : of one kind, with the same channels (in any order, by name).
-    travelling : False leaves markers in the world's frame, for methods that know no body.
-
-    Raises
-    ------
-    MismatchError : kinds or channels differ.
-    """
-    first = recordings[0]
-    kind, names = kind_of(first), names_of(first)
-    for clip in recordings[1:]:
-        if kind_of(clip) != kind:
-            raise MismatchError("a model learns from motions or from markers, came both: fit two models")
-        strange = set(names) ^ set(names_of(clip))
-        if strange:
-            raise MismatchError(
-                f"all clips need the same channels, {len(strange)} differ ({', '.join(sorted(strange)[:4])}): "
-                "fit clips of one skeleton or marker set"
-            )
-    if isinstance(first, Motion):
-        picked = [c.q[:, [c.channels.index(n) for n in names]] for c in recordings if isinstance(c, Motion)]
-        centre = middle(np.concatenate(picked) * unit(first.skeleton), first.skeleton)
-        return Layout(kind, names, centre, None, first.skeleton.up)
-    if not travelling:
-        return Layout(kind, names, np.empty(0), Anchors(np.empty(0, dtype=np.int64), np.empty((0, 3))), first.up)
-    clouds = [
-        c.positions[:, [names_of(c).index(n) for n in names]] @ righting(c.up, first.up).T
-        for c in recordings
-        if isinstance(c, Markers)
-    ]
-    return Layout(kind, names, np.empty(0), learn_anchors(clouds, first.up), first.up)
 
 
 def to_channels(recording: Motion | Markers, layout: Layout) -> Channels:

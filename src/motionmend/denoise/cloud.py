@@ -14,7 +14,7 @@ from .travel import Travel, travel, turn
 CENTIMETRES = 100.0
 RIGID = 0.02  # m; markers on one segment keep their distance this well, skin and all
 MOST_ANCHORS = 12
-LEARNING_FRAMES = 400  # per clip; enough to see what is rigid
+KEPT = 0.95  # share of the clips in which anchors keep their distances
 FIT_FLOOR = 0.015  # m; an anchor this near its place counts fully
 
 
@@ -91,35 +91,38 @@ def positions_of(channels: CloudChannels, repaired: Floats) -> Floats:
     return np.asarray(there @ channels.righting)
 
 
-def learn_anchors(clips: Sequence[Floats], up: Floats) -> Anchors:
+def learn_anchors(changes: Sequence[Floats], frames: Floats, up: Floats) -> Anchors:
     """Find the largest group of markers that keep their distances, and its mean shape.
+
+    Of more than twenty clips one in twenty may break a distance: a marker that was lost, or that fell off.
 
     Parameters
     ----------
-    clips : each (T, M, 3) m, NaN = missing, the same markers in the same order.
+    changes : each (M, M) m, `distance_change` of a clip.
+    frames : (N, M, 3) m of those clips, NaN = missing.
     up : (3,) unit vector.
 
     Raises
     ------
     MismatchError : fewer than three markers are ever seen together.
     """
-    samples = [clip[:: max(1, len(clip) // LEARNING_FRAMES)] for clip in clips]
-    count = samples[0].shape[1]
-    change = np.zeros((count, count))
-    for positions in samples:
-        change = np.maximum(change, _distance_spread(positions))
-    middle = _middle_distance(samples)
-    members = _rigid_group(change, middle)
+    change = np.sort(np.stack(changes), axis=0)[int(np.ceil(KEPT * (len(changes) - 1)))]
+    members = _rigid_group(change, _middle_distance(frames))
     if len(members) < 3:
         raise MismatchError(
             f"a body's place and heading need three markers seen together, came {len(members)}: "
             "give clips with more markers"
         )
-    return Anchors(members, _mean_shape([s[:, members] for s in samples], up))
+    return Anchors(members, _mean_shape(frames[:, members], up))
 
 
-def _distance_spread(positions: Floats) -> Floats:
-    """(M, M) robust standard deviation over time of the markers' distances; inf where too rarely seen."""
+def distance_change(positions: Floats) -> Floats:
+    """(M, M) m: robust standard deviation over time of the markers' distances; inf where too rarely seen.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) m, NaN = missing.
+    """
     count = positions.shape[1]
     spread = np.full((count, count), np.inf)
     for i in range(count):
@@ -131,17 +134,14 @@ def _distance_spread(positions: Floats) -> Floats:
     return spread
 
 
-def _middle_distance(samples: Sequence[Floats]) -> Floats:
-    """(M,) median distance of each marker from the middle of the body, m."""
-    distances = []
-    for positions in samples:
-        known = np.asarray(np.isfinite(positions).all(axis=2))
-        weight = known[..., None] / np.maximum(known.sum(axis=1), 1)[:, None, None]
-        centre = np.where(known[..., None], positions, 0.0)
-        distances.append(np.linalg.norm(positions - (centre * weight).sum(axis=1)[:, None], axis=2))
-    together = np.concatenate(distances)
-    together[~np.isfinite(together)] = np.inf
-    return np.asarray(np.median(together, axis=0))
+def _middle_distance(positions: Floats) -> Floats:
+    """(M,) median distance of each marker from the middle of the body in frames (N, M, 3), m."""
+    known = np.asarray(np.isfinite(positions).all(axis=2))
+    weight = known[..., None] / np.maximum(known.sum(axis=1), 1)[:, None, None]
+    centre = np.where(known[..., None], positions, 0.0)
+    distances = np.linalg.norm(positions - (centre * weight).sum(axis=1)[:, None], axis=2)
+    distances[~np.isfinite(distances)] = np.inf
+    return np.asarray(np.median(distances, axis=0))
 
 
 def _rigid_group(change: Floats, middle: Floats) -> Ints:
@@ -167,9 +167,8 @@ def _rigid_group(change: Floats, middle: Floats) -> Ints:
     return np.empty(0, dtype=np.int64)
 
 
-def _mean_shape(samples: Sequence[Floats], up: Floats) -> Floats:
-    """(A, 3) m: the anchors' mean places after turning and moving every frame onto the mean (a few rounds)."""
-    together = np.concatenate(samples)
+def _mean_shape(together: Floats, up: Floats) -> Floats:
+    """(A, 3) m: the anchors' mean places after turning and moving every frame (N, A, 3) onto the mean."""
     whole = together[np.isfinite(together).all(axis=(1, 2))]
     if len(whole) == 0:
         raise MismatchError(

@@ -10,7 +10,8 @@ from ..arrays import Floats, Ints
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import whole_stretches
-from .channels import Layout, to_channels
+from .channels import to_channels
+from .layout import Layout
 from .thinning import MOST_VALUES, first_number
 
 BRIDGED = 0.2  # s; gaps this short in a training clip are bridged by a spline, longer ones cut the clip

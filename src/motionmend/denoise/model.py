@@ -1,6 +1,6 @@
 """The denoiser: settings, learning, and the fitted model that repairs."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,13 +8,14 @@ from threadpoolctl import threadpool_limits
 
 from ..arrays import Floats
 from ..bodies.motion import Markers, Motion, Recording, Repaired
-from ..errors import MismatchError, UsageError
+from ..errors import UsageError
 from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases
-from .channels import Layout, learn_layout, to_channels
+from .channels import to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
+from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .outcome import classic_outcome, pca_outcome, repaired_recording
 from .passages import rejoined
@@ -66,9 +67,7 @@ class Denoiser:
         ------
         Section 2.2.1.
         """
-        again = list(clips)
-        if not again:
-            raise MismatchError("a denoiser learns from clean clips, came none")
+        again = list(clips) if isinstance(clips, Iterator) else clips
         with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
             layout = learn_layout(again)
             return self.learned(layout, statistics(again, layout, self.window, self.fps))
@@ -246,7 +245,7 @@ def repair_classic(recording: Recording, method: str) -> Repaired[Recording]:
         if not isinstance(recording, Markers):
             raise UsageError("method pca fills markers, came joint angles: choose linear or spline")
         return pca_outcome(recording)
-    layout = learn_layout([recording], travelling=False)
+    layout = own_layout(recording)
     channels = to_channels(recording, layout)
     if method in FILTERS:
         return classic_outcome(recording, layout, channels, FILTERS[method](channels.values, recording.fps), method)

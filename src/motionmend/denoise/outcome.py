@@ -8,9 +8,10 @@ from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..numerics.robust import ESTIMATORS
 from .certainty import TRUSTED
-from .channels import Channels, Layout, from_channels, si_unit
+from .channels import Channels, from_channels, si_unit
 from .filtered import Filtered
 from .joints import root_rows, unit
+from .layout import Layout
 from .optimise import SCALE
 from .repair import ChannelRepair
 

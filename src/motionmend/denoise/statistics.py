@@ -8,7 +8,7 @@ import numpy as np
 from ..arrays import Floats, Ints, Singles, frozen
 from ..bodies.motion import Markers, Motion
 from ..numerics.ssa import LagCovariance, lag_covariance
-from .channels import Layout
+from .layout import Layout
 from .learning import BRIDGED, Example, at_rate, examples
 from .library import Library
 from .passages import Passage, passages
