@@ -84,15 +84,38 @@ def test_discarded_variance_is_what_the_bases_leave_out():
     assert bases.discarded.sum() == pytest.approx(left, rel=1e-6)
 
 
-def test_lanczos_finds_the_same_bases(monkeypatch):
+@pytest.mark.parametrize("energy", [0.9, 0.999, 1.0])
+@pytest.mark.parametrize(("few", "limit"), [(4, 10), (4, 3000), (64, 3000)])
+def test_every_way_to_the_leading_patterns_ends_at_the_same(monkeypatch, few, limit, energy):
     import motionmend.numerics.ssa as ssa
 
     covariance = lag_covariance(_walk(7, frames=600, channels=5), 10)
-    dense = eigenbases(covariance, 0.95)
-    monkeypatch.setattr(ssa, "DENSE_LIMIT", 10)
-    iterated = eigenbases(covariance, 0.95)
-    assert iterated.count == dense.count
-    np.testing.assert_allclose(iterated.vectors, dense.vectors, atol=1e-6)
+    values, vectors = np.linalg.eigh(covariance.matrix())
+    monkeypatch.setattr(ssa, "FEW", few)
+    monkeypatch.setattr(ssa, "TRIDIAGONAL_LIMIT", limit)
+    found = eigenbases(covariance, energy)
+    assert found.count == int(np.argmax(np.cumsum(values[::-1]) >= energy * values.sum() * (1 - 1e-12))) + 1
+    np.testing.assert_allclose(found.values, values[::-1][: found.count], rtol=1e-7, atol=1e-9 * values[-1])
+    along = np.einsum("kd,dk->k", found.vectors.reshape(found.count, -1), vectors[:, ::-1][:, : found.count])
+    np.testing.assert_allclose(np.abs(along[:20]), 1.0, atol=1e-6)
+    again = eigenbases(covariance, energy)
+    assert again.vectors.tobytes() == found.vectors.tobytes()
+
+
+def test_clips_at_rest_have_one_pattern_of_no_variance():
+    found = eigenbases(lag_covariance(np.zeros((400, 20)), 20), 0.99)
+    assert found.count == 1
+    assert found.values[0] == 0.0
+
+
+@given(st.integers(0, 10**6), st.lists(st.integers(1, 60), min_size=1, max_size=6))
+@settings(max_examples=30)
+def test_several_clips_at_once_are_the_sum_of_each(seed, lengths):
+    clips = [_walk(seed + k, frames=n) for k, n in enumerate(lengths)]
+    together, apart = lag_covariance(clips, 8), sum_covariances(lag_covariance(c, 8) for c in clips)
+    assert together.count == apart.count
+    np.testing.assert_allclose(together.products, apart.products, rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(together.total, apart.total, rtol=1e-9, atol=1e-8)
 
 
 def test_bases_at_another_rate_span_the_same_time_and_describe_the_same_motion():

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.linalg import eigh
-from scipy.sparse.linalg import eigsh
+from scipy.linalg import eigh_tridiagonal, get_lapack_funcs
+from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
 from ..arrays import Floats, frozen
 from ..errors import MismatchError
 
-DENSE_LIMIT = 3000  # above this order the leading eigenvectors come from Lanczos iteration, not from all of them
+FEW = 64  # eigenvectors that Lanczos iteration finds sooner than a decomposition does
+TRIDIAGONAL_LIMIT = 3000  # above this order Lanczos iteration goes on to more of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,18 +178,40 @@ def eigenbases(covariance: LagCovariance, energy: float, most: int | None = None
 
 
 def _leading(matrix: Floats, total: float, energy: float) -> tuple[Floats, Floats]:
-    """Leading eigenpairs by falling value, as many as hold `energy` of the trace."""
+    """Leading eigenpairs by falling value, at least as many as hold `energy` of the trace, or all.
+
+    Few patterns come from Lanczos iteration. Where more are needed, in matrices that fit, the tridiagonal form says
+    how many, and only their vectors are made.
+    """
     size = len(matrix)
-    if size <= DENSE_LIMIT:
-        values, vectors = eigh(matrix, driver="evr")
-        return values[::-1], vectors[:, ::-1]
-    wanted = min(200, size - 1)
-    while True:
-        # a fixed start vector: the same clips give the same bases
-        values, vectors = eigsh(matrix, k=wanted, which="LA", v0=np.ones(size))
-        if values.sum() >= energy * total or wanted == size - 1:
+    most = size // 5 if size > TRIDIAGONAL_LIMIT else min(FEW, size // 5)
+    wanted = FEW
+    # fixed, so that the same clips give the same bases, and random, so that no pattern is orthogonal to it
+    start = np.random.default_rng(0).normal(size=size)
+    while total > 0 and wanted <= most:
+        try:
+            values, vectors = eigsh(matrix, k=wanted, which="LA", v0=start)
+        except ArpackNoConvergence:
+            break
+        if values.sum() >= energy * total:
             return values[::-1], vectors[:, ::-1]
-        wanted = min(2 * wanted, size - 1)
+        wanted *= 2
+    return _by_tridiagonal(matrix, energy * total)
+
+
+def _by_tridiagonal(matrix: Floats, wanted: float) -> tuple[Floats, Floats]:
+    """The fewest leading eigenpairs whose values sum to `wanted`, or all."""
+    size = len(matrix)
+    sytrd, sytrd_lwork, ormqr = get_lapack_funcs(("sytrd", "sytrd_lwork", "ormqr"), (matrix,))
+    reflectors, diagonal, beside, factors, _ = sytrd(matrix, lower=1, lwork=int(sytrd_lwork(size, lower=1)[0]))
+    held = np.cumsum(eigh_tridiagonal(diagonal, beside, eigvals_only=True)[::-1]) >= wanted * (1 - 1e-12)
+    count = int(np.argmax(held)) + 1 if held.any() else size
+    values, inner = eigh_tridiagonal(diagonal, beside, select="i", select_range=(size - count, size - 1))
+    # the reflectors stand below the subdiagonal, as those of a QR decomposition of all rows but the first would
+    shape, rest = np.asfortranarray(reflectors[1:, :-1]), np.asfortranarray(inner[1:])
+    room = int(ormqr("L", "N", shape, factors, rest, -1)[1][0])
+    vectors = np.vstack([inner[:1], ormqr("L", "N", shape, factors, rest, room)[0]])
+    return values[::-1], vectors[:, ::-1]
 
 
 def at_rate(bases: Eigenbases, fps: float, recording_fps: float) -> tuple[Eigenbases, int]:
