@@ -18,6 +18,7 @@ from typing import Generic, Protocol, TypeVar
 
 from .errors import MotionMendError, UsageError
 
+AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
 ATTEMPTS = 3  # times an item is sent before the death of its worker is held against it
 
 _BLAS_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -83,30 +84,81 @@ def run(
     UsageError
         When `jobs` is below 1, the cluster cannot be reached, or the extra `cluster` is not installed.
     """
-    if jobs < 1:
-        raise UsageError(f"jobs must be a whole number above 0, came {jobs}")
     outcomes: dict[int, Outcome[Item, Value]] = {}
 
-    def done(index: int, result: Value | Failure) -> None:
-        outcome: Outcome[Item, Value]
-        if isinstance(result, Failure):
-            outcome = Outcome(index, items[index], None, result)
-        else:
-            outcome = Outcome(index, items[index], result, None)
-        outcomes[index] = outcome
+    def done(outcome: Outcome[Item, Value]) -> None:
+        outcomes[outcome.index] = outcome
         if on_done is not None:
             on_done(outcome)
 
+    _deliver(task, items, jobs, cluster, done, ahead=len(items))
+    return [outcomes[index] for index in range(len(items))]
+
+
+def in_turn(
+    task: Task[Item, Value],
+    items: Sequence[Item],
+    take: Callable[[Outcome[Item, Value]], None],
+    *,
+    jobs: int,
+    cluster: str | None = None,
+) -> None:
+    """Run a task on every item and hand on what comes of each in the order of the items; none is kept.
+
+    For sums over many items: the order of the terms is the same for any number of workers, and while the first is
+    waited for, no more than `AHEAD` for each worker run on, so that few wait.
+
+    Parameters
+    ----------
+    task, items, jobs, cluster : as in `run`.
+    take : called in this process with each outcome in its turn.
+
+    Raises
+    ------
+    UsageError
+        As `run` does.
+    """
+    waiting: dict[int, Outcome[Item, Value]] = {}
+    turn = 0
+
+    def done(outcome: Outcome[Item, Value]) -> None:
+        nonlocal turn
+        waiting[outcome.index] = outcome
+        while turn in waiting:
+            take(waiting.pop(turn))
+            turn += 1
+
+    _deliver(task, items, jobs, cluster, done, ahead=AHEAD)
+
+
+def _deliver(
+    task: Task[Item, Value],
+    items: Sequence[Item],
+    jobs: int,
+    cluster: str | None,
+    tell: Callable[[Outcome[Item, Value]], None],
+    *,
+    ahead: int,
+) -> None:
+    """Tell of each outcome as it comes; no item is sent that lies `ahead` for each worker beyond one not yet done."""
+    if jobs < 1:
+        raise UsageError(f"jobs must be a whole number above 0, came {jobs}")
+
+    def done(index: int, result: Value | Failure) -> None:
+        if isinstance(result, Failure):
+            tell(Outcome(index, items[index], None, result))
+        else:
+            tell(Outcome(index, items[index], result, None))
+
     if cluster is not None:
         with _dask(cluster) as (executor, width):
-            _spread(lambda: executor, task, items, width, done)
+            _spread(lambda: executor, task, items, width, done, ahead * width)
     elif min(jobs, len(items)) <= 1:
         for index, item in enumerate(items):
-            done(index, _attempt(task, item))
+            done(index, attempt(task, item))
     else:
         width = min(jobs, len(items))
-        _spread(lambda: _processes(width), task, items, width, done)
-    return [outcomes[index] for index in range(len(items))]
+        _spread(lambda: _processes(width), task, items, width, done, ahead * width)
 
 
 @contextmanager
@@ -127,8 +179,13 @@ def one_blas_thread() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def _attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
-    """The task's value, or its exception as something that survives the way back from another process."""
+def attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
+    """The task's value, or its exception as something that survives the way back from another process.
+
+    Parameters
+    ----------
+    task, item : see `run`.
+    """
     try:
         with one_blas_thread():
             return task(item)
@@ -146,42 +203,57 @@ def _spread(
     items: Sequence[Item],
     width: int,
     done: Callable[[int, Value | Failure], None],
+    ahead: int,
 ) -> None:
     """Keep `width` items in flight; when workers die, run the suspects again one at a time.
+
+    No item is sent that lies `ahead` or more beyond the first one not yet done.
 
     A broken pool does not say which of the items in flight broke it. Alone, only the culprit can die again.
     """
     todo = deque(range(len(items)))
     suspects: deque[int] = deque()
     attempts = [0] * len(items)
+    finished_early: set[int] = set()
+    first = 0  # not yet done
     executor = executor_of()
     flying: dict[Future[Value | Failure], int] = {}
 
     def send(index: int) -> None:
         try:
-            future = executor.submit(_attempt, task, items[index])
+            future = executor.submit(attempt, task, items[index])
         except BrokenExecutor as error:  # a worker died while nothing was running
             future = Future()
             future.set_exception(error)
         flying[future] = index
 
+    def finish(index: int, result: Value | Failure) -> None:
+        nonlocal first
+        finished_early.add(index)
+        while first in finished_early:
+            finished_early.remove(first)
+            first += 1
+        done(index, result)
+
     try:
         while todo or suspects or flying:
             if suspects and not flying:
                 send(suspects.popleft())
-            while todo and not suspects and len(flying) < width:
+            while todo and not suspects and len(flying) < width and todo[0] < first + ahead:
                 send(todo.popleft())
             finished, _ = wait(flying, return_when=FIRST_COMPLETED)
             lost = []
             for future in finished:
                 index = flying.pop(future)
                 try:
-                    done(index, future.result())
+                    result = future.result()
                 except BrokenExecutor:
                     lost.append(index)
+                    continue
                 except Exception as error:  # the cluster gave up on it, or the item cannot be sent
                     line = " ".join(str(error).split())
-                    done(index, Failure(type(error).__name__, f"{type(error).__name__}: {line}", ""))
+                    result = Failure(type(error).__name__, f"{type(error).__name__}: {line}", "")
+                finish(index, result)
             if not lost:
                 continue
             lost.extend(flying.values())
@@ -194,7 +266,7 @@ def _spread(
                     suspects.append(index)
                 else:
                     line = f"its process died {ATTEMPTS} times (out of memory?): try it alone"
-                    done(index, Failure("WorkerDied", line, ""))
+                    finish(index, Failure("WorkerDied", line, ""))
     finally:
         for future in flying:
             future.cancel()

@@ -1,21 +1,21 @@
 """`motionmend fit`: learn models from clean recordings."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..batch import Failure, one_blas_thread, run
+from ..batch import Failure, one_blas_thread
 from ..errors import FileError, UsageError
-from .inputs import Input, gather
+from .archive import Reading, learn, survey, total
+from .inputs import gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Working
 from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
 
-if TYPE_CHECKING:
-    from ..bodies.motion import Markers, Motion
+_NO_CLIP = "a denoiser learns from clean clips, none of those given can be used"
 
 
 def denoiser(
@@ -45,14 +45,27 @@ def denoiser(
     settings = Denoiser(window=window, fps=model_fps, energy=energy)
     start = perf_counter()
     inputs, refused = gather([working.reachable(clip) for clip in clips], READABLE, "clip")
-    recordings, failures = _read_all(inputs, fps, skeleton, working)
-    for refusal in refused:
-        tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=False)
-    if not recordings:
-        raise FileError(f"{out} not written: a denoiser learns from clean clips, none of those given can be used")
-    was_read = perf_counter()
+    reading = Reading(fps, skeleton and working.reachable(skeleton))
+    with progress(2 * len(inputs)) as advance:  # each clip is read twice, for its layout and for all else
+        found = total(partial(survey, reading=reading), inputs, working, advance)
+        failures = _told(found.failures, working)
+        tell_guesses(found.value.guesses if found.value else {})
+        for refusal in refused:
+            tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=False)
+        if found.value is None:
+            raise FileError(f"{out} not written: {_NO_CLIP}")
+        alike, strange = found.value.alike()
+        failures += _told(strange, working)
+        was_read = perf_counter()
+        with one_blas_thread():
+            layout = alike.sketch.layout()
+        task = partial(learn, reading=reading, layout=layout, window=window, model_fps=model_fps)
+        learned = total(task, alike.clips, working, advance)
+    failures += _told(learned.failures, working)
+    if learned.value is None:
+        raise FileError(f"{out} not written: {_NO_CLIP}")
     with one_blas_thread():
-        model = settings.fit(recordings)
+        model = settings.learned(layout, learned.value)
     was_fitted = perf_counter()
     out.parent.mkdir(parents=True, exist_ok=True)
     sha256 = save_model(out, model)
@@ -69,7 +82,7 @@ def denoiser(
         "settings": {"window": window, "model_fps": model_fps, "energy": energy},
         "failed": len(failures) + len(refused),
         "warnings": model.notes,
-        "guesses": list(dict.fromkeys(guess for clip in recordings for guess in clip.guesses)),
+        "guesses": list(found.value.guesses),
         "seconds": {
             "read": was_read - start,
             "fit": was_fitted - was_read,
@@ -82,31 +95,10 @@ def denoiser(
     return exit_code(failures, refused)
 
 
-def _read_all(
-    inputs: Sequence[Input], fps: float | None, skeleton: Path | None, working: Working
-) -> tuple[list["Motion | Markers"], list[Failure]]:
-    """The clips that can be read, in order, and why the others cannot; says so as it goes."""
-    recordings: list[Motion | Markers] = []
-    failures: list[Failure] = []
-    guesses: dict[str, list[Path]] = {}
-    task = partial(read_clip, fps=fps, skeleton=skeleton and working.reachable(skeleton))
-    with progress(len(inputs)) as advance:
-        outcomes = run(task, inputs, jobs=working.width, cluster=working.cluster, on_done=lambda _: advance())
-    for outcome in outcomes:
-        path = outcome.item.path
-        if outcome.failure is not None:
-            tell_failure(path, outcome.failure, as_json=False, debug=working.debug)
-            failures.append(outcome.failure)
-        elif outcome.value is not None:
-            recordings.append(outcome.value)
-            for guess in outcome.value.guesses:
-                guesses.setdefault(guess, []).append(path)
-    tell_guesses(guesses)
-    return recordings, failures
-
-
-def read_clip(item: Input, /, *, fps: float | None, skeleton: Path | None) -> "Motion | Markers":
-    """One clip; a task for `batch.run`."""
-    from ..io import read
-
-    return read(item.path, fps=fps, skeleton=skeleton)
+def _told(failures: Iterable[tuple[Path, Failure]], working: Working) -> list[Failure]:
+    """The failures of clips, each said in one line."""
+    told = []
+    for path, failure in failures:
+        tell_failure(path, failure, as_json=False, debug=working.debug)
+        told.append(failure)
+    return told

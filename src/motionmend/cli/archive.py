@@ -1,0 +1,185 @@
+"""Learning from many files: workers read them and send back sums, which are added up in the order of the files."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeVar
+
+from ..batch import Failure, Outcome, Task, attempt, in_turn
+from ..errors import MismatchError
+from .inputs import Input
+from .options import Working
+
+if TYPE_CHECKING:
+    from ..bodies.motion import Markers, Motion
+    from ..denoise.layout import Layout, Sketch
+    from ..denoise.statistics import Statistics
+
+CHUNKS = 32  # into which files are cut, so that any number of workers has something to do
+MOST_CLIPS = 64  # in a chunk; the sums sent back are as large for many clips as for one
+
+
+class Addable(Protocol):
+    """Something of clips that adds up to that of all clips."""
+
+    def __add__(self, other: Self, /) -> Self: ...
+
+
+Sum = TypeVar("Sum", bound=Addable)
+
+
+@dataclass(frozen=True, eq=False)
+class Part(Generic[Sum]):
+    """What comes of some clips: `value` of those that can be used, and why the others cannot."""
+
+    value: Sum | None
+    failures: tuple[tuple[Path, Failure], ...] = ()
+
+    def __add__(self, other: "Part[Sum]") -> "Part[Sum]":
+        if self.value is None or other.value is None:
+            value = other.value if self.value is None else self.value
+        else:
+            value = self.value + other.value
+        return Part(value, self.failures + other.failures)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How files are read: the rate of those that carry none, and the .asf of .amc files."""
+
+    fps: float | None
+    skeleton: Path | None
+
+    def __call__(self, item: Input, /) -> "Motion | Markers":
+        from ..io import read
+
+        return read(item.path, fps=self.fps, skeleton=self.skeleton)
+
+
+@dataclass(frozen=True, eq=False)
+class Alike:
+    """Clips of the same channels, and the sketch of their layout."""
+
+    sketch: "Sketch"
+    clips: tuple[Input, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """Clips by kind and channels, in the order met, and what was guessed of which."""
+
+    groups: dict[tuple[str, ...], Alike]
+    guesses: dict[str, tuple[Path, ...]]
+
+    def __add__(self, other: "Survey") -> "Survey":
+        groups, guesses = dict(self.groups), dict(self.guesses)
+        for key, alike in other.groups.items():
+            here = groups.get(key)
+            groups[key] = alike if here is None else Alike(here.sketch + alike.sketch, here.clips + alike.clips)
+        for guess, paths in other.guesses.items():
+            guesses[guess] = guesses.get(guess, ()) + paths
+        return Survey(groups, guesses)
+
+    def alike(self) -> tuple[Alike, list[tuple[Path, Failure]]]:
+        """The clips that more than half of all go together with, and why each of the others does not.
+
+        Raises
+        ------
+        MismatchError : no more than half go together.
+        """
+        by_size = sorted(self.groups.values(), key=lambda alike: -len(alike.clips))
+        most, others = by_size[0], by_size[1:]
+        whole = most.sketch
+        if 2 * len(most.clips) <= sum(len(alike.clips) for alike in by_size):
+            for alike in others:
+                whole = whole + alike.sketch
+        failures = []
+        for alike in others:
+            try:
+                whole + alike.sketch
+            except MismatchError as error:
+                failures += [(clip.path, Failure("MismatchError", str(error), "")) for clip in alike.clips]
+        return most, failures
+
+
+def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
+    """Survey clips; a task for `batch.in_turn`."""
+    from ..denoise.layout import sketch
+
+    failures: list[tuple[Path, Failure]] = []
+    found = Survey({}, {})
+    for item, clip in _clips(chunk, reading, failures):
+        one = sketch(clip)
+        key = (one.kind, *sorted(one.names))
+        found = found + Survey({key: Alike(one, (item,))}, dict.fromkeys(clip.guesses, (item.path,)))
+    return Part(found if found.groups else None, tuple(failures))
+
+
+def learn(
+    chunk: Sequence[Input], /, *, reading: Reading, layout: "Layout", window: int, model_fps: float
+) -> Part["Statistics"]:
+    """Statistics of clips; a task for `batch.in_turn`."""
+    from ..denoise.statistics import statistics
+
+    failures: list[tuple[Path, Failure]] = []
+    clips = (clip for _, clip in _clips(chunk, reading, failures))
+    found = statistics(clips, layout, window, model_fps)
+    return Part(found if found.clips else None, tuple(failures))
+
+
+def _clips(
+    chunk: Sequence[Input], reading: Reading, failures: list[tuple[Path, Failure]]
+) -> Iterator[tuple[Input, "Motion | Markers"]]:
+    """The clips of a chunk that can be read, one at a time."""
+    for item in chunk:
+        clip = attempt(reading, item)
+        if isinstance(clip, Failure):
+            failures.append((item.path, clip))
+        else:
+            yield item, clip
+
+
+def total(
+    task: Task[Sequence[Input], Part[Sum]], inputs: Sequence[Input], working: Working, advance: Callable[[], None]
+) -> Part[Sum]:
+    """What a task makes of all clips, in chunks that do not depend on the number of workers.
+
+    Where a chunk as a whole fails, its clips are tried one by one, so that one clip on which a worker dies takes no
+    other with it.
+
+    Parameters
+    ----------
+    task : of a chunk.
+    inputs : files.
+    working : processes and cluster.
+    advance : called once for each clip.
+    """
+    whole: Part[Sum] = Part(None)
+    size = min(max(1, -(-len(inputs) // CHUNKS)), MOST_CLIPS)
+    chunks = [inputs[start : start + size] for start in range(0, len(inputs), size)]
+    retrying = replace(working, jobs=max(2, working.width))  # never in this process
+
+    def take(outcome: Outcome[Sequence[Input], Part[Sum]]) -> None:
+        nonlocal whole
+        whole = whole + part_of(outcome)
+        for _ in outcome.item:
+            advance()
+
+    def part_of(outcome: Outcome[Sequence[Input], Part[Sum]]) -> Part[Sum]:
+        if outcome.value is not None:
+            return outcome.value
+        assert outcome.failure is not None
+        if len(outcome.item) == 1:
+            return Part(None, ((outcome.item[0].path, outcome.failure),))
+        found: Part[Sum] = Part(None)
+
+        def take_one(single: Outcome[Sequence[Input], Part[Sum]]) -> None:
+            nonlocal found
+            found = found + part_of(single)
+
+        singles = [[item] for item in outcome.item]
+        in_turn(task, singles, take_one, jobs=retrying.width, cluster=retrying.cluster)
+        return found
+
+    in_turn(task, chunks, take, jobs=working.width, cluster=working.cluster)
+    return whole
