@@ -129,8 +129,8 @@ def distance_change(positions: Floats) -> Floats:
         distance = np.linalg.norm(positions - positions[:, i : i + 1], axis=2)
         seen = np.isfinite(distance).sum(axis=0) >= max(2, len(positions) // 10)
         known = distance[:, seen]
-        away = np.abs(known - np.nanmedian(known, axis=0))
-        spread[i, seen] = 1.4826 * np.nanmedian(away, axis=0)
+        median = np.median if np.isfinite(known).all() else np.nanmedian  # which takes many times as long
+        spread[i, seen] = 1.4826 * median(np.abs(known - median(known, axis=0)), axis=0)
     return spread
 
 

@@ -14,6 +14,7 @@ from .channels import to_channels
 from .layout import Layout
 from .thinning import MOST_VALUES, first_number
 
+LEAST_PIECE = 4096  # frames
 BRIDGED = 0.2  # s; gaps this short in a training clip are bridged by a spline, longer ones cut the clip
 GLITCH = np.radians(30.0)  # a joint that falls to exact zeros by a jump this large was lost, not held
 MARGIN = 4.0  # s on each side of a piece; the travelling frame, smooth over a second, does not see further
@@ -53,7 +54,7 @@ def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterat
     gaps = glitches(recording) if isinstance(recording, Motion) else []
     margin, after = round(MARGIN * recording.fps), int(np.ceil(tail * recording.fps))
     limit = max(1, round(BRIDGED * recording.fps))
-    count = -(-recording.frames // max(4096, MOST_VALUES // max(layout.columns, 1)))
+    count = -(-recording.frames // max(LEAST_PIECE, MOST_VALUES // max(layout.columns, 1)))
     edges = np.linspace(0, recording.frames, max(count, 1) + 1).astype(np.int64)
     for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         first, last = max(0, start - margin), min(recording.frames, stop + max(margin, after))
