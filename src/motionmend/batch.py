@@ -155,7 +155,7 @@ def _deliver(
             _spread(lambda: executor, task, items, width, done, ahead * width)
     elif min(jobs, len(items)) <= 1:
         for index, item in enumerate(items):
-            done(index, attempt(task, item))
+            done(index, _attempt(task, item))
     else:
         width = min(jobs, len(items))
         _spread(lambda: _processes(width), task, items, width, done, ahead * width)
@@ -179,22 +179,27 @@ def one_blas_thread() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
-    """The task's value, or its exception as something that survives the way back from another process.
-
-    Parameters
-    ----------
-    task, item : see `run`.
-    """
+def _attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
+    """The task's value, or its exception as something that survives the way back from another process."""
     try:
         with one_blas_thread():
             return task(item)
     except Exception as error:
-        kind = type(error).__name__
-        line = " ".join(str(error).split())
-        if not isinstance(error, MotionMendError):
-            line = f"unexpected {kind}: {line}" if line else f"unexpected {kind}"
-        return Failure(kind, line, traceback.format_exc())
+        return failure(error)
+
+
+def failure(error: Exception) -> Failure:
+    """What an exception says, in one line; call it where the exception was caught.
+
+    Parameters
+    ----------
+    error : of the package's own kinds, or one that nobody expected.
+    """
+    kind = type(error).__name__
+    line = " ".join(str(error).split())
+    if not isinstance(error, MotionMendError):
+        line = f"unexpected {kind}: {line}" if line else f"unexpected {kind}"
+    return Failure(kind, line, traceback.format_exc())
 
 
 def _spread(
@@ -221,7 +226,7 @@ def _spread(
 
     def send(index: int) -> None:
         try:
-            future = executor.submit(attempt, task, items[index])
+            future = executor.submit(_attempt, task, items[index])
         except BrokenExecutor as error:  # a worker died while nothing was running
             future = Future()
             future.set_exception(error)

@@ -63,6 +63,7 @@ def test_what_cannot_be_used_is_told_and_left_out(cli: Command, folder: Path, al
     assert load_model(alone).clips == CLIPS
 
 
+@pytest.mark.slow
 def test_without_them_the_model_is_the_same(cli: Command, folder: Path, alone: Path, tmp_path: Path) -> None:
     shutil.copytree(folder, tmp_path / "clips")
     (tmp_path / "clips" / "day1" / "bad.amc").unlink()
@@ -84,6 +85,7 @@ def test_it_is_the_model_of_all_clips_at_once(folder: Path, alone: Path) -> None
     np.testing.assert_allclose(model.dynamics.mean, whole.dynamics.mean, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing(folder: Path, alone: Path, tmp_path: Path) -> None:
     out = tmp_path / "killed.mend"
     command = [sys.executable, "-m", "motionmend", "fit", "denoiser", str(folder), "-o", str(out), "--jobs", "2"]
@@ -112,6 +114,7 @@ def die_on_one(chunk: list[archive.Input], /, *, reading: archive.Reading) -> ar
     return archive.survey(chunk, reading=reading)
 
 
+@pytest.mark.slow
 def test_a_clip_that_kills_every_worker_takes_no_other_with_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from functools import partial
 
@@ -131,6 +134,7 @@ def test_a_clip_that_kills_every_worker_takes_no_other_with_it(folder: Path, mon
     assert [clip.path for clip in alike.clips] == [item.path for item in inputs if item.path.name != "walk_007.amc"]
 
 
+@pytest.mark.slow
 def test_a_cluster_learns_the_same(cli: Command, folder: Path, alone: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     with distributed.LocalCluster(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeVar
 
-from ..batch import Failure, Outcome, Task, attempt, in_turn
+from ..batch import Failure, Outcome, Task, failure, in_turn
 from ..errors import MismatchError
 from .inputs import Input
 from .options import Working
@@ -132,9 +132,10 @@ def _clips(
 ) -> Iterator[tuple[Input, "Motion | Markers"]]:
     """The clips of a chunk that can be read, one at a time."""
     for item in chunk:
-        clip = attempt(reading, item)
-        if isinstance(clip, Failure):
-            failures.append((item.path, clip))
+        try:
+            clip = reading(item)
+        except Exception as error:
+            failures.append((item.path, failure(error)))
         else:
             yield item, clip
 
@@ -177,7 +178,7 @@ def total(
             nonlocal found
             found = found + part_of(single)
 
-        singles = [[item] for item in outcome.item]
+        singles: list[Sequence[Input]] = [[item] for item in outcome.item]
         in_turn(task, singles, take_one, jobs=retrying.width, cluster=retrying.cluster)
         return found
 

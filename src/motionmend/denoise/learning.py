@@ -52,7 +52,7 @@ def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterat
     tail : s of the next piece that go with a piece.
     """
     gaps = glitches(recording) if isinstance(recording, Motion) else []
-    margin, after = round(MARGIN * recording.fps), int(np.ceil(tail * recording.fps))
+    margin, after = round(MARGIN * recording.fps), int(np.ceil(tail * recording.fps - 1e-6))
     limit = max(1, round(BRIDGED * recording.fps))
     count = -(-recording.frames // max(LEAST_PIECE, MOST_VALUES // max(layout.columns, 1)))
     edges = np.linspace(0, recording.frames, max(count, 1) + 1).astype(np.int64)

@@ -16,6 +16,7 @@ from .thinning import MOST_VALUES, Sample, nothing, sample
 
 MOST_EXEMPLARS = 4000
 OCTAVES = (-1, 0, 1, 2)  # rates of the second differences, from the model's own
+_TOGETHER = 16384  # frames whose lag sums are taken at once: the sums are large, and most clips are short
 _RATE_SLACK = 1.5e-3  # of a rate: 59.94 Hz will do for 60 Hz
 
 
@@ -105,6 +106,7 @@ def statistics(clips: Iterable[Motion | Markers], layout: Layout, window: int, f
     most = channels * window * MOST_EXEMPLARS
     clip_count = frames = lost = bridged = 0
     lag = lag_covariance(np.empty((0, channels)), window)
+    pending: list[Floats] = []
     counts, bends = np.zeros(len(OCTAVES), dtype=np.int64), np.zeros((len(OCTAVES), channels, channels))
     windows: Sample[Singles] = nothing(min(most, 8 * MOST_VALUES))
     kept: Sample[Passage] = nothing(MOST_VALUES)
@@ -115,11 +117,15 @@ def statistics(clips: Iterable[Motion | Markers], layout: Layout, window: int, f
             lost += example.lost
             bridged += example.bridged
             series = at_rate(example.values, example.fps, fps)
-            lag = lag + lag_covariance(series, window)
+            pending += series
+            if sum(map(len, pending)) > _TOGETHER:
+                lag, pending = lag + lag_covariance(pending, window), []
             found_counts, found = _bends(example, fps)
             counts, bends = counts + found_counts, bends + found
             windows = windows + _windows(series, example.number, window, windows)
             kept = kept + passages(at_rate(example.values[: example.frames], example.fps, fps), example.number)
+    if pending:
+        lag = lag + lag_covariance(pending, window)
     return Statistics(layout.kind, fps, clip_count, frames, lost, bridged, lag, counts, bends, windows, kept)
 
 

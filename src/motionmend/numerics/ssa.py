@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.linalg import eigh_tridiagonal, get_lapack_funcs
+from scipy.linalg import eigh_tridiagonal, lapack
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
 from ..arrays import Floats, frozen
@@ -202,16 +203,17 @@ def _leading(matrix: Floats, total: float, energy: float) -> tuple[Floats, Float
 def _by_tridiagonal(matrix: Floats, wanted: float) -> tuple[Floats, Floats]:
     """The fewest leading eigenpairs whose values sum to `wanted`, or all."""
     size = len(matrix)
-    sytrd, sytrd_lwork, ormqr = get_lapack_funcs(("sytrd", "sytrd_lwork", "ormqr"), (matrix,))
-    reflectors, diagonal, beside, factors, _ = sytrd(matrix, lower=1, lwork=int(sytrd_lwork(size, lower=1)[0]))
+    routines: Any = lapack
+    room = int(routines.dsytrd_lwork(size, lower=1)[0])
+    reflectors, diagonal, beside, factors, _ = routines.dsytrd(matrix, lower=1, lwork=room)
     held = np.cumsum(eigh_tridiagonal(diagonal, beside, eigvals_only=True)[::-1]) >= wanted * (1 - 1e-12)
     count = int(np.argmax(held)) + 1 if held.any() else size
     values, inner = eigh_tridiagonal(diagonal, beside, select="i", select_range=(size - count, size - 1))
     # the reflectors stand below the subdiagonal, as those of a QR decomposition of all rows but the first would
     shape, rest = np.asfortranarray(reflectors[1:, :-1]), np.asfortranarray(inner[1:])
-    room = int(ormqr("L", "N", shape, factors, rest, -1)[1][0])
-    vectors = np.vstack([inner[:1], ormqr("L", "N", shape, factors, rest, room)[0]])
-    return values[::-1], vectors[:, ::-1]
+    room = int(routines.dormqr("L", "N", shape, factors, rest, -1)[1][0])
+    vectors: Floats = np.vstack([inner[:1], routines.dormqr("L", "N", shape, factors, rest, room)[0]])
+    return np.asarray(values[::-1], dtype=np.float64), vectors[:, ::-1]
 
 
 def at_rate(bases: Eigenbases, fps: float, recording_fps: float) -> tuple[Eigenbases, int]:
