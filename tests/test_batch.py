@@ -139,3 +139,35 @@ def test_a_dask_cluster_gives_what_one_process_gives(monkeypatch: pytest.MonkeyP
         assert [o.value for o in died] == [0, 1, None, 3, 4, 5]
     with pytest.raises(UsageError, match="no Dask scheduler answers"):
         batch.run(square, [1], jobs=1, cluster="tcp://127.0.0.1:1")
+
+
+def mark_and_wait_for_the_first(item: tuple[int, Path]) -> int:
+    number, folder = item
+    (folder / str(number)).touch()
+    time.sleep(1.0 if number == 0 else 0.0)
+    return number
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_outcomes_come_in_turn_and_few_wait_for_the_first(jobs: int, tmp_path: Path) -> None:
+    taken: list[int | None] = []
+    begun: list[int] = []
+
+    def take(outcome: batch.Outcome[tuple[int, Path], int]) -> None:
+        taken.append(outcome.value)
+        begun.append(len(list(tmp_path.iterdir())))
+
+    items = [(n, tmp_path) for n in range(40)]
+    with batch.workers(jobs) as staff:
+        batch.in_turn(mark_and_wait_for_the_first, items, take, staff)
+        assert taken == list(range(40))
+        assert begun[0] <= batch.AHEAD * jobs
+        batch.in_turn(square, range(3), lambda outcome: taken.append(outcome.value), staff)
+    assert taken[-3:] == [0, 1, 4]
+
+
+def test_deaths_during_a_sum_in_turn_leave_its_order(tmp_path: Path) -> None:
+    taken: list[int | None] = []
+    with batch.workers(2) as staff:
+        batch.in_turn(die_at_two, range(8), lambda outcome: taken.append(outcome.value), staff)
+    assert taken == [0, 1, None, 3, 4, 5, 6, 7]

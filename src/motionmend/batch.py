@@ -91,17 +91,74 @@ def run(
         if on_done is not None:
             on_done(outcome)
 
-    _deliver(task, items, jobs, cluster, done, ahead=len(items))
+    with workers(jobs, cluster) as found:
+        _deliver(task, items, found, done, ahead=len(items))
     return [outcomes[index] for index in range(len(items))]
+
+
+class Workers:
+    """Local processes, started when they are first needed and kept for the next task, or those of a cluster.
+
+    Attributes
+    ----------
+    width : how many items are worked on at once.
+    """
+
+    def __init__(self, width: int, cluster: Executor | None = None) -> None:
+        self.width = width
+        self._cluster = cluster
+        self._local: Executor | None = None
+
+    def spare(self, count: int) -> bool:
+        """Whether so few items are better worked on in this process."""
+        return self._cluster is None and min(count, self.width) <= 1
+
+    def executor(self) -> Executor:
+        """To submit to."""
+        if self._cluster is not None:
+            return self._cluster
+        if self._local is None:
+            self._local = _processes(self.width)
+        return self._local
+
+    def dismiss(self) -> None:
+        """End local processes; the next that are needed are new ones."""
+        if self._local is not None:
+            self._local.shutdown()
+            self._local = None
+
+
+@contextmanager
+def workers(jobs: int, cluster: str | None = None) -> Iterator[Workers]:
+    """Workers for several tasks one after the other.
+
+    Parameters
+    ----------
+    jobs, cluster : as in `run`.
+
+    Raises
+    ------
+    UsageError
+        As `run` does.
+    """
+    if jobs < 1:
+        raise UsageError(f"jobs must be a whole number above 0, came {jobs}")
+    if cluster is not None:
+        with _dask(cluster) as (executor, width):
+            yield Workers(width, executor)
+        return
+    found = Workers(jobs)
+    try:
+        yield found
+    finally:
+        found.dismiss()
 
 
 def in_turn(
     task: Task[Item, Value],
     items: Sequence[Item],
     take: Callable[[Outcome[Item, Value]], None],
-    *,
-    jobs: int,
-    cluster: str | None = None,
+    found: Workers,
 ) -> None:
     """Run a task on every item and hand on what comes of each in the order of the items; none is kept.
 
@@ -110,13 +167,9 @@ def in_turn(
 
     Parameters
     ----------
-    task, items, jobs, cluster : as in `run`.
+    task, items : as in `run`.
     take : called in this process with each outcome in its turn.
-
-    Raises
-    ------
-    UsageError
-        As `run` does.
+    found : from `workers`.
     """
     waiting: dict[int, Outcome[Item, Value]] = {}
     turn = 0
@@ -128,21 +181,18 @@ def in_turn(
             take(waiting.pop(turn))
             turn += 1
 
-    _deliver(task, items, jobs, cluster, done, ahead=AHEAD)
+    _deliver(task, items, found, done, ahead=AHEAD * found.width)
 
 
 def _deliver(
     task: Task[Item, Value],
     items: Sequence[Item],
-    jobs: int,
-    cluster: str | None,
+    found: Workers,
     tell: Callable[[Outcome[Item, Value]], None],
     *,
     ahead: int,
 ) -> None:
-    """Tell of each outcome as it comes; no item is sent that lies `ahead` for each worker beyond one not yet done."""
-    if jobs < 1:
-        raise UsageError(f"jobs must be a whole number above 0, came {jobs}")
+    """Tell of each outcome as it comes; no item is sent that lies `ahead` or more beyond the first not yet done."""
 
     def done(index: int, result: Value | Failure) -> None:
         if isinstance(result, Failure):
@@ -150,15 +200,11 @@ def _deliver(
         else:
             tell(Outcome(index, items[index], result, None))
 
-    if cluster is not None:
-        with _dask(cluster) as (executor, width):
-            _spread(lambda: executor, task, items, width, done, ahead * width)
-    elif min(jobs, len(items)) <= 1:
+    if found.spare(len(items)):
         for index, item in enumerate(items):
             done(index, _attempt(task, item))
     else:
-        width = min(jobs, len(items))
-        _spread(lambda: _processes(width), task, items, width, done, ahead * width)
+        _spread(found, task, items, done, ahead)
 
 
 @contextmanager
@@ -203,14 +249,13 @@ def failure(error: Exception) -> Failure:
 
 
 def _spread(
-    executor_of: Callable[[], Executor],
+    found: Workers,
     task: Task[Item, Value],
     items: Sequence[Item],
-    width: int,
     done: Callable[[int, Value | Failure], None],
     ahead: int,
 ) -> None:
-    """Keep `width` items in flight; when workers die, run the suspects again one at a time.
+    """Keep as many items in flight as there are workers; when workers die, run the suspects again one at a time.
 
     No item is sent that lies `ahead` or more beyond the first one not yet done.
 
@@ -221,12 +266,11 @@ def _spread(
     attempts = [0] * len(items)
     finished_early: set[int] = set()
     first = 0  # not yet done
-    executor = executor_of()
     flying: dict[Future[Value | Failure], int] = {}
 
     def send(index: int) -> None:
         try:
-            future = executor.submit(_attempt, task, items[index])
+            future = found.executor().submit(_attempt, task, items[index])
         except BrokenExecutor as error:  # a worker died while nothing was running
             future = Future()
             future.set_exception(error)
@@ -244,7 +288,7 @@ def _spread(
         while todo or suspects or flying:
             if suspects and not flying:
                 send(suspects.popleft())
-            while todo and not suspects and len(flying) < width and todo[0] < first + ahead:
+            while todo and not suspects and len(flying) < found.width and todo[0] < first + ahead:
                 send(todo.popleft())
             finished, _ = wait(flying, return_when=FIRST_COMPLETED)
             lost = []
@@ -263,8 +307,7 @@ def _spread(
                 continue
             lost.extend(flying.values())
             flying.clear()
-            executor.shutdown()
-            executor = executor_of()
+            found.dismiss()
             for index in sorted(lost):
                 attempts[index] += 1
                 if attempts[index] < ATTEMPTS:
@@ -275,7 +318,6 @@ def _spread(
     finally:
         for future in flying:
             future.cancel()
-        executor.shutdown()
 
 
 def _processes(count: int) -> ProcessPoolExecutor:

@@ -13,6 +13,7 @@ import pytest
 from commands import Command
 
 from motionmend import samples
+from motionmend.batch import workers
 from motionmend.cli import archive
 from motionmend.io import read, write
 from motionmend.models import load_model
@@ -125,7 +126,8 @@ def test_a_clip_that_kills_every_worker_takes_no_other_with_it(folder: Path, mon
     inputs = [Input(path, Path(path.name)) for path in sorted((folder / "day1").glob("walk_*.amc"))[:12]]
     steps: list[int] = []
     task = partial(die_on_one, reading=archive.Reading(30.0, None))
-    found = archive.total(task, inputs, Working(jobs=2), lambda: steps.append(1))
+    with workers(2) as staff:
+        found = archive.total(task, inputs, Working(jobs=2), staff, lambda: steps.append(1))
     assert len(steps) == 12
     assert [path.name for path, _ in found.failures] == ["walk_007.amc"]
     assert found.failures[0][1].kind == "WorkerDied"

@@ -1,11 +1,11 @@
 """Learning from many files: workers read them and send back sums, which are added up in the order of the files."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeVar
 
-from ..batch import Failure, Outcome, Task, failure, in_turn
+from ..batch import Failure, Outcome, Task, Workers, failure, in_turn, workers
 from ..errors import MismatchError
 from .inputs import Input
 from .options import Working
@@ -141,7 +141,11 @@ def _clips(
 
 
 def total(
-    task: Task[Sequence[Input], Part[Sum]], inputs: Sequence[Input], working: Working, advance: Callable[[], None]
+    task: Task[Sequence[Input], Part[Sum]],
+    inputs: Sequence[Input],
+    working: Working,
+    found: Workers,
+    advance: Callable[[], None],
 ) -> Part[Sum]:
     """What a task makes of all clips, in chunks that do not depend on the number of workers.
 
@@ -153,12 +157,12 @@ def total(
     task : of a chunk.
     inputs : files.
     working : processes and cluster.
+    found : the workers they are.
     advance : called once for each clip.
     """
     whole: Part[Sum] = Part(None)
     size = min(max(1, -(-len(inputs) // CHUNKS)), MOST_CLIPS)
     chunks = [inputs[start : start + size] for start in range(0, len(inputs), size)]
-    retrying = replace(working, jobs=max(2, working.width))  # never in this process
 
     def take(outcome: Outcome[Sequence[Input], Part[Sum]]) -> None:
         nonlocal whole
@@ -172,15 +176,16 @@ def total(
         assert outcome.failure is not None
         if len(outcome.item) == 1:
             return Part(None, ((outcome.item[0].path, outcome.failure),))
-        found: Part[Sum] = Part(None)
+        alone: Part[Sum] = Part(None)
 
         def take_one(single: Outcome[Sequence[Input], Part[Sum]]) -> None:
-            nonlocal found
-            found = found + part_of(single)
+            nonlocal alone
+            alone = alone + part_of(single)
 
         singles: list[Sequence[Input]] = [[item] for item in outcome.item]
-        in_turn(task, singles, take_one, jobs=retrying.width, cluster=retrying.cluster)
-        return found
+        with workers(max(2, working.width), working.cluster) as others:  # never in this process
+            in_turn(task, singles, take_one, others)
+        return alone
 
-    in_turn(task, chunks, take, jobs=working.width, cluster=working.cluster)
+    in_turn(task, chunks, take, found)
     return whole

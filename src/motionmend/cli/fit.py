@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..batch import Failure, one_blas_thread
+from ..batch import Failure, one_blas_thread, workers
 from ..errors import FileError, UsageError
 from .archive import Reading, learn, survey, total
 from .inputs import gather
@@ -46,8 +46,9 @@ def denoiser(
     start = perf_counter()
     inputs, refused = gather([working.reachable(clip) for clip in clips], READABLE, "clip")
     reading = Reading(fps, skeleton and working.reachable(skeleton))
-    with progress(2 * len(inputs)) as advance:  # each clip is read twice, for its layout and for all else
-        found = total(partial(survey, reading=reading), inputs, working, advance)
+    # each clip is read twice, for its layout and for all else
+    with progress(2 * len(inputs)) as advance, workers(working.width, working.cluster) as staff:
+        found = total(partial(survey, reading=reading), inputs, working, staff, advance)
         failures = _told(found.failures, working)
         tell_guesses(found.value.guesses if found.value else {})
         for refusal in refused:
@@ -60,7 +61,7 @@ def denoiser(
         with one_blas_thread():
             layout = alike.sketch.layout()
         task = partial(learn, reading=reading, layout=layout, window=window, model_fps=model_fps)
-        learned = total(task, alike.clips, working, advance)
+        learned = total(task, alike.clips, working, staff, advance)
     failures += _told(learned.failures, working)
     if learned.value is None:
         raise FileError(f"{out} not written: {_NO_CLIP}")
