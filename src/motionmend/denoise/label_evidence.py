@@ -59,17 +59,20 @@ class Continuity:
     rest : (3, H) m, by how many sides have a velocity.
     share : (3, H).
     window : samples of a straight line.
+    fastest : m a frame; a spike that seems faster makes no step less sure.
     """
 
     horizons: Floats
     rest: Floats
     share: Floats
     window: int
+    fastest: float
 
     def log_density(self, left: Ends, right: Ends, frames: Ints) -> tuple[Floats, Floats]:
         """Of N steps of `frames`: their log density (per m³) and how much is lost to the error, <= 0."""
         sides = left.moving.astype(np.int64) + right.moving
         error, way = mismatch(left, right, frames)
+        way = np.minimum(way, self.fastest * frames)
         at, last = np.log(frames), np.log(self.horizons)
         scale = np.empty(len(frames))
         for known in range(3):
@@ -148,11 +151,13 @@ def measure_continuity(positions: Floats, fps: float) -> Continuity:
             if sides == 0:  # without any velocity the way is not known and the scale is all there is
                 rest[0, column], share[0, column] = _usual(mismatch(*pair, steps)[0]), 0.0
     known = np.isfinite(rest).all(axis=0)
+    speed = np.sqrt(np.square(left.velocity[left.moving]).sum(axis=1))
+    fastest = 2.0 * float(np.quantile(speed, 0.9)) if len(speed) else np.inf
     if not known.any():
-        return Continuity(np.array([1.0]), np.full((3, 1), np.inf), np.zeros((3, 1)), window)
+        return Continuity(np.array([1.0]), np.full((3, 1), np.inf), np.zeros((3, 1)), window, np.inf)
     # A longer step is never the surer one.
     rest, share = np.maximum.accumulate(rest[:, known], axis=1), share[:, known]
-    return Continuity(horizons[known].astype(np.float64), np.maximum(rest, _LEAST), share, window)
+    return Continuity(horizons[known].astype(np.float64), np.maximum(rest, _LEAST), share, window, fastest)
 
 
 def _usual(error: Floats) -> float:

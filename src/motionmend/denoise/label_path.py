@@ -14,7 +14,8 @@ _LABELLED = -4.0  # and of labels that are wrong from the start, or to the end, 
 _LASTING = -4.0  # and of the whole recording spent swapped
 _POSTURE = 0.1  # s, within which distances say the same thing over and over
 _LIMIT = 10.0  # beyond it the odds of one stretch grow as a logarithm: a strange posture is one fact, however long
-_KEPT = 24  # paths followed at a time
+_KEPT = 24  # paths followed at a time, and
+_HOPELESS = 60.0  # log odds behind the best at which one is given up: five changes of labels
 
 _Node = tuple[int, int]  # stretch, slot
 _State = tuple[bool, _Node | None, _Node | None]  # swapped, and where each of the two tracks was last seen
@@ -170,7 +171,9 @@ class _Chain:
                 total = score + sum(self.steps[s] for s in steps)
                 if total > reached.get(then, -np.inf):
                     reached[then], came[then] = total, state
-            front = dict(sorted(reached.items(), key=lambda item: -item[1])[:_KEPT])
+            hopeful = max(reached.values()) - _HOPELESS
+            ahead = sorted((item for item in reached.items() if item[1] >= hopeful), key=lambda item: -item[1])
+            front = dict(ahead[:_KEPT])
             trail.append(came)
         # A swap has two ends: one that lasts to the last frame is as rare as one from the first.
         front = {state: score + (self.ends if state[0] else 0.0) for state, score in front.items()}

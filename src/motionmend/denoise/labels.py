@@ -28,6 +28,7 @@ SURE = float(np.log(1000.0))  # log odds from which a swap is put right
 MOST = 1 / 2  # share of the recording above which nothing but a reference says which part bears the wrong labels,
 MOST_AT_END = 1 / 3  # and of a swap that lasts to the recording's first or last frame (none that lasts to both)
 _BREAK = -6.0  # log of what an error takes from a step's density: beyond it the step may be a change of labels
+_ROUGH = -9.0  # log of the same beyond which another marker does not go on there at all: a spike, not a swap
 _BETTER = 3.0  # log of how much better another marker must go on to be tried,
 _BETTER_ACROSS_GAP = 6.0  # and where the step, though not smooth, is no worse than its gap allows
 _WORSE = -5.0  # and at least, for the labels to change hands there
@@ -39,6 +40,8 @@ _LASTS = 3  # frames looked at in a row that make two markers suspicious
 _HINT = (
     0.1  # of the distances' odds, when others may be wrong too: it tells inside from outside where nothing else does
 )
+_SHORTEST = 3  # frames below which two spikes look like a swap, which is then only declared
+_TRIED = 4  # pairs tried in a round, times the number of markers: spikes without end propose any
 _ROUNDS = 5  # a cycle of three takes two, a recording full of swaps some more
 _BLOCK = 256  # frames or breaks compared at a time, to bound the memory
 
@@ -129,7 +132,7 @@ def _one_round(
         gains.setdefault(pair, 0.0)
     if not gains:
         return [], current
-    pairs = sorted(gains, key=lambda p: (-gains[p], p))
+    pairs = sorted(gains, key=lambda p: (-gains[p], p))[: _TRIED * seen.shape[1]]
     cuts = {pair: dict.fromkeys(_cuts(steps, seen, pair, fps), 1) for pair in pairs}
     for frames in cuts.values():
         frames.update({f: together[f] for f in frames if f in together})
@@ -184,6 +187,7 @@ def _swap(pair: tuple[int, int], stretch: Stretch, all_of_pair: list[Stretch], s
     frames = np.flatnonzero(shown)
     ends = int(all_of_pair[0].first <= frames[0]) + int(all_of_pair[-1].last >= frames[-1])
     known = sided or swapped <= (MOST, MOST_AT_END, 0.0)[ends] * len(frames)
+    known = known and stretch.last - stretch.first + 1 >= _SHORTEST
     return Swap(pair, stretch.first, stretch.last, stretch.log_odds, bool(known and stretch.log_odds >= SURE))
 
 
@@ -255,10 +259,10 @@ def _gains(steps: _Steps, rows: Ints, fps: float) -> Floats:
         a, b = steps.left.at(left[row, column]), steps.right.at(right[row, column])
         length = took[row, column]
         # A swap of few frames bends the lines fitted across its other end: places alone may tell more.
-        fits = np.maximum(
-            steps.continuity.log_density(a, b, length)[0],
-            steps.continuity.log_density(a.still(), b.still(), length)[0],
-        )
+        fits = np.full(len(length), -np.inf)
+        for ends in ((a, b), (a.still(), b.still())):
+            density, lost = steps.continuity.log_density(*ends, length)
+            fits = np.maximum(fits, np.where(lost > _ROUGH, density, -np.inf))
         gain[row, column] = np.maximum(gain[row, column], fits)
     return gain - steps.density[rows, None]
 
