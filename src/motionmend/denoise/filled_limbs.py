@@ -1,0 +1,315 @@
+"""Markers missing from the first frame to the last: what a library's bodies do with them in such postures.
+
+Four predictions from the visible markers are mixed: a ridge regression and a Gaussian process, each in a frame that
+turns with the body's heading and in one that turns with the markers nearest to the missing ones. What came shortly
+before and after counts too. The regressions err less on strangers, the processes on people and motions the library
+knows; how much each counts, and how wrong the mixture is, is found on clips of the library that are predicted from
+the others.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..errors import MismatchError
+from ..numerics.kriging import krige, left_out, likeliest_amplitudes, squared_distances
+from .cloud import distance_change, fit_anchors, learn_anchors
+from .marker_library import OFFSETS, MarkerLibrary, at_offset
+from .segment_frame import SegmentFrame, segment_frame, unsteadiness, within, without
+from .travel import turn
+
+LEAST_EXAMPLES = 40
+ANCHORS = 6
+COMPONENTS = {"now": 20, "window": 30}
+TUNED, ROUNDS = 300, 40
+HERTZ = 30.0  # limbs are predicted at this rate and drawn through
+FOLDS = 5
+PIECES = 8  # parts of the library that are predicted from the others, if it has fewer clips
+RIDGES = 10.0 ** np.arange(-4.0, 2.6, 0.5)
+UNKNOWN_MEAN = 100.0  # variances
+EQUAL = 0.2  # of the mean squared error: the strength by which shares are drawn to equal ones
+
+
+def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: Ints) -> tuple[Floats, Floats]:
+    """Predict markers that are missing throughout.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) m; the library's markers, axes and order, gaps of the others filled.
+    fps : Hz.
+    library : to learn from.
+    absent : (A,) markers.
+
+    Returns
+    -------
+    (T, A, 3) m and (T, A) standard deviation of a coordinate; NaN where the library or the recording shows too little.
+    """
+    nothing = np.full((len(positions), len(absent), 3), np.nan), np.full((len(positions), len(absent)), np.nan)
+    seen = np.asarray(np.isfinite(positions).all(axis=2))
+    examples = np.asarray(library.windows, dtype=np.float64)
+    known = np.asarray(np.isfinite(examples).all(axis=3))
+    visible = np.flatnonzero((seen.mean(axis=0) > 0.5) & (known.mean(axis=(0, 1)) > 0.5))
+    now = OFFSETS.index(0.0)
+    usable: Bools = np.asarray(known[:, :, visible].all(axis=(1, 2)) & known[:, now][:, absent].all(axis=1))
+    if len(absent) == 0 or len(visible) < 3 or usable.sum() < LEAST_EXAMPLES:
+        return nothing
+    piece = _pieces(library.clip[usable], library.time[usable])
+    frames = np.flatnonzero(seen[:, visible].all(axis=1))
+    if len(frames) == 0 or len(np.unique(piece)) < 2:
+        return nothing
+    whole = _drawn_through(positions[:, visible], frames)
+    step = max(1, round(fps / HERTZ))
+    moments = np.stack([at_offset(whole, fps, offset)[::step] for offset in OFFSETS], axis=1)
+    try:
+        views = _views(examples[usable], visible, absent, piece, library.up)
+    except MismatchError:  # no three markers are ever seen together
+        return nothing
+    mixed, doubt = _mixture(views, moments, examples[usable][:, :, visible], examples[usable][:, now][:, absent], piece)
+    at = np.arange(len(positions)) / step
+    rows = np.arange(len(mixed))
+    flat = mixed.reshape(len(mixed), -1)
+    drawn = np.stack([np.interp(at, rows, column) for column in flat.T], axis=1).reshape(len(at), len(absent), 3)
+    spread = np.stack([np.interp(at, rows, column) for column in doubt.T], axis=1)
+    return drawn, spread
+
+
+@dataclass(frozen=True, eq=False)
+class _Views:
+    """Two frames to look at a body from, both found from the visible markers alone."""
+
+    segment: SegmentFrame
+    anchors: Ints
+    template: Floats
+    up: Floats
+
+    def of(self, visible: Floats, name: str) -> tuple[Floats, Floats]:
+        """Place (N, 3) and axes (N, 3, 3) for visible markers (N, V, 3)."""
+        if name == "segment":
+            return self.segment.at(visible)
+        place, heading = fit_anchors(visible[:, self.anchors], self.template, self.up)
+        return place, turn(heading, self.up)
+
+    def features(self, moments: Floats, name: str) -> Floats:
+        """(N, W, F) visible markers (N, W, V, 3) at every moment, seen from the frame of that moment."""
+        flat = moments.reshape(-1, *moments.shape[2:])
+        return within(flat, *self.of(flat, name)).reshape(*moments.shape[:2], -1)
+
+
+def _views(examples: Floats, visible: Ints, absent: Ints, piece: Ints, up: Floats) -> _Views:
+    postures = examples[:, OFFSETS.index(0.0)]
+    unsteady = unsteadiness(postures, LEAST_EXAMPLES // 2)[np.ix_(absent, visible)].mean(axis=0)
+    anchors = np.argsort(unsteady, kind="stable")[: min(ANCHORS, len(visible))]
+    segment = segment_frame(postures[:, visible], anchors, unsteady[anchors])
+    frames = postures[:, visible]
+    rigid = learn_anchors([distance_change(frames[piece == one]) for one in np.unique(piece)], frames, up)
+    return _Views(segment, rigid.indices, rigid.template, up)
+
+
+@dataclass(frozen=True, eq=False)
+class _Guess:
+    """One way's prediction (N, A, 3), its errors (C, A, 3) on chosen examples left out, both in the world's axes."""
+
+    places: Floats
+    missed: Floats
+
+
+def _mixture(views: _Views, moments: Floats, visible: Floats, wanted: Floats, piece: Ints) -> tuple[Floats, Floats]:
+    """Mixed prediction (N, A, 3) and deviation (N, A) at moments (N, W, V, 3), from examples (E, ...) of both."""
+    now = OFFSETS.index(0.0)
+    chosen = np.unique(np.linspace(0, len(wanted) - 1, min(TUNED, len(wanted))).astype(np.int64))
+    guesses, strange = [], np.zeros(len(moments))
+    for name, looked_at in (("heading", slice(None)), ("segment", slice(now, now + 1))):
+        place, axes = views.of(visible[:, now], name)
+        target = within(wanted, place, axes).reshape(len(wanted), -1)
+        taught, sought = views.features(visible, name), views.features(moments, name)
+        back = views.of(moments[:, now], name)
+
+        def guess(inside: Floats, missed: Floats, back: tuple[Floats, Floats] = back, axes: Floats = axes) -> _Guess:
+            places = without(inside.reshape(len(inside), -1, 3), *back)
+            return _Guess(places, missed.reshape(len(missed), -1, 3) @ axes[chosen].transpose(0, 2, 1))
+
+        ridge = _ridge(taught[:, looked_at].reshape(len(taught), -1), target, piece)
+        inside = ridge.predict(sought[:, looked_at].reshape(len(sought), -1))
+        guesses.append(guess(inside, (ridge.held_out - target)[chosen]))
+        process = _process(taught, target, piece, chosen)
+        inside, variance = process.predict(sought)
+        guesses.append(guess(inside, process.held_out - target[chosen]))
+        strange += 0.5 * variance / process.usual
+    shares = _shares(np.array([g.missed.ravel() for g in guesses]))
+    mixed = np.tensordot(shares, np.array([g.places for g in guesses]), 1)
+    missed = np.tensordot(shares, np.array([g.missed for g in guesses]), 1)
+    return mixed, np.sqrt(np.square(missed).mean(axis=(0, 2))) * np.sqrt(strange)[:, None]
+
+
+def _shares(missed: Floats) -> Floats:
+    """(G,) shares, not below 0, of predictions with errors (G, N): those of the least error, drawn to equal ones.
+
+    Source
+    ------
+    Breiman, Stacked regressions, Machine Learning 24, 1996.
+    """
+    square = missed @ missed.T
+    square = square + np.eye(len(square)) * max(EQUAL * float(np.trace(square)) / len(square), 1e-30)
+    kept = np.arange(len(square))
+    while True:
+        found = np.linalg.solve(square[np.ix_(kept, kept)], np.ones(len(kept)))
+        found = found / found.sum()
+        if (found >= 0).all():
+            break
+        kept = np.delete(kept, int(np.argmin(found)))
+    shares = np.zeros(len(square))
+    shares[kept] = found
+    return shares
+
+
+@dataclass(frozen=True, eq=False)
+class _Ridge:
+    mean: Floats
+    scale: Floats
+    matrix: Floats
+    middle: Floats
+    held_out: Floats  # (E, D) predictions of examples from other pieces
+
+    def predict(self, features: Floats) -> Floats:
+        return np.asarray((features - self.mean) / self.scale @ self.matrix + self.middle)
+
+
+def _ridge(features: Floats, target: Floats, piece: Ints) -> _Ridge:
+    """Ridge regression with the penalty that predicts pieces of the library best from the others."""
+    mean, scale = features.mean(axis=0), features.std(axis=0) + 1e-4
+    normal = (features - mean) / scale
+    numbers = np.unique(piece)
+    held_out = np.empty((len(RIDGES), *target.shape))
+    for fold in np.array_split(numbers, min(FOLDS, len(numbers))):
+        out = np.isin(piece, fold)
+        for row, (matrix, middle) in enumerate(_solved(normal[~out], target[~out], RIDGES)):
+            held_out[row, out] = normal[out] @ matrix + middle
+    best = int(np.argmin(np.square(held_out - target).mean(axis=(1, 2))))
+    ((matrix, middle),) = _solved(normal, target, RIDGES[[best]])
+    return _Ridge(mean, scale, matrix, middle, held_out[best])
+
+
+def _solved(normal: Floats, target: Floats, ridges: Floats) -> list[tuple[Floats, Floats]]:
+    """Matrix and constant for each penalty, a share of the number of examples."""
+    centre, middle = normal.mean(axis=0), target.mean(axis=0)
+    centred = normal - centre
+    values, vectors = np.linalg.eigh(centred.T @ centred)
+    known = vectors.T @ (centred.T @ (target - middle))
+    found = []
+    for ridge in ridges:
+        matrix = vectors @ (known / (np.maximum(values, 0.0) + ridge * len(normal))[:, None])
+        found.append((matrix, middle - centre @ matrix))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Process:
+    """A Gaussian process over principal components of the posture now and of the whole window."""
+
+    bases: tuple[tuple[Floats, Floats], ...]
+    reach: tuple[float, ...]
+    amplitudes: Floats
+    known: tuple[Floats, ...]
+    piece: Ints
+    values: Floats
+    middle: Floats
+    base: float
+    held_out: Floats  # (chosen, D) predictions from other pieces
+    usual: float  # their mean variance
+
+    def predict(self, features: Floats) -> tuple[Floats, Floats]:
+        """Mean (N, D) and variance (N,)."""
+        sought = _scores(features, self.bases)
+        strangers = np.full(len(features), -1)
+        parts = _parts(sought, self.known, strangers, self.piece, self.reach)
+        cross = _summed(self.amplitudes, parts) + self.base
+        cov = _summed(self.amplitudes, _parts(self.known, self.known, self.piece, self.piece, self.reach)) + self.base
+        cov[np.diag_indices(len(cov))] += self.amplitudes[-1]
+        prior = np.full(len(features), self.base + self.amplitudes[-1] + self.amplitudes[-2])
+        for k, (score, reach) in enumerate(zip(sought, self.reach, strict=True)):
+            linear, near, nearer, own, own_near = self.amplitudes[5 * k : 5 * k + 5]
+            prior += (linear + own) * np.square(score).sum(axis=1) / reach**2 + near + nearer + own_near
+        found = krige(cov, cross, prior, self.values)
+        return found.mean + self.middle, found.variance
+
+
+def _process(features: Floats, target: Floats, piece: Ints, chosen: Ints) -> _Process:
+    now = features[:, OFFSETS.index(0.0)]
+    bases = (
+        _whitened(now, COMPONENTS["now"]),
+        _whitened(features.reshape(len(features), -1), COMPONENTS["window"]),
+    )
+    known = _scores(features, bases)
+    reach = tuple(max(float(np.sqrt(np.median(squared_distances(k[::4], k[::4])))), 1e-6) for k in known)
+    middle = target.mean(axis=0)
+    values = target - middle
+    spread = max(float(np.square(values).mean()), 1e-8)
+    some = tuple(k[chosen] for k in known)
+    parts = np.array([*_parts(some, some, piece[chosen], piece[chosen], reach), np.eye(len(chosen))])
+    share = np.maximum(np.trace(parts, axis1=1, axis2=2) / len(chosen), 1e-6)
+    base = UNKNOWN_MEAN * spread
+    amplitudes = likeliest_amplitudes(
+        parts, np.full(parts.shape[1:], base), values[chosen], 0.2 * spread / share, ROUNDS
+    )
+    cov = np.tensordot(amplitudes, parts, 1) + base
+    groups = [np.flatnonzero(piece[chosen] == number) for number in np.unique(piece[chosen])]
+    out = left_out(cov, values[chosen], groups)
+    usual = float(out.variance.mean())
+    return _Process(bases, reach, amplitudes, known, piece, values, middle, base, out.mean + middle, usual)
+
+
+def _whitened(features: Floats, count: int) -> tuple[Floats, Floats]:
+    """Mean and (F, K) basis of principal components, the weaker ones raised half-way to the strongest."""
+    mean = features.mean(axis=0)
+    _, size, vectors = np.linalg.svd(features - mean, full_matrices=False)
+    kept = size[:count] > 1e-6 * max(float(size[0]), 1e-30)
+    size, vectors = size[:count][kept], vectors[:count][kept]
+    return mean, np.asarray(vectors.T / np.sqrt(size / size[:1]))
+
+
+def _scores(features: Floats, bases: tuple[tuple[Floats, Floats], ...]) -> tuple[Floats, ...]:
+    now = features[:, OFFSETS.index(0.0)]
+    shapes = (now, features.reshape(len(features), -1))
+    return tuple((f - mean) @ basis for f, (mean, basis) in zip(shapes, bases, strict=True))
+
+
+def _parts(
+    one: tuple[Floats, ...], other: tuple[Floats, ...], piece: Ints, other_piece: Ints, reach: tuple[float, ...]
+) -> list[Floats]:
+    """Components but noise: of each kind of score linear, near, nearer, and two within a piece; a piece's constant."""
+    same = (piece[:, None] == other_piece).astype(float)
+    found = []
+    for x, y, scale in zip(one, other, reach, strict=True):
+        linear = x @ y.T / scale**2
+        away = squared_distances(x, y) / scale**2
+        near = np.exp(-0.5 * away)
+        found += [linear, near, np.exp(-0.5 * away / 0.16), linear * same, near * same]
+    return [*found, same]
+
+
+def _summed(amplitudes: Floats, parts: list[Floats]) -> Floats:
+    return np.asarray(sum(a * part for a, part in zip(amplitudes, parts, strict=False)))
+
+
+def _pieces(clip: Ints, time: Floats) -> Ints:
+    """Numbers of the parts of a library that stand for another recording: its clips, cut up if they are few."""
+    clips = np.unique(clip)
+    if len(clips) >= FOLDS:
+        return clip
+    cuts = -(-PIECES // len(clips))
+    piece = np.zeros(len(clip), dtype=np.int64)
+    for number, one in enumerate(clips):
+        rows = np.flatnonzero(clip == one)
+        place = np.argsort(np.argsort(time[rows], kind="stable"), kind="stable")
+        piece[rows] = cuts * number + place * cuts // len(rows)
+    return piece
+
+
+def _drawn_through(places: Floats, frames: Ints) -> Floats:
+    """Places (T, V, 3) with the frames that lack some drawn straight through from those that do not."""
+    if len(frames) == len(places):
+        return places
+    at = np.arange(len(places))
+    flat = places.reshape(len(places), -1)
+    return np.stack([np.interp(at, frames, column[frames]) for column in flat.T], axis=1).reshape(places.shape)

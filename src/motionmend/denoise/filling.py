@@ -1,0 +1,333 @@
+"""Gaps of markers filled from the markers about them, from what came before and after, and from a library.
+
+Each marker is seen from a frame that moves with the markers whose distances to it change least. There its place is a
+sum of smooth functions of the other markers' places (the same in all clips, and the recording's own deviation from
+them) and of processes in time. How much each of them says is found from the recording and the library by restricted
+likelihood; the prediction is that of universal kriging. So what the other markers miss on both sides of a gap is
+carried into it, as far as it lasts: a short gap is bridged like a spline, a long one filled like a regression.
+"""
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..arrays import Bools, Floats, Ints
+from ..errors import MismatchError
+from ..numerics.walk import noise_level
+from .filled_limbs import fill_absent
+from .filling_model import GROUPS, UNIT, Known, Points, Relation, learn, predict, relation
+from .filtered import Filtered, check_channels
+from .marker_library import MarkerLibrary, examples_like
+from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, within, without
+
+LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
+NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
+SHORTEST_PART = 0.08  # s
+SHORT = 0.1  # s; a gap shorter than this needs its edges more than it needs teaching
+NEEDED = (0.3, 0.55)  # share of a marker's frames that its guides leave to learn from: nearest group, others
+SPREAD, SIMILAR = 110, 60  # frames to learn from: all over the recording, and postures like those in the gap
+EXAMPLES = 300  # of the library, those most like the recording
+TAUGHT = 90  # of these, for one gap
+TUNED, TUNED_EXAMPLES, ROUNDS = 90, 45, 8  # frames, examples and rounds to find the amplitudes
+MOVED = 12  # gaps that are moved elsewhere to see how wrong the deviations are
+HOPELESS = 0.4  # m; a standard deviation above this is no support: the gap stays open
+_EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(12)])).astype(np.int64))
+_JOINT = np.array([0, 1, 2, 3, 6, 10, 16, 25, 40])
+
+
+def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = None) -> Filtered:
+    """Fill missing markers; measured samples stay as they are.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) m, NaN = missing; of the library's markers, in its order and with its `up`.
+    fps : Hz.
+    library : of clean clips of the same marker set, this or other people; without it the recording teaches itself.
+        Markers that are missing throughout need it.
+
+    Returns
+    -------
+    Filtered over markers. std : m per coordinate; of measured samples the noise level, of filled ones that of the
+    prediction, scaled by the errors on hidden stretches. A sample stays open where the std is above `HOPELESS`.
+
+    Raises
+    ------
+    MismatchError : positions or library of another shape, or a rate that is not above 0.
+
+    Source
+    ------
+    Universal kriging: Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, section 2.7.
+    """
+    if positions.ndim != 3 or positions.shape[2] != 3:
+        raise MismatchError(f"markers must be (frames, markers, 3), came {positions.shape}")
+    check_channels(positions.reshape(len(positions), 3 * positions.shape[1]), fps)
+    if library is not None and library.markers != positions.shape[1]:
+        raise MismatchError(f"the library knows {library.markers} markers, the recording has {positions.shape[1]}")
+    seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
+    std = _measured_std(positions, seen)
+    if seen.all() or not seen.any():
+        return Filtered(positions, std, np.zeros(seen.shape, dtype=bool))
+    with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
+        work = _work(positions, seen, fps, library)
+        for marker in np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0)):
+            for start, stop in _runs(~seen[:, marker]):
+                _fill_gap(work, int(marker), start, stop)
+        _calibrate(work)
+        if library is not None:
+            absent = np.flatnonzero(~seen.any(axis=0))
+            work.places[:, absent], work.std[:, absent] = fill_absent(work.places, fps, library, absent)
+    found = ~seen & (work.std <= HOPELESS) & np.isfinite(work.places).all(axis=2)
+    values = np.where(np.isfinite(positions), positions, np.where(found[..., None], work.places, np.nan))
+    return Filtered(values, np.where(seen, std, np.where(found, work.std, np.nan)), found)
+
+
+@dataclass(eq=False)
+class _Work:
+    """A recording while it is filled."""
+
+    places: Floats  # (T, M, 3), what is known so far
+    seen: Bools  # (T, M), measured
+    std: Floats  # (T, M), of what was filled
+    time: Floats  # (T,)
+    fps: float
+    unsteady: Floats  # (M, M)
+    examples: Floats  # (E, M, 3)
+    clip: Ints  # (E,)
+    tuned: dict[tuple[object, ...], Floats] = field(default_factory=dict)
+    last: dict[tuple[int, bool], Floats] = field(default_factory=dict)
+
+
+def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | None) -> _Work:
+    unsteady = unsteadiness(positions, LEAST_FRAMES)
+    examples, clip = np.empty((0, *positions.shape[1:])), np.empty(0, dtype=np.int64)
+    if library is not None:
+        examples, clip = examples_like(library, positions, EXAMPLES)
+        if len(examples):
+            taught = unsteadiness(examples, LEAST_FRAMES)
+            unsteady = np.where(np.isfinite(unsteady), unsteady, taught)
+    std = np.full(seen.shape, np.nan)
+    return _Work(positions.copy(), seen, std, np.arange(len(seen)) / fps, fps, unsteady, examples, clip)
+
+
+def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
+    unsteady = work.unsteady[marker]
+    order = np.argsort(unsteady, kind="stable")
+    order = order[np.isfinite(unsteady[order])]
+    near = order[:NEAR]
+    parts = _parts_of_gap(work.seen[start:stop, near], max(2, round(SHORTEST_PART * work.fps)))
+    guided = [
+        float((unsteady[near] ** -2.0)[work.seen[start + a : start + b, near].all(axis=0)].sum()) for a, b in parts
+    ]
+    done = np.zeros(len(work.seen), dtype=bool)
+    # the part with the best guides first: it leads the others on
+    for part in np.argsort(-np.array(guided), kind="stable"):
+        a, b = start + parts[part][0], start + parts[part][1]
+        _fill_part(work, marker, order, (start, stop), np.arange(a, b), done)
+        done[a:b] = np.isfinite(work.std[a:b, marker])
+
+
+def _fill_part(work: _Work, marker: int, order: Ints, gap: tuple[int, int], frames: Ints, done: Bools) -> None:
+    guides, usable = _guides(work, marker, order, frames, done)
+    own = np.flatnonzero(usable & work.seen[:, marker])
+    if len(own) == 0 and len(work.examples) == 0:
+        return
+    short = gap[1] - gap[0] < SHORT * work.fps
+    guides_known = np.isfinite(work.examples[:, [*guides, marker]]).all(axis=(1, 2))
+    examples = (
+        np.flatnonzero(guides_known)
+        if len(guides) >= 3 and not (short and len(own) >= 3 * LEAST_FRAMES)
+        else np.empty(0, dtype=np.int64)
+    )
+    if len(own) == 0 and len(examples) < LEAST_FRAMES:
+        return
+    anchors = guides[:ANCHORS]
+    shown = work.places[own[:: max(1, len(own) // 60)]] if len(own) else work.examples[examples]
+    frame = segment_frame(shown, anchors, work.unsteady[marker, anchors])
+    sight = _Sight(frame, guides, marker)
+    sought_features, place, axes = sight.features(work.places[frames])
+    chosen = _teaching(work, sight, own, gap, sought_features, short)
+    joint = frames[[0, -1]][:, None] + np.outer([-1, 1], 1 + _JOINT)
+    joint = np.intersect1d(joint, np.flatnonzero(usable & done))
+    chosen = np.union1d(chosen, joint)
+    features, here, here_axes = sight.features(work.places[chosen])
+    middle = features.mean(axis=0) if len(chosen) else sought_features.mean(axis=0)
+    mine = within(work.places[chosen][:, [marker]], here, here_axes)[:, 0]
+    doubt = np.where(work.seen[chosen, marker], 0.0, np.square(np.nan_to_num(work.std[chosen, marker])))
+    taught_features, taught_places, clips = _examples(work, sight, examples, sought_features)
+    known = Known(
+        Points(
+            np.concatenate([features, taught_features]) - middle,
+            np.concatenate([work.time[chosen], np.zeros(len(clips))]),
+            np.concatenate([np.zeros(len(chosen), dtype=np.int64), clips]),
+        ),
+        np.concatenate([mine, taught_places]),
+        np.concatenate([doubt, np.zeros(len(clips))]),
+    )
+    how = relation(known.points, len(guides), len(clips) > 0)
+    amplitudes = _tuned(work, marker, guides, known, how)
+    sought = Points(sought_features - middle, work.time[frames], np.zeros(len(frames), dtype=np.int64))
+    found = predict(amplitudes, known, how, sought)
+    work.places[frames, marker] = without(found.mean[:, None], place, axes)[:, 0]
+    work.std[frames, marker] = np.sqrt(found.variance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sight:
+    """How a marker is looked at."""
+
+    frame: SegmentFrame
+    guides: Ints
+    marker: int
+
+    def features(self, positions: Floats) -> tuple[Floats, Floats, Floats]:
+        """Features (T, F) of the guides, and place and axes of the frame."""
+        place, axes = self.frame.at(positions)
+        inside = within(positions[:, self.guides], place, axes) / UNIT
+        return inside.reshape(len(positions), 3 * len(self.guides)), place, axes
+
+
+def _guides(work: _Work, marker: int, order: Ints, frames: Ints, done: Bools) -> tuple[Ints, Bools]:
+    """Markers seen in all the frames, steadiest first, and the frames (T,) that show them and the marker."""
+    usable = work.seen[:, marker] | done
+    mine = work.seen[:, marker]
+    total, guides = int(mine.sum()), list[int]()
+    for other in order[work.seen[np.ix_(frames, order)].all(axis=0)]:
+        rest = usable & work.seen[:, other]
+        needed = NEEDED[0 if len(guides) < GROUPS[0] else 1]
+        if int((rest & mine).sum()) >= max(needed * total, 1):
+            guides.append(int(other))
+            usable = rest
+        if len(guides) == sum(GROUPS):
+            break
+    return np.array(guides, dtype=np.int64), usable
+
+
+def _teaching(work: _Work, sight: _Sight, own: Ints, gap: tuple[int, int], sought: Floats, short: bool) -> Ints:
+    """Frames of the recording to learn from: all over it, like those sought, and at the gap's edges."""
+    if len(own) == 0:
+        return own
+    many, spread = _thinned(own, 3 * SPREAD), _thinned(own, SPREAD // 3 if short else SPREAD)
+    edges = np.intersect1d(np.concatenate([gap[0] - 1 - _EDGE, gap[1] + _EDGE]), own)
+    if short or len(many) <= SPREAD:
+        return np.union1d(spread, edges)
+    similar = many[_similar(sight.features(work.places[many])[0], sought, SIMILAR)]
+    return np.union1d(np.union1d(spread, similar), edges)
+
+
+def _examples(work: _Work, sight: _Sight, examples: Ints, sought: Floats) -> tuple[Floats, Floats, Ints]:
+    """Features, places of the marker and clips of the examples most like the frames sought, and of some more."""
+    if len(examples) < LEAST_FRAMES:
+        return np.empty((0, sought.shape[1])), np.empty((0, 3)), np.empty(0, dtype=np.int64)
+    features, place, axes = sight.features(work.examples[examples])
+    others = _thinned(np.arange(len(examples)), TAUGHT // 3)
+    rows = np.union1d(_similar(features, sought, TAUGHT - len(others)), others)
+    places = within(work.examples[examples[rows]][:, [sight.marker]], place[rows], axes[rows])[:, 0]
+    return features[rows], places, work.clip[examples[rows]]
+
+
+def _similar(features: Floats, sought: Floats, count: int) -> Ints:
+    """Rows of `features` that are nearest to any of some moments sought, by the first two groups."""
+    width = 3 * sum(GROUPS[:2])
+    some = sought[np.unique(np.linspace(0, len(sought) - 1, min(len(sought), 12)).astype(np.int64)), :width]
+    known = features[:, :width]
+    square = np.square(some).sum(axis=1)[:, None] + np.square(known).sum(axis=1) - 2.0 * some @ known.T
+    return np.argsort(square.min(axis=0), kind="stable")[:count]
+
+
+def _tuned(work: _Work, marker: int, guides: Ints, known: Known, how: Relation) -> Floats:
+    """Amplitudes for these guides: found once for the nearest of them, starting from the marker's last."""
+    key = marker, how.taught, len(how.groups), tuple(guides[: GROUPS[0]].tolist())
+    if key not in work.tuned:
+        clip = known.points.clip
+        own, taught = np.flatnonzero((clip == 0) & (known.doubt == 0)), np.flatnonzero(clip > 0)
+        rows = np.concatenate([_thinned(own, TUNED), _thinned(taught, TUNED_EXAMPLES)])
+        amplitudes = learn(known, how, rows, work.last.get((marker, how.taught)), ROUNDS)
+        work.tuned[key] = amplitudes
+        work.last[marker, how.taught] = amplitudes / known.spread()
+    return work.tuned[key]
+
+
+def _thinned(rows: Ints, count: int) -> Ints:
+    return rows[np.unique(np.linspace(0, len(rows) - 1, count).astype(np.int64))] if len(rows) else rows
+
+
+def _calibrate(work: _Work) -> None:
+    """Scale what was filled so that on hidden stretches the deviations say what they promise.
+
+    A gap of each marker is moved elsewhere, with the gaps that other markers have at the time, and filled by what the
+    rest teaches: amplitudes and all.
+    """
+    seen, moved = _moved_gaps(work.seen)
+    if not moved:
+        return
+    places = np.where(seen[..., None], work.places, np.nan)
+    trial = replace(work, places=places, seen=seen, std=np.full(seen.shape, np.nan), tuned={}, last={})
+    errors = []
+    for marker, start, stop in moved:
+        _fill_gap(trial, marker, start, stop)
+        hidden = start + np.flatnonzero(work.seen[start:stop, marker])
+        errors.append((trial.places - work.places)[hidden, marker] / trial.std[hidden, marker, None])
+    work.std *= _excess(errors)
+
+
+def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:
+    """(T, M) what is seen when gaps are moved elsewhere, and the moved gaps: marker, start, stop."""
+    left, moved = seen.copy(), []
+    gappy = np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0))
+    for turn, marker in enumerate(_thinned(gappy, MOVED)):
+        gaps = sorted(_runs(~seen[:, marker]), key=lambda gap: gap[0] - gap[1])
+        start, stop = gaps[turn % max(1, min(3, len(gaps)))]
+        length = stop - start
+        shown = np.concatenate([[0], np.cumsum(seen[:, marker])])
+        whole = np.flatnonzero(shown[length:] - shown[:-length] == length)
+        if len(whole) == 0:
+            continue
+        there = int(whole[(len(whole) - 1) * (2 * turn + 1) // (2 * MOVED) % len(whole)])
+        left[there : there + length] &= seen[start:stop]
+        left[there : there + length, marker] = False
+        moved.append((int(marker), there, there + length))
+    return left, moved
+
+
+def _excess(errors: list[Floats]) -> float:
+    """How far standardised errors of gaps go beyond a standard normal's, by the quantiles 68 and 95 %."""
+    size = np.abs(np.concatenate(errors))
+    # every gap counts alike, as if it were that many samples of an error that hardly changes along it
+    share = np.concatenate([np.full(e.size, 1.0 / e.size) for e in errors if e.size]) / len(errors)
+    size = size.ravel()
+    order = np.argsort(size)
+    middle, far = np.interp([0.6827, 0.9545], np.cumsum(share[order]), size[order])
+    return float(np.clip(np.sqrt(middle * far / 2.0), 0.7, 10.0))
+
+
+def _parts_of_gap(visible: Bools, least: int) -> list[tuple[int, int]]:
+    """(start, stop) of the parts of a gap (L, K) in which the same markers are seen; short ones join a neighbour."""
+    changes = np.flatnonzero((visible[1:] != visible[:-1]).any(axis=1)) + 1
+    edges = [0, *changes.tolist(), len(visible)]
+
+    def lost(edge: int) -> int:
+        """Marker frames given up when the parts on both sides of an inner edge become one."""
+        a, b, c = edges[edge - 1 : edge + 2]
+        together = int(visible[a:c].all(axis=0).sum()) * (c - a)
+        return int(visible[a:b].all(axis=0).sum()) * (b - a) + int(visible[b:c].all(axis=0).sum()) * (c - b) - together
+
+    while len(edges) > 2:
+        shortest = int(np.argmin(np.diff(edges)))
+        if edges[shortest + 1] - edges[shortest] >= least:
+            break
+        del edges[min((e for e in (shortest, shortest + 1) if 0 < e < len(edges) - 1), key=lost)]
+    return list(pairwise(edges))
+
+
+def _runs(wanted: Bools) -> list[tuple[int, int]]:
+    """(start, stop) of the runs of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _measured_std(positions: Floats, seen: Bools) -> Floats:
+    """(T, M) noise level per coordinate where measured, NaN elsewhere."""
+    level = noise_level(positions.reshape(len(positions), 3 * seen.shape[1])).reshape(-1, 3)
+    return np.where(seen, np.sqrt(np.square(level).mean(axis=1)), np.nan)

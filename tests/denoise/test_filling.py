@@ -1,0 +1,229 @@
+"""Laws of the marker gap filler that learns from the recording and a library."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from motionmend.denoise.filling import HOPELESS, fill_gaps
+from motionmend.denoise.gaps import fill_pca
+from motionmend.denoise.interpolate import spline
+from motionmend.denoise.marker_library import (
+    MarkerLibrary,
+    examples_like,
+    learn_marker_library,
+    library_of,
+    merged,
+)
+from motionmend.errors import MismatchError
+from motionmend.io import read
+
+UP = np.array([0.0, 0.0, 1.0])
+FPS = 60.0
+
+
+def _body(seed, frames=400, size=1.0):
+    """Three segments of four markers each: a trunk that walks, an arm and a hand that swing; metres."""
+    rng = np.random.default_rng(seed)
+    shapes = np.random.default_rng(5).uniform(-0.1, 0.1, (3, 4, 3)) * size
+    time = np.arange(frames) / FPS
+    swing = 0.8 * np.sin(2 * np.pi * time * rng.uniform(0.6, 0.9) + rng.uniform(0, 6))
+    bend = 0.6 * swing + 0.3 * np.sin(2 * np.pi * time * rng.uniform(1.0, 1.4))
+    trunk = Rotation.from_euler("zx", np.stack([0.4 * np.sin(time), 0.1 * swing], axis=1))
+    arm = trunk * Rotation.from_euler("y", swing[:, None])
+    hand = arm * Rotation.from_euler("y", bend[:, None])
+    place = np.stack([time, 0.05 * np.sin(time), 1.0 + 0.02 * np.cos(3 * time)], axis=1)
+    shoulder = place + trunk.apply([0.0, 0.2 * size, 0.3 * size])
+    wrist = shoulder + arm.apply([0.0, 0.0, -0.5 * size])
+    parts = [
+        np.stack([where + turn.apply(marker) for marker in shape], axis=1)
+        for where, turn, shape in zip((place, shoulder, wrist), (trunk, arm, hand), shapes, strict=True)
+    ]
+    return np.concatenate(parts, axis=1) + rng.normal(0, 0.0003, (frames, 12, 3))
+
+
+def _gappy(rng, positions, gaps=6, longest=60):
+    gappy = positions.copy()
+    for _ in range(gaps):
+        length = rng.integers(5, longest)
+        start = rng.integers(0, len(positions) - length)
+        gappy[start : start + length, rng.integers(positions.shape[1])] = np.nan
+    return gappy
+
+
+def _rms(values, truth, where):
+    return float(np.sqrt(np.square(values - truth).sum(axis=2)[where].mean()))
+
+
+@given(seed=st.integers(0, 10**6), taught=st.booleans())
+@settings(max_examples=6, deadline=None)
+def test_measured_samples_stay_bit_for_bit(seed, taught):
+    gappy = _gappy(np.random.default_rng(seed), _body(seed, 150))
+    gappy[10:20, 3, 1] = np.nan  # one coordinate alone
+    library = library_of(_body(seed + 1), FPS, UP) if taught else None
+    found = fill_gaps(gappy, FPS, library=library)
+    measured = np.isfinite(gappy)
+    np.testing.assert_array_equal(found.values[measured], gappy[measured])
+    whole = measured.all(axis=2)
+    np.testing.assert_array_equal(found.filled, np.isfinite(found.values).all(axis=2) & ~whole)
+    assert found.filled.sum() >= 0.9 * (~whole).sum()
+    assert (found.std[found.filled] > 0).all()
+    assert (found.std[found.filled] <= HOPELESS).all()
+
+
+@pytest.mark.parametrize("taught", [False, True])
+def test_filling_beats_what_it_replaces_and_says_how_well(taught, rng):
+    library = learn_marker_library([(_body(s), FPS) for s in (11, 12)], UP) if taught else None
+    ours, rival, errors = [], [], []
+    for seed in range(3):
+        truth = _body(seed)
+        gappy = _gappy(rng, truth, gaps=8)
+        gone = ~np.isfinite(gappy).all(axis=2)
+        found = fill_gaps(gappy, FPS, library=library)
+        curve = spline(gappy.reshape(len(gappy), -1), FPS).values.reshape(gappy.shape)
+        both = gone & np.isfinite(curve).all(axis=2)
+        ours.append(_rms(found.values, truth, both))
+        rival.append(min(_rms(curve, truth, both), _rms(fill_pca(gappy).values, truth, both)))
+        errors.append(np.abs(found.values - truth)[gone] / found.std[gone][:, None])
+    assert np.mean(ours) < 0.5 * np.mean(rival)
+    inside = np.concatenate(errors)
+    assert 0.5 < (inside < 1).mean() < 0.95
+    assert (inside < 1.96).mean() > 0.8
+
+
+def test_filling_commutes_with_moving_and_turning_the_recording(rng):
+    gappy = _gappy(rng, _body(3, 200))
+    library = library_of(_body(4), FPS, UP)
+    turned, away = Rotation.from_euler("z", 1.1), np.array([3.0, -2.0, 0.0])
+    there = turned.apply(gappy.reshape(-1, 3)).reshape(gappy.shape) + away
+    here = fill_gaps(gappy, FPS, library=library)
+    other = fill_gaps(there, FPS, library=library)
+    back = turned.apply(here.values.reshape(-1, 3).copy()).reshape(gappy.shape) + away
+    np.testing.assert_allclose(other.values, back, atol=1e-4)
+
+
+def test_noise_and_a_stray_sample_do_not_explode(rng):
+    truth = _body(6)
+    gappy = _gappy(rng, truth + rng.normal(0, 0.01, truth.shape), gaps=10)
+    gappy[50, 2] += 0.3
+    gone = ~np.isfinite(gappy).all(axis=2)
+    found = fill_gaps(gappy, FPS)
+    assert _rms(found.values, truth, gone & found.filled) < 0.03
+    assert np.linalg.norm(found.values - truth, axis=2)[gone & found.filled].max() < 0.6  # twice the stray sample
+
+
+def test_a_limb_missing_throughout_comes_from_the_library():
+    library = learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP)
+    truth = _body(40)
+    cut = truth.copy()
+    cut[:, 8:] = np.nan
+    found = fill_gaps(cut, FPS, library=library)
+    assert found.filled[:, 8:].all()
+    middle = library.postures[:, 8:].mean(axis=(0, 1)) - library.postures[:, :8].mean(axis=(0, 1))
+    standing = cut[:, :8].mean(axis=1, keepdims=True) + middle
+    gone = ~np.isfinite(cut).all(axis=2)
+    still = _rms(np.broadcast_to(standing, truth[:, 8:].shape), truth[:, 8:], gone[:, 8:])
+    assert _rms(found.values, truth, gone) < 0.5 * still
+    away = np.abs(found.values - truth)[gone] / found.std[gone][:, None]
+    assert (away < 1.96).mean() > 0.7
+    assert not fill_gaps(cut, FPS).filled.any()
+
+
+def test_a_gap_at_an_end_and_frames_without_any_marker(rng):
+    truth = _body(7)
+    cut = truth.copy()
+    cut[:30, 5] = np.nan
+    cut[-30:, 6] = np.nan
+    cut[100:104] = np.nan
+    found = fill_gaps(cut, FPS)
+    assert found.filled[:30, 5].all()
+    assert found.filled[-30:, 6].all()
+    assert found.filled[100:104].all()
+    assert _rms(found.values, truth, found.filled) < 0.01
+
+
+@pytest.mark.parametrize("markers", [1, 2, 3])
+def test_few_markers_are_filled_in_time(markers):
+    truth = _body(8)[:, :markers]
+    cut = truth.copy()
+    cut[100:106, 0] = np.nan
+    found = fill_gaps(cut, FPS)
+    assert found.filled[100:106, 0].all()
+    assert _rms(found.values, truth, found.filled) < 0.01
+
+
+def test_a_marker_seen_once_and_a_whole_recording():
+    truth = _body(9, 120)
+    whole = fill_gaps(truth, FPS)
+    assert whole.values.tobytes() == truth.tobytes()
+    rare = truth.copy()
+    rare[1:, 4] = np.nan
+    library = learn_marker_library([(_body(s), FPS) for s in (10, 11, 12, 13)], UP)
+    found = fill_gaps(rare, FPS, library=library)
+    assert found.filled[:, 4].mean() > 0.9
+    assert _rms(found.values, truth, found.filled) < 0.03
+    np.testing.assert_array_equal(fill_gaps(np.full((30, 4, 3), np.nan), FPS).filled, False)
+
+
+@pytest.mark.parametrize("shape", [(0, 4, 3), (30, 0, 3), (1, 4, 3)])
+def test_nothing_in_nothing_out(shape):
+    assert fill_gaps(np.zeros(shape), FPS).values.shape == shape
+
+
+def test_refuses_channels_and_other_markers():
+    with pytest.raises(MismatchError, match=r"\(frames, markers, 3\)"):
+        fill_gaps(np.zeros((10, 6)), FPS)
+    with pytest.raises(MismatchError, match="12 markers"):
+        fill_gaps(np.zeros((10, 4, 3)), FPS, library=library_of(_body(1), FPS, UP))
+
+
+def test_a_library_is_bounded_mergeable_and_comes_back_from_arrays():
+    clips = [_body(s, frames) for s, frames in ((1, 400), (2, 90), (3, 1000))]
+    one, two, three = (library_of(c, FPS, UP, 150) for c in clips)
+    left, right = merged(merged(one, two), three), merged(one, merged(two, three))
+    np.testing.assert_array_equal(left.windows, right.windows)
+    np.testing.assert_array_equal(left.time, right.time)
+    together = learn_marker_library([(c, FPS) for c in clips], UP, 150)
+    np.testing.assert_array_equal(together.windows, left.windows)
+    assert len(left.windows) == 150
+    # every clip keeps its say
+    assert min(np.bincount(left.clip)[np.unique(left.clip)]) > 20
+    back = MarkerLibrary.from_arrays(left.to_arrays())
+    np.testing.assert_array_equal(back.windows, left.windows)
+    np.testing.assert_array_equal(back.clip, left.clip)
+    assert back.most == 150
+    postures, clip = examples_like(left, clips[1], 60)
+    assert len(postures) == len(clip) == 60
+    assert clip.min() >= 1
+    with pytest.raises(MismatchError, match="came none"):
+        learn_marker_library([], UP)
+
+
+def test_gaps_in_real_clips_with_and_without_a_library(data):
+    folder = data / "mocap" / "c3d"
+    names = sorted(n.rpartition(":")[2] for n in read(folder / "cmu_02_01.c3d").names)
+
+    def clip(file):
+        recording = read(folder / file)
+        bare = [n.rpartition(":")[2] for n in recording.names]
+        return recording.positions[:, [bare.index(n) for n in names]], recording.fps, recording.up
+
+    truth, fps, up = clip("cmu_02_05.c3d")
+    truth = truth[:1000]
+    rng = np.random.default_rng(2)
+    gappy = truth.copy()
+    for marker in rng.permutation(41)[:12]:
+        for _ in range(2):
+            start = rng.integers(0, 760)
+            gappy[start : start + rng.integers(12, 240), marker] = np.nan
+    gone = ~np.isfinite(gappy).all(axis=2) & np.isfinite(truth).all(axis=2)
+    rival = _rms(fill_pca(gappy).values, truth, gone)
+    library = learn_marker_library([clip(f)[:2] for f in ("cmu_02_01.c3d", "cmu_05_13.c3d")], up)
+    alone, taught = fill_gaps(gappy, fps), fill_gaps(gappy, fps, library=library)
+    assert alone.filled[gone].all()
+    assert _rms(alone.values, truth, gone) < rival
+    assert _rms(taught.values, truth, gone) < 0.5 * rival
+    away = np.abs(taught.values - truth)[gone] / taught.std[gone][:, None]
+    assert 0.55 < (away < 1).mean() < 0.9
+    assert (away < 1.96).mean() > 0.85
