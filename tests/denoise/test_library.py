@@ -14,7 +14,7 @@ RATES = np.array([15.0, 30.0, 60.0, 120.0])
 def _library(seed: int, channels: int = 5, rates: np.ndarray = RATES) -> Library:
     rng = np.random.default_rng(seed)
     bends = np.stack([np.cov(rng.normal(size=(channels, 40)) * 3.0 / rate, bias=True) for rate in rates])
-    return Library(rates, np.full(len(rates), 40), bends, np.empty((0, 4, channels)))
+    return Library(rates, np.full(len(rates), 40), bends, np.empty((0, 4, channels)), bends[0], rates[0])
 
 
 @given(st.integers(0, 10**6), st.floats(1.0, 2000.0))
@@ -52,7 +52,7 @@ def test_beyond_the_rates_deviations_fall_between_noise_and_constant_acceleratio
 def test_a_parabola_bends_as_it_should_at_any_rate():
     acceleration = 50.0
     bends = (acceleration / RATES**2)[:, None, None] ** 2 * np.ones((1, 2, 2))
-    library = Library(RATES, np.full(4, 9), bends, np.empty((0, 4, 2)))
+    library = Library(RATES, np.full(4, 9), bends, np.empty((0, 4, 2)), bends[0], 30.0)
     for fps in (7.0, 24.0, 59.94, 100.0, 1000.0):
         np.testing.assert_allclose(library.curvature(fps), (acceleration / fps**2) ** 2, rtol=1e-9)
 
@@ -61,7 +61,7 @@ def test_a_channel_at_rest_stays_at_rest():
     library = _library(1)
     bends = library.bends.copy()
     bends[:, 2] = bends[:, :, 2] = 0.0
-    found = Library(RATES, library.counts, bends, library.exemplars).curvature(43.0)
+    found = Library(RATES, library.counts, bends, library.exemplars, library.typical, library.rate).curvature(43.0)
     assert (found[2] == 0).all()
     assert (np.diag(found)[[0, 1, 3, 4]] > 0).all()
 
@@ -81,8 +81,8 @@ def test_arrays_make_the_same_library_again():
 
 def test_what_does_not_fit_together_is_refused():
     with pytest.raises(MismatchError, match="bends"):
-        Library(RATES, np.zeros(4), np.zeros((3, 2, 2)), np.empty((0, 4, 2)))
+        Library(RATES, np.zeros(4), np.zeros((3, 2, 2)), np.empty((0, 4, 2)), np.eye(2), 30.0)
     with pytest.raises(MismatchError, match="rising"):
-        Library(RATES[::-1], np.zeros(4), np.zeros((4, 2, 2)), np.empty((0, 4, 2)))
+        Library(RATES[::-1], np.zeros(4), np.zeros((4, 2, 2)), np.empty((0, 4, 2)), np.eye(2), 30.0)
     with pytest.raises(MismatchError, match="not known"):
-        Library(np.empty(0), np.empty(0), np.empty((0, 2, 2)), np.empty((0, 4, 2))).curvature(30.0)
+        Library(np.empty(0), np.empty(0), np.empty((0, 2, 2)), np.empty((0, 4, 2)), np.eye(2), 30.0).curvature(30.0)

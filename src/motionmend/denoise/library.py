@@ -10,6 +10,10 @@ from ..arrays import Floats, Ints, Singles, frozen
 from ..errors import MismatchError
 
 _SMOOTHEST, _ROUGHEST = -2.0, 0.0  # slopes of log bend over log rate: constant acceleration, and white noise
+_TAILS = 3.0  # degrees of freedom of the Student distribution: heavy tails
+_SCALE_ROUNDS = 20
+_HELD = 6.0  # scales; few second differences of clean motion lie beyond
+_LEAST_SCALE = 1e-3  # degrees or cm
 _STILL = 1e-12  # degrees or cm a step: a channel that bends less is at rest
 
 
@@ -23,18 +27,24 @@ class Library:
     counts : (R,) second differences seen at each rate.
     bends : (R, C, C) mean outer product of z(t) - 2 z(t+1) + z(t+2), t in frames of the rate.
     exemplars : (N, M, C) float32 windows at the model's rate, spread evenly over all clips.
+    typical : (C, C) covariance of the second differences at the model's rate without the few large ones of glitches,
+        poles and impacts, which `bends` counts in full.
+    rate : Hz, the model's.
     """
 
     rates: Floats
     counts: Ints
     bends: Floats
     exemplars: Singles
+    typical: Floats
+    rate: float
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rates", frozen(self.rates))
         object.__setattr__(self, "counts", frozen(self.counts, np.int64))
         object.__setattr__(self, "bends", frozen(self.bends))
         object.__setattr__(self, "exemplars", frozen(self.exemplars, np.float32))
+        object.__setattr__(self, "typical", frozen(self.typical))
         rates = len(self.rates)
         if self.exemplars.ndim != 3 or self.bends.shape != (rates, *(self.exemplars.shape[2:] * 2)):
             raise MismatchError(
@@ -85,14 +95,52 @@ class Library:
         one, other = (_correlation(self.bends[k], spread[k]) for k in (below, below + 1))
         return _covariance(bend, (1.0 - share) * one + share * other)
 
+    def usual_bends(self, fps: float) -> Floats:
+        """(C, C) `typical` brought to another rate: each channel by the ratio of its `curvature` there and here."""
+        here, there = np.diag(self.curvature(self.rate)), np.diag(self.curvature(fps))
+        ratio = np.sqrt(there / np.where(here > 0, here, np.inf))
+        return np.asarray(self.typical * np.multiply.outer(ratio, ratio))
+
     def to_arrays(self) -> dict[str, Any]:
         """Arrays from which `from_arrays` makes the library again."""
-        return {"rates": self.rates, "counts": self.counts, "bends": self.bends, "exemplars": self.exemplars}
+        return {
+            "rates": self.rates,
+            "counts": self.counts,
+            "bends": self.bends,
+            "exemplars": self.exemplars,
+            "typical": self.typical,
+            "rate": np.array([self.rate]),
+        }
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, Any]) -> "Library":
         """The library that `to_arrays` took apart."""
-        return cls(arrays["rates"], arrays["counts"], arrays["bends"], arrays["exemplars"])
+        return cls(
+            arrays["rates"],
+            arrays["counts"],
+            arrays["bends"],
+            arrays["exemplars"],
+            arrays["typical"],
+            float(arrays["rate"][0]),
+        )
+
+
+def typical_bends(windows: Floats | Singles) -> Floats:
+    """(C, C) covariance of the second differences in windows (N, M, C), the few large ones held back.
+
+    Each channel's second differences are taken for Student-distributed; what lies beyond a few of their scales is cut
+    to that. Windows of fewer than three frames, or none, give 0.
+    """
+    channels = windows.shape[2]
+    if windows.shape[0] == 0 or windows.shape[1] < 3:
+        return np.zeros((channels, channels))
+    bend = (windows[:, :-2] - 2.0 * windows[:, 1:-1] + windows[:, 2:]).reshape(-1, channels).astype(float)
+    scale = 1.4826 * np.median(np.abs(bend), axis=0) + _LEAST_SCALE
+    for _ in range(_SCALE_ROUNDS):
+        weight = (_TAILS + 1.0) / (_TAILS + np.square(bend / scale))
+        scale = np.sqrt((weight * np.square(bend)).mean(axis=0)) + _LEAST_SCALE
+    held = np.clip(bend, -_HELD * scale, _HELD * scale)
+    return np.asarray(held.T @ held / len(held))
 
 
 def _scaled(spread: Floats, exponent: Floats) -> Floats:

@@ -10,7 +10,7 @@ from ..bodies.motion import Markers, Motion
 from ..numerics.ssa import LagCovariance, lag_covariance
 from .layout import Layout
 from .learning import BRIDGED, Example, at_rate, examples
-from .library import Library
+from .library import Library, typical_bends
 from .passages import Passage, passages
 from .thinning import MOST_VALUES, Sample, nothing, sample
 
@@ -84,11 +84,14 @@ class Statistics:
         """Second differences and exemplar windows as a model keeps them."""
         seen = np.flatnonzero(self.bend_counts > 0)
         counts = self.bend_counts[seen]
+        exemplars = np.array(self.windows.items, dtype=np.float32).reshape(-1, self.lag.window, self.lag.channels)
         return Library(
             rates=self.fps * 2.0 ** np.array(OCTAVES)[seen],
             counts=counts,
             bends=self.bends[seen] / counts[:, None, None],
-            exemplars=np.array(self.windows.items, dtype=np.float32).reshape(-1, self.lag.window, self.lag.channels),
+            exemplars=exemplars,
+            typical=typical_bends(exemplars),
+            rate=self.fps,
         )
 
 

@@ -1,0 +1,219 @@
+"""The adaptive repair: no noise is told; the library helps where it can and is left where it cannot.
+
+Each round asks the bases what they make of the samples believed so far, finds the outliers as the likeliest history of
+each channel, smooths all channels at once and reads noise, outlier rates and the liveliness of the motion off the
+result.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ..arrays import Bools, Bytes, Floats
+from ..numerics.coupled import lone_step_variance, smooth_coupled
+from ..numerics.ssa import Eigenbases
+from .noise import first_noise, next_noise, next_rate
+from .repair import interpolated
+from .support import Support, support, supported
+
+ROUNDS = 3
+HISTORIES = 14  # kept side by side for each channel
+# Motion is calm, bursts or jumps: factors on the variance of its second differences, how common each is and how
+# likely a burst or jump goes on. Wide on purpose: which factors exactly hardly matters, that there are three does.
+FACTORS = np.array([1.0, 25.0, 1000.0])
+COMMON = np.array([0.96, 0.035, 0.005])
+GOES_ON = 0.7
+OUTLIER_SPAN = 80.0  # degrees or cm over which an outlier may lie
+FIRST_RATE = 0.08  # share of outliers before anything is known
+UNCOUPLED = 0.1  # share of the covariance of second differences that is not believed
+BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller count as motion
+LIVELY = 0.05  # s, the width in which motion is as lively as it is
+LIVELY_PRIOR = 4.0  # samples' worth of the library's own liveliness
+LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second differences
+VAGUE = 400.0  # square of channel units: where a channel begins
+
+
+@dataclass(frozen=True, eq=False)
+class Adapted:
+    """What the adaptive repair finds. (T, C) each where nothing else is said, channel units.
+
+    Attributes
+    ----------
+    values : the smoothed channels.
+    variance : of them, as the model has it.
+    outlier : True where a sample is rejected.
+    noise : (C,) standard deviations.
+    rate : (C,) share of outliers.
+    supported : what the library says; None without one.
+    steps : of conjugate gradients, all rounds together.
+    """
+
+    values: Floats
+    variance: Floats
+    outlier: Bools
+    noise: Floats
+    rate: Floats
+    supported: Support | None
+    steps: int
+
+
+def adapt(
+    measured: Floats,
+    bends: Floats,
+    fps: float,
+    *,
+    bases: Eigenbases | None,
+    stride: int = 1,
+    together: int = 1,
+    vouched: Bools | None = None,
+    at_pole: Bools | None = None,
+) -> Adapted:
+    """Find outliers, noise and the motion beneath.
+
+    Parameters
+    ----------
+    measured : (T, C) in degrees and centimetres, NaN = missing; T >= 3 and at least a window of the bases.
+    bends : (C, C) covariance of second differences of clean motion at `fps`.
+    fps : Hz.
+    bases : the library's patterns at this rate; None leaves them out.
+    stride : frames between windows.
+    together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
+    vouched, at_pole : (T, C) of `poles.pole_crossings`.
+    """
+    channels = measured.shape[1]
+    present = np.isfinite(measured)
+    nowhere = np.zeros(measured.shape, dtype=bool)
+    vouched = nowhere if vouched is None else vouched
+    at_pole = nowhere if at_pole is None else at_pole
+    least = (BEND * (30.0 / fps) ** 2) ** 2
+    calm = (1.0 - UNCOUPLED) * bends + UNCOUPLED * np.diag(np.diag(bends)) + least * np.eye(channels)
+    centre = interpolated(measured, np.zeros(channels)).mean(axis=0) if bases is None else bases.mean.mean(axis=0)
+    filled = np.where(present, measured, 0.0)
+    noise, rate = first_noise(measured), np.full(channels, FIRST_RATE)
+    outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
+    values: Floats | None = None
+    told: Support | None = None
+    steps = 0
+    for _ in range(ROUNDS):
+        believed = np.where(outlier, np.nan, measured)
+        if bases is not None:
+            begin = interpolated(believed, centre) if values is None else values
+            told = support(measured, values, supported(believed, begin, bases, stride), bases, noise, fps)
+        pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
+        outlier, mode = _histories(
+            measured, told, pull, alone * liveliness, noise, rate, np.diag(calm), together, vouched, at_pole
+        )
+        liveliness = np.clip(liveliness * FACTORS[mode], LEAST_LIVELY, MOST_LIVELY)
+        weight = np.where(present & ~outlier, 1.0 / np.square(noise), 0.0)
+        everything, goal = _joined(filled, weight, told)
+        for again in (True, False):
+            values, taken = smooth_coupled(goal, everything, calm, np.sqrt(liveliness), values)
+            steps += taken
+            alone = lone_step_variance(everything, calm)
+            variance, doubt = _certainty(everything, alone * liveliness)
+            if again:
+                liveliness = _liveliness(values, np.diag(calm), liveliness, doubt, fps)
+        taken_up = weight * variance
+        freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
+        square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
+        noise, rate = next_noise(noise, square, freedom), next_rate(outlier, present)
+    assert values is not None
+    return Adapted(values, variance, outlier, noise, rate, told, steps)
+
+
+def _joined(filled: Floats, weight: Floats, told: Support | None) -> tuple[Floats, Floats]:
+    """Weights (T, C) of samples and library together, and the values they weigh."""
+    if told is None:
+        return weight, filled
+    library = 1.0 / told.variance
+    total = weight + library
+    return total, (weight * filled + library * told.values) / total
+
+
+def _pull(values: Floats, calm: Floats, scale: Floats) -> Floats:
+    """(T, C) second difference of each channel that those of the others let expect."""
+    bend = (values[:-2] - 2.0 * values[1:-1] + values[2:]) / scale[2:]
+    precision = np.linalg.inv(calm)
+    pull = np.zeros(values.shape)
+    pull[2:] = (bend - bend @ precision / np.diag(precision)) * scale[2:]
+    return pull
+
+
+def _certainty(weight: Floats, step_var: Floats) -> tuple[Floats, Floats]:
+    from ..kernels.banded import walk_certainty
+
+    vague = np.full(weight.shape[1], VAGUE)
+    return walk_certainty(np.ascontiguousarray(weight), np.ascontiguousarray(step_var), vague, vague)
+
+
+def _liveliness(values: Floats, usual: Floats, before: Floats, doubt: Floats, fps: float) -> Floats:
+    """(T, C) variance of second differences relative to the library's: the expected squares, smoothed over a moment."""
+    bend = values[:-2] - 2.0 * values[1:-1] + values[2:]
+    square = np.square(bend) / usual + before[2:] * doubt[2:]
+    width = LIVELY * fps
+    span = 2.0 * width * np.sqrt(np.pi)  # frames that a Gaussian of this width averages
+    found = np.ones(values.shape)
+    found[2:] = (LIVELY_PRIOR + span * gaussian_filter1d(square, width, axis=0, mode="nearest")) / (LIVELY_PRIOR + span)
+    return np.clip(found, LEAST_LIVELY, MOST_LIVELY)
+
+
+def _histories(
+    measured: Floats,
+    told: Support | None,
+    pull: Floats,
+    step_var: Floats,
+    noise: Floats,
+    rate: Floats,
+    calm: Floats,
+    together: int,
+    vouched: Bools,
+    at_pole: Bools,
+) -> tuple[Bools, Bytes]:
+    """Outliers and modes (T, C) of the likeliest history of every channel or group of channels."""
+    from ..kernels.search import likeliest_history
+
+    channels = measured.shape[1]
+    goes_on = np.where(np.arange(len(COMMON)) > 0, GOES_ON, 0.0)[:, None]
+    log_modes = np.log(goes_on * np.eye(len(COMMON)) + (1.0 - goes_on) * COMMON)
+    hint = np.zeros(measured.shape) if told is None else told.values
+    hint_var = np.full(measured.shape, np.inf) if told is None else told.variance
+    known = np.isfinite(measured)
+    begin = np.array([np.median(measured[known[:, c], c]) if known[:, c].any() else 0.0 for c in range(channels)])
+    density = OUTLIER_SPAN**-together
+
+    def history(first: int) -> tuple[Bytes, Bytes]:
+        own = slice(first, first + together)
+        return likeliest_history(
+            np.ascontiguousarray(measured[:, own]),
+            np.ascontiguousarray(hint[:, own]),
+            np.ascontiguousarray(hint_var[:, own]),
+            np.ascontiguousarray(pull[:, own]),
+            np.ascontiguousarray(step_var[:, own]),
+            np.square(noise[own]),
+            float(rate[own].mean()),
+            density,
+            FACTORS,
+            log_modes,
+            HISTORIES,
+            begin[own],
+            np.full(together, VAGUE),
+            50.0 * calm[own] + 1.0,
+            np.ascontiguousarray(vouched[:, own].any(axis=1)),
+            np.ascontiguousarray(at_pole[:, own].any(axis=1)),
+        )
+
+    found = _in_threads(history, list(range(0, channels, together)))
+    outlier = np.stack([o for o, _ in found], axis=1).repeat(together, axis=1).astype(bool)
+    mode = np.stack([m for _, m in found], axis=1).repeat(together, axis=1)
+    return outlier & known, mode
+
+
+def _in_threads(task: Callable[[int], tuple[Bytes, Bytes]], items: list[int]) -> list[tuple[Bytes, Bytes]]:
+    """The task of every item, in order; the kernels let threads run side by side."""
+    first = [task(items[0])]  # compiles it once
+    with ThreadPoolExecutor(max_workers=min(4, os.cpu_count() or 1)) as pool:
+        return first + list(pool.map(task, items[1:]))

@@ -1,0 +1,75 @@
+"""How noisy each channel is and how often it is wrong, told from the recording alone."""
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+
+LEAST_NOISE = 0.01  # degrees or cm
+_QUIET = 0.2  # quantile of third differences that outliers reach last
+_QUIET_NORMAL = 0.2533471  # the same quantile of |N(0, 1)|
+# Where outliers are many the quietest differences still say too much: begin below, the rounds raise it.
+_CAUTION = 0.47
+FEWEST = 8  # differences that tell anything
+CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
+_PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
+RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in each channel's own
+LEAST_RATE, MOST_RATE = 1e-4, 0.5
+
+
+def first_noise(measured: Floats) -> Floats:
+    """Standard deviation of each channel's noise, low rather than high, before any outlier is known.
+
+    Third differences of smooth motion are small and multiply white noise by the root of 20; every outlier spoils four
+    of them, so only the smallest fifth is asked.
+
+    Parameters
+    ----------
+    measured : (T, C) in channel units, NaN = missing.
+
+    Returns
+    -------
+    (C,) in channel units; a channel with too few samples takes the median of the others.
+    """
+    third = np.abs(np.diff(measured, n=3, axis=0)) / np.sqrt(20.0)
+    noise = np.full(measured.shape[1], np.nan)
+    for c in range(measured.shape[1]):
+        known = third[np.isfinite(third[:, c]), c]
+        if len(known) >= FEWEST:
+            noise[c] = _CAUTION * np.quantile(known, _QUIET) / _QUIET_NORMAL
+    told = np.isfinite(noise)
+    return np.maximum(np.where(told, noise, np.median(noise[told]) if told.any() else 1.0), LEAST_NOISE)
+
+
+def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
+    """Noise from the residuals of the samples believed; channels of one recording are much alike.
+
+    Parameters
+    ----------
+    noise : (C,) last estimate.
+    square : (C,) sum of squared residuals.
+    freedom : (C,) samples less what the smoother took from them.
+
+    Returns
+    -------
+    (C,), each channel's own drawn towards the others by how little it says.
+    """
+    own = (square + _PRIOR_SAMPLES * np.square(noise)) / (freedom + _PRIOR_SAMPLES)
+    level = 0.5 * np.log(np.maximum(own, LEAST_NOISE**2))
+    doubt = 0.5 / np.maximum(freedom, 1e-3)
+    share = 1.0 / (doubt + CHANNELS_ALIKE)
+    common = float(np.average(level, weights=share))
+    apart = float(np.average(np.square(level - common) - doubt, weights=share))
+    apart = min(max(apart, 1e-3), CHANNELS_ALIKE)
+    return np.asarray(np.exp((level / doubt + common / apart) / (1.0 / doubt + 1.0 / apart)))
+
+
+def next_rate(outlier: Bools, present: Bools) -> Floats:
+    """(C,) share of each channel's samples that are outliers, drawn towards that of the recording.
+
+    Parameters
+    ----------
+    outlier, present : (T, C).
+    """
+    hits, samples = outlier.sum(axis=0), present.sum(axis=0)
+    overall = (hits.sum() + 0.5) / (samples.sum() + 50.0)
+    return np.asarray(np.clip((hits + RATES_ALIKE * overall) / (samples + RATES_ALIKE), LEAST_RATE, MOST_RATE))

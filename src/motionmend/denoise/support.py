@@ -1,0 +1,96 @@
+"""What a library's bases say of a recording, and how far they can be believed, by channel and moment."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from ..arrays import Bools, Floats
+from ..numerics.ssa import Eigenbases
+from .optimise import fit_windows, window_starts
+
+SCALE = 5.0  # p of eq. 2.9, degrees or cm: wider than the dissertation's, since misfit comes on top of noise
+MEMORY = 0.3  # s over which misfit lasts: the running median that finds it spans so much
+CARRIED = 10.0  # times its variance: what the bases say errs alike for several frames and joints
+TRIMMED = 0.1  # share of the largest misfits left out of a channel's usual one
+LEAST = 0.3  # degrees or cm; no library knows a body better
+MOST_LEVERAGE = 0.98
+NOISE_LEFT = 4.0  # times the variance a median leaves of white noise, not to take noise for misfit
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """Values the library expects and their variance; (T, C) each, channel units and their square."""
+
+    values: Floats
+    variance: Floats
+
+
+def supported(believed: Floats, start: Floats, bases: Eigenbases, stride: int) -> Floats:
+    """(T, C) the recording as the bases can tell it: diagonal average of its windows' projections.
+
+    Parameters
+    ----------
+    believed : (T, C) samples, NaN = missing or rejected; T >= the bases' window.
+    start : (T, C) finite, where the fit begins.
+    bases : at the recording's rate.
+    stride : frames between windows.
+
+    Source
+    ------
+    Section 2.2.3-2.2.4: the fit of eq. 2.16. Not its z, which holds on to each sample, but what the windows'
+    coefficients alone rebuild, so that a sample speaks less for itself.
+    """
+    from ..kernels.lagged import coverage, overlap_add, project
+
+    fit = fit_windows(believed, start, bases, stride, scale=SCALE)
+    frames, centre = len(believed), bases.mean.mean(axis=0)
+    starts = window_starts(frames, bases.window, stride)
+    mean = (bases.mean - centre)[None]
+    vectors = np.ascontiguousarray(bases.vectors)
+    c = project(np.ascontiguousarray(fit.values - centre), vectors, starts) - np.tensordot(vectors, mean[0], axes=2)
+    rebuilt = overlap_add(c, vectors, starts, frames) + overlap_add(np.ones((len(starts), 1)), mean, starts, frames)
+    return np.asarray(rebuilt / coverage(starts, bases.window, frames)[:, None] + centre)
+
+
+def support(
+    measured: Floats, smooth: Floats | None, values: Floats, bases: Eigenbases, noise: Floats, fps: float
+) -> Support:
+    """How far the library's values can be off, judged by what they miss of the recording round about.
+
+    Parameters
+    ----------
+    measured : (T, C), NaN = missing; outliers and all, a median forgives them.
+    smooth : (T, C) the last estimate; None in the first round.
+    values : (T, C) of `supported`.
+    bases : they came from.
+    noise : (C,) standard deviations.
+    fps : Hz.
+    """
+    span = 2 * round(0.5 * MEMORY * fps) + 1
+    left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
+    missed = np.maximum(np.square(_running_median(measured - values, span)) - left, 0.0)
+    if smooth is not None:
+        missed = np.maximum(missed, np.square(smooth - values))
+    kept = max(1, round((1.0 - TRIMMED) * len(missed)))
+    usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
+    # what a sample says of itself through the bases is no support for it
+    leverage = np.minimum(np.square(bases.vectors).sum(axis=0).mean(axis=0), MOST_LEVERAGE)
+    variance = CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / np.square(1.0 - leverage)
+    return Support(values, variance)
+
+
+def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
+    """Root mean square of what the library misses where samples are believed, channel units."""
+    apart = np.square(smooth - support.values)
+    return float(np.sqrt(apart[believed].mean())) if believed.any() else 0.0
+
+
+def _running_median(values: Floats, span: int) -> Floats:
+    """(T, C) median over `span` frames; gaps are bridged by straight lines, an empty channel is 0."""
+    bridged, frames = values.copy(), np.arange(len(values))
+    for c in range(values.shape[1]):
+        known = np.isfinite(values[:, c])
+        if not known.all():
+            bridged[:, c] = np.interp(frames, frames[known], values[known, c]) if known.any() else 0.0
+    return np.asarray(median_filter(bridged, size=(span, 1), mode="nearest"))

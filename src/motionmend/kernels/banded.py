@@ -1,0 +1,107 @@
+"""Second-order walks in time: the pentadiagonal systems they make, and what their smoother is sure of."""
+
+import numpy as np
+
+from ..arrays import Floats
+from .compile import compiled
+
+
+@compiled
+def walk_factors(weight: Floats, stiffness: Floats, frames: int) -> tuple[Floats, Floats, Floats]:
+    """L and D of L D Lᵀ = diag(weight) + stiffness D₂ᵀD₂ for N walks, D₂ the second differences of T frames.
+
+    Parameters
+    ----------
+    weight, stiffness : (N,), above 0 and not below 0.
+    frames : T.
+
+    Returns
+    -------
+    diagonal, first, second : (T, N) of D, and of the two diagonals below that of L.
+    """
+    walks = len(weight)
+    diagonal, first, second = np.empty((frames, walks)), np.zeros((frames, walks)), np.zeros((frames, walks))
+    for t in range(frames):
+        centre = (1.0 if t < frames - 2 else 0.0) + (4.0 if 0 < t < frames - 1 else 0.0) + (1.0 if t >= 2 else 0.0)
+        beside = (-2.0 if 1 <= t <= frames - 2 else 0.0) + (-2.0 if t >= 2 else 0.0)
+        for n in range(walks):
+            two, one = 0.0, beside * stiffness[n]
+            d = weight[n] + centre * stiffness[n]
+            if t >= 2:
+                two = stiffness[n] / diagonal[t - 2, n]
+                one -= two * diagonal[t - 2, n] * first[t - 1, n]
+                d -= two * two * diagonal[t - 2, n]
+            if t >= 1:
+                one /= diagonal[t - 1, n]
+                d -= one * one * diagonal[t - 1, n]
+            diagonal[t, n], first[t, n], second[t, n] = d, one, two
+    return diagonal, first, second
+
+
+@compiled
+def solve_walks(diagonal: Floats, first: Floats, second: Floats, right: Floats) -> Floats:
+    """(T, N) x with L D Lᵀ x = right, of the factors of `walk_factors`."""
+    frames, walks = right.shape
+    x = right.copy()
+    for t in range(1, frames):
+        for n in range(walks):
+            x[t, n] -= first[t, n] * x[t - 1, n]
+        if t >= 2:
+            for n in range(walks):
+                x[t, n] -= second[t, n] * x[t - 2, n]
+    for t in range(frames - 1, -1, -1):
+        for n in range(walks):
+            x[t, n] /= diagonal[t, n]
+        if t + 1 < frames:
+            for n in range(walks):
+                x[t, n] -= first[t + 1, n] * x[t + 1, n]
+        if t + 2 < frames:
+            for n in range(walks):
+                x[t, n] -= second[t + 2, n] * x[t + 2, n]
+    return x
+
+
+@compiled
+def walk_certainty(weight: Floats, step_var: Floats, place_var: Floats, speed_var: Floats) -> tuple[Floats, Floats]:
+    """How sure a smoother of second-order walks is; nothing but the weights of the samples is needed.
+
+    Parameters
+    ----------
+    weight : (T, C) inverse variance of each sample, 0 = missing.
+    step_var : (T, C) variance of the step e into each frame (those of frame 0 are not used).
+    place_var, speed_var : (C,) of the state at frame 0 before anything is seen.
+
+    Returns
+    -------
+    variance : (T, C) of the smoothed walk.
+    doubt : (T, C) variance of e given all samples, as a share of `step_var`; 1 = the samples tell nothing of it.
+
+    Source
+    ------
+    de Jong, Smoothing and interpolation with the state-space model, J. American Statistical Association 84, 1989.
+    """
+    frames, channels = weight.shape
+    variance, doubt = np.empty((frames, channels)), np.ones((frames, channels))
+    place, both, pace = np.empty(frames), np.empty(frames), np.empty(frames)
+    for ch in range(channels):
+        a, b, c = place_var[ch], 0.0, speed_var[ch]
+        for t in range(frames):
+            if t > 0:
+                e = step_var[t, ch]
+                a, b, c = a + 2.0 * b + c + e, b + c + e, c + e
+            place[t], both[t], pace[t] = a, b, c
+            gain = weight[t, ch] / (1.0 + a * weight[t, ch])
+            a, b, c = a - gain * a * a, b - gain * a * b, c - gain * b * b
+        n00, n01, n11 = 0.0, 0.0, 0.0  # what all later samples know of the state
+        for t in range(frames - 1, -1, -1):
+            a, b = place[t], both[t]
+            m00, m01, m11 = n00, n00 + n01, n00 + 2.0 * n01 + n11
+            gain = weight[t, ch] / (1.0 + a * weight[t, ch])
+            one, other = 1.0 - a * gain, -b * gain
+            n00 = one * one * m00 + 2.0 * one * other * m01 + other * other * m11 + gain
+            n01 = one * m01 + other * m11
+            n11 = m11
+            variance[t, ch] = a - (a * a * n00 + 2.0 * a * b * n01 + b * b * n11)
+            if t > 0:
+                doubt[t, ch] = min(1.0, max(1e-3, 1.0 - step_var[t, ch] * (n00 + 2.0 * n01 + n11)))
+    return variance, doubt

@@ -1,0 +1,173 @@
+"""Which samples of a channel are outliers: the likeliest of many histories, kept side by side.
+
+A channel, or the three coordinates of a marker, moves as a second-order walk: z(t) = z(t-1) + v(t-1) + e(t),
+v(t) = v(t-1) + e(t), e ~ N(pull(t), q(t) f(k)), with a factor f of the mode k: calm, burst or jump. Each sample is
+either a measurement or an outlier that tells nothing. Every history of modes and outliers is a Kalman filter of its
+own; after each frame the best few of them that differ in their latest turns are kept.
+"""
+
+from math import log, pi
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats
+from .compile import compiled
+
+RECENT = 4  # frames in which two histories have to differ to be kept side by side
+
+
+@compiled
+def likeliest_history(
+    observed: Floats,
+    hint: Floats,
+    hint_var: Floats,
+    pull: Floats,
+    step_var: Floats,
+    noise_var: Floats,
+    outlier_rate: float,
+    outlier_density: float,
+    factors: Floats,
+    log_modes: Floats,
+    width: int,
+    start: Floats,
+    start_var: Floats,
+    speed_var: Floats,
+    vouched: Bools,
+    at_pole: Bools,
+) -> tuple[Bytes, Bytes]:
+    """Labels of the likeliest history of G coordinates that are outliers together. T frames, K modes.
+
+    Parameters
+    ----------
+    observed : (T, G), NaN = missing.
+    hint, hint_var : (T, G) what else is known of each value, and its variance; inf = nothing.
+    pull, step_var : (T, G) mean and variance of e in the calm mode.
+    noise_var : (G,) of a measurement.
+    outlier_rate : in (0, 1).
+    outlier_density : of an outlier, per unit to the power G.
+    factors : (K,) f, of the variance of e in each mode; the first is 1.
+    log_modes : (K, K) logarithm of the probability of the mode (column) after a mode (row).
+    width : H, histories kept.
+    start, start_var, speed_var : (G,) the state before the first frame, and the speed about 0.
+    vouched : (T,) True where a sample is known to be no outlier.
+    at_pole : (T,) True where every mode is as likely as any.
+
+    Returns
+    -------
+    outlier : (T,) 1 where the likeliest history rejects the sample.
+    mode : (T,) its modes.
+    """
+    frames, coordinates = observed.shape
+    modes = len(factors)
+    most = width * (modes + 1) + 1
+    mean, speed = np.zeros((width, coordinates)), np.zeros((width, coordinates))
+    cov = np.zeros((width, coordinates, 3))  # of place, of place with speed, of speed
+    score, turns, mode_of = np.zeros(width), np.zeros(width, np.int64), np.zeros(width, np.int64)
+    new_mean, new_speed = np.zeros((most, coordinates)), np.zeros((most, coordinates))
+    new_cov = np.zeros((most, coordinates, 3))
+    new_score, new_turns, new_mode = np.zeros(most), np.zeros(most, np.int64), np.zeros(most, np.int64)
+    came_from, rejects = np.zeros(most, np.int64), np.zeros(most, np.int64)
+    parent, event = np.zeros((frames, width), np.int16), np.zeros((frames, width), np.uint8)
+    order = np.zeros(width, np.int64)
+    log_in, log_out = log(1.0 - outlier_rate), log(outlier_rate * outlier_density)
+    mask = (1 << (2 * RECENT)) - 1
+    kept = 1
+    for g in range(coordinates):
+        mean[0, g], cov[0, g, 0], cov[0, g, 2] = start[g], start_var[g], speed_var[g]
+    for t in range(frames):
+        seen = True
+        for g in range(coordinates):
+            if np.isnan(observed[t, g]):
+                seen = False
+        count = 0
+        for h in range(kept):
+            last = mode_of[h]
+            for k in range(modes):
+                if t == 0 and k > 0:
+                    break
+                n = count
+                total = score[h]
+                if t > 0 and not at_pole[t]:
+                    total += log_modes[last, k]
+                measured = total + log_in
+                for g in range(coordinates):
+                    x, v = mean[h, g], speed[h, g]
+                    a, b, c = cov[h, g, 0], cov[h, g, 1], cov[h, g, 2]
+                    if t > 0:
+                        e = step_var[t, g] * factors[k]
+                        x, v = x + v + pull[t, g], v + pull[t, g]
+                        a, b, c = a + 2.0 * b + c + e, b + c + e, c + e
+                    if hint_var[t, g] < np.inf:
+                        s, r = a + hint_var[t, g], hint[t, g] - x
+                        cost = 0.5 * (log(2.0 * pi * s) + r * r / s)
+                        total -= cost
+                        measured -= cost
+                        x, v = x + a / s * r, v + b / s * r
+                        a, b, c = a - a * a / s, b - a * b / s, c - b * b / s
+                    new_mean[n, g], new_speed[n, g] = x, v
+                    new_cov[n, g, 0], new_cov[n, g, 1], new_cov[n, g, 2] = a, b, c
+                    if seen:
+                        s, r = a + noise_var[g], observed[t, g] - x
+                        measured -= 0.5 * (log(2.0 * pi * s) + r * r / s)
+                        m = n + 1  # the same walk with the sample believed
+                        new_mean[m, g], new_speed[m, g] = x + a / s * r, v + b / s * r
+                        new_cov[m, g, 0] = a - a * a / s
+                        new_cov[m, g, 1] = b - a * b / s
+                        new_cov[m, g, 2] = c - b * b / s
+                if not seen:
+                    new_score[n], new_turns[n], new_mode[n] = total, turns[h], k
+                    came_from[n], rejects[n] = h, 0
+                    count = n + 1
+                    break
+                m = n
+                if not vouched[t] and (k == last or t == 0):
+                    # a rejected sample tells nothing of the mode: it stays
+                    new_score[n], new_turns[n], new_mode[n] = total + log_out, ((turns[h] << 2) | 1) & mask, k
+                    came_from[n], rejects[n] = h, 1
+                    m = n + 1
+                else:
+                    for g in range(coordinates):
+                        new_mean[n, g], new_speed[n, g] = new_mean[n + 1, g], new_speed[n + 1, g]
+                        for i in range(3):
+                            new_cov[n, g, i] = new_cov[n + 1, g, i]
+                new_score[m], new_mode[m] = measured, k
+                new_turns[m] = ((turns[h] << 2) | (2 if k > 0 else 0)) & mask
+                came_from[m], rejects[m] = h, 0
+                count = m + 1
+        kept = 0
+        for n in range(count):
+            twin = -1
+            for i in range(kept):
+                if new_turns[order[i]] == new_turns[n]:
+                    twin = i
+                    break
+            if twin >= 0:
+                if new_score[n] <= new_score[order[twin]]:
+                    continue
+                for i in range(twin, kept - 1):
+                    order[i] = order[i + 1]
+                kept -= 1
+            if kept == width and new_score[n] <= new_score[order[kept - 1]]:
+                continue
+            place = kept if kept < width else width - 1
+            while place > 0 and new_score[order[place - 1]] < new_score[n]:
+                order[place] = order[place - 1]
+                place -= 1
+            order[place] = n
+            if kept < width:
+                kept += 1
+        best = new_score[order[0]]
+        for i in range(kept):
+            n = order[i]
+            for g in range(coordinates):
+                mean[i, g], speed[i, g] = new_mean[n, g], new_speed[n, g]
+                for j in range(3):
+                    cov[i, g, j] = new_cov[n, g, j]
+            score[i], turns[i], mode_of[i] = new_score[n] - best, new_turns[n], new_mode[n]
+            parent[t, i], event[t, i] = came_from[n], 2 * new_mode[n] + rejects[n]
+    outlier, mode = np.zeros(frames, np.uint8), np.zeros(frames, np.uint8)
+    history = 0
+    for t in range(frames - 1, -1, -1):
+        outlier[t], mode[t] = event[t, history] & 1, event[t, history] >> 1
+        history = parent[t, history]
+    return outlier, mode
