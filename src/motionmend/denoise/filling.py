@@ -25,8 +25,12 @@ from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, w
 LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
 NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
 SHORTEST_PART = 0.08  # s
+UNSURE = 0.008  # m; a part less sure than this is looked at from a second frame
+STEADY = 12  # anchors of that frame
 SHORT = 0.1  # s; a gap shorter than this needs its edges more than it needs teaching
 NEEDED = (0.3, 0.55)  # share of a marker's frames that its guides leave to learn from: nearest group, others
+EDGE = 0.2  # s on either side of a gap
+RIGID = 0.015  # m; a marker this steady is a guide even if the gap's edges are lost by it
 SPREAD, SIMILAR = 110, 60  # frames to learn from: all over the recording, and postures like those in the gap
 EXAMPLES = 300  # of the library, those most like the recording
 TAUGHT = 90  # of these, for one gap
@@ -95,8 +99,8 @@ class _Work:
     unsteady: Floats  # (M, M)
     examples: Floats  # (E, M, 3)
     clip: Ints  # (E,)
-    tuned: dict[tuple[object, ...], Floats] = field(default_factory=dict)
-    last: dict[tuple[int, bool], Floats] = field(default_factory=dict)
+    tuned: dict[tuple[int, ...], Floats] = field(default_factory=dict)
+    last: dict[tuple[int, bool, bool], Floats] = field(default_factory=dict)
 
 
 def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | None) -> _Work:
@@ -129,7 +133,7 @@ def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
 
 
 def _fill_part(work: _Work, marker: int, order: Ints, gap: tuple[int, int], frames: Ints, done: Bools) -> None:
-    guides, usable = _guides(work, marker, order, frames, done)
+    guides, usable = _guides(work, marker, order, gap, frames, done)
     own = np.flatnonzero(usable & work.seen[:, marker])
     if len(own) == 0 and len(work.examples) == 0:
         return
@@ -142,35 +146,32 @@ def _fill_part(work: _Work, marker: int, order: Ints, gap: tuple[int, int], fram
     )
     if len(own) == 0 and len(examples) < LEAST_FRAMES:
         return
-    anchors = guides[:ANCHORS]
     shown = work.places[own[:: max(1, len(own) // 60)]] if len(own) else work.examples[examples]
-    frame = segment_frame(shown, anchors, work.unsteady[marker, anchors])
-    sight = _Sight(frame, guides, marker)
-    sought_features, place, axes = sight.features(work.places[frames])
-    chosen = _teaching(work, sight, own, gap, sought_features, short)
-    joint = frames[[0, -1]][:, None] + np.outer([-1, 1], 1 + _JOINT)
-    joint = np.intersect1d(joint, np.flatnonzero(usable & done))
-    chosen = np.union1d(chosen, joint)
-    features, here, here_axes = sight.features(work.places[chosen])
-    middle = features.mean(axis=0) if len(chosen) else sought_features.mean(axis=0)
-    mine = within(work.places[chosen][:, [marker]], here, here_axes)[:, 0]
-    doubt = np.where(work.seen[chosen, marker], 0.0, np.square(np.nan_to_num(work.std[chosen, marker])))
-    taught_features, taught_places, clips = _examples(work, sight, examples, sought_features)
-    known = Known(
-        Points(
-            np.concatenate([features, taught_features]) - middle,
-            np.concatenate([work.time[chosen], np.zeros(len(clips))]),
-            np.concatenate([np.zeros(len(chosen), dtype=np.int64), clips]),
-        ),
-        np.concatenate([mine, taught_places]),
-        np.concatenate([doubt, np.zeros(len(clips))]),
-    )
-    how = relation(known.points, len(guides), len(clips) > 0)
-    amplitudes = _tuned(work, marker, guides, known, how)
-    sought = Points(sought_features - middle, work.time[frames], np.zeros(len(frames), dtype=np.int64))
-    found = predict(amplitudes, known, how, sought)
-    work.places[frames, marker] = without(found.mean[:, None], place, axes)[:, 0]
-    work.std[frames, marker] = np.sqrt(found.variance)
+    anchors = guides[:ANCHORS]
+    near = segment_frame(shown, anchors, work.unsteady[marker, anchors])
+    task = _Task(gap, frames, own, np.flatnonzero(usable & done), examples, short)
+    places, variance = _seen_from(work, _Sight(near, guides, marker), task)
+    if np.sqrt(variance.mean()) > UNSURE and len(guides) > ANCHORS:
+        # Few of the segment's markers are there: its frame wobbles. That of more of the body does not, but what is
+        # sought moves more in it; each counts as far as it is sure.
+        body = segment_frame(shown, guides[:STEADY], np.zeros(len(guides[:STEADY])))
+        others, doubt = _seen_from(work, _Sight(body, guides, marker), task)
+        share = (variance / (variance + doubt))[:, None]
+        places, variance = places + share * (others - places), 2.0 * variance * doubt / (variance + doubt)
+    work.places[frames, marker] = places
+    work.std[frames, marker] = np.sqrt(variance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """Part of a gap, and what there is to fill it from."""
+
+    gap: tuple[int, int]
+    frames: Ints  # of the part
+    own: Ints  # frames that show the marker and its guides
+    done: Ints  # frames of the gap filled before, with the guides
+    examples: Ints
+    short: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,15 +189,53 @@ class _Sight:
         return inside.reshape(len(positions), 3 * len(self.guides)), place, axes
 
 
-def _guides(work: _Work, marker: int, order: Ints, frames: Ints, done: Bools) -> tuple[Ints, Bools]:
-    """Markers seen in all the frames, steadiest first, and the frames (T,) that show them and the marker."""
-    usable = work.seen[:, marker] | done
+def _seen_from(work: _Work, sight: _Sight, task: _Task) -> tuple[Floats, Floats]:
+    """Places (L, 3) of the marker in the part's frames and the variance (L,) of a coordinate."""
+    frames = task.frames
+    sought_features, place, axes = sight.features(work.places[frames])
+    joint = np.intersect1d(frames[[0, -1]][:, None] + np.outer([-1, 1], 1 + _JOINT), task.done)
+    chosen = np.union1d(_teaching(work, sight, task.own, task.gap, sought_features, task.short), joint)
+    features, here, here_axes = sight.features(work.places[chosen])
+    middle = features.mean(axis=0) if len(chosen) else sought_features.mean(axis=0)
+    mine = within(work.places[chosen][:, [sight.marker]], here, here_axes)[:, 0]
+    doubt = np.where(work.seen[chosen, sight.marker], 0.0, np.square(np.nan_to_num(work.std[chosen, sight.marker])))
+    taught_features, taught_places, clips = _examples(work, sight, task.examples, sought_features)
+    known = Known(
+        Points(
+            np.concatenate([features, taught_features]) - middle,
+            np.concatenate([work.time[chosen], np.zeros(len(clips))]),
+            np.concatenate([np.zeros(len(chosen), dtype=np.int64), clips]),
+        ),
+        np.concatenate([mine, taught_places]),
+        np.concatenate([doubt, np.zeros(len(clips))]),
+    )
+    how = relation(known.points, len(sight.guides), len(clips) > 0)
+    amplitudes = _tuned(work, sight, known, how)
+    sought = Points(sought_features - middle, work.time[frames], np.zeros(len(frames), dtype=np.int64))
+    found = predict(amplitudes, known, how, sought)
+    return without(found.mean[:, None], place, axes)[:, 0], found.variance
+
+
+def _guides(
+    work: _Work, marker: int, order: Ints, gap: tuple[int, int], frames: Ints, done: Bools
+) -> tuple[Ints, Bools]:
+    """Markers seen in all the frames, steadiest first, and the frames (T,) that show them and the marker.
+
+    A marker that is missing itself where the others show what to learn is a guide only if enough is left: of all
+    frames and, unless it is nearly rigid with the marker sought, of those at the gap's edges.
+    """
     mine = work.seen[:, marker]
-    total, guides = int(mine.sum()), list[int]()
+    usable, guides = mine | done, list[int]()
+    reach = max(1, round(EDGE * work.fps))
+    edges = [slice(max(gap[0] - reach, 0), gap[0]), slice(gap[1], gap[1] + reach)]
+    total = int(mine.sum())
     for other in order[work.seen[np.ix_(frames, order)].all(axis=0)]:
         rest = usable & work.seen[:, other]
-        needed = NEEDED[0 if len(guides) < GROUPS[0] else 1]
-        if int((rest & mine).sum()) >= max(needed * total, 1):
+        left, before = int((rest & mine).sum()), int((usable & mine).sum())
+        enough = left >= NEEDED[0 if len(guides) < GROUPS[0] else 1] * total or left >= 0.98 * before
+        if work.unsteady[marker, other] > RIGID or len(guides) >= GROUPS[0]:
+            enough = enough and all(2 * int((rest & mine)[e].sum()) >= int((usable & mine)[e].sum()) for e in edges)
+        if enough and left > 0:
             guides.append(int(other))
             usable = rest
         if len(guides) == sum(GROUPS):
@@ -236,16 +275,17 @@ def _similar(features: Floats, sought: Floats, count: int) -> Ints:
     return np.argsort(square.min(axis=0), kind="stable")[:count]
 
 
-def _tuned(work: _Work, marker: int, guides: Ints, known: Known, how: Relation) -> Floats:
+def _tuned(work: _Work, sight: _Sight, known: Known, how: Relation) -> Floats:
     """Amplitudes for these guides: found once for the nearest of them, starting from the marker's last."""
-    key = marker, how.taught, len(how.groups), tuple(guides[: GROUPS[0]].tolist())
+    kind = sight.marker, how.taught, len(sight.frame.anchors) > ANCHORS
+    key = (*kind, len(how.groups), *sight.guides[: GROUPS[0]].tolist())
     if key not in work.tuned:
         clip = known.points.clip
         own, taught = np.flatnonzero((clip == 0) & (known.doubt == 0)), np.flatnonzero(clip > 0)
         rows = np.concatenate([_thinned(own, TUNED), _thinned(taught, TUNED_EXAMPLES)])
-        amplitudes = learn(known, how, rows, work.last.get((marker, how.taught)), ROUNDS)
+        amplitudes = learn(known, how, rows, work.last.get(kind), ROUNDS)
         work.tuned[key] = amplitudes
-        work.last[marker, how.taught] = amplitudes / known.spread()
+        work.last[kind] = amplitudes / known.spread()
     return work.tuned[key]
 
 
