@@ -24,18 +24,18 @@ from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, w
 
 LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
 NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
-SHORTEST_PART = 0.08  # s
-UNSURE = 0.008  # m; a part less sure than this is looked at from a second frame
+SHORTEST_PART = 0.15  # s
+UNSURE = 0.015  # m; a part less sure than this is looked at from a second frame
 STEADY = 12  # anchors of that frame
 SHORT = 0.1  # s; a gap shorter than this needs its edges more than it needs teaching
 NEEDED = (0.3, 0.55)  # share of a marker's frames that its guides leave to learn from: nearest group, others
 EDGE = 0.2  # s on either side of a gap
 RIGID = 0.015  # m; a marker this steady is a guide even if the gap's edges are lost by it
 SPREAD, SIMILAR = 110, 60  # frames to learn from: all over the recording, and postures like those in the gap
-EXAMPLES = 300  # of the library, those most like the recording
+EXAMPLES = 200  # of the library, those most like the recording
 TAUGHT = 90  # of these, for one gap
 TUNED, TUNED_EXAMPLES, ROUNDS = 90, 45, 8  # frames, examples and rounds to find the amplitudes
-MOVED = 12  # gaps that are moved elsewhere to see how wrong the deviations are
+MOVED = 8  # gaps that are moved elsewhere to see how wrong the deviations are
 HOPELESS = 0.4  # m; a standard deviation above this is no support: the gap stays open
 _EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(12)])).astype(np.int64))
 _JOINT = np.array([0, 1, 2, 3, 6, 10, 16, 25, 40])
@@ -247,7 +247,7 @@ def _teaching(work: _Work, sight: _Sight, own: Ints, gap: tuple[int, int], sough
     """Frames of the recording to learn from: all over it, like those sought, and at the gap's edges."""
     if len(own) == 0:
         return own
-    many, spread = _thinned(own, 3 * SPREAD), _thinned(own, SPREAD // 3 if short else SPREAD)
+    many, spread = _thinned(own, 2 * SPREAD), _thinned(own, SPREAD // 3 if short else SPREAD)
     edges = np.intersect1d(np.concatenate([gap[0] - 1 - _EDGE, gap[1] + _EDGE]), own)
     if short or len(many) <= SPREAD:
         return np.union1d(spread, edges)

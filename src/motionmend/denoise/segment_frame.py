@@ -8,7 +8,7 @@ from ..arrays import Floats, Ints
 
 ANCHORS = 5  # at most, of a frame
 _EVEN = 0.01  # m; anchors steadier than this count the same
-_ROUNDS = 4
+_ROUNDS = 2
 
 
 @dataclass(frozen=True, eq=False)
