@@ -105,7 +105,16 @@ def adapt(
             told = support(measured, values, supported(believed, begin, bases, stride), bases, noise, fps)
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
-            measured, told, pull, alone * liveliness, noise, rate, np.diag(calm), together, vouched, at_pole
+            measured,
+            told,
+            pull,
+            alone * _lively_around(liveliness, calm),
+            noise,
+            rate,
+            np.diag(calm),
+            together,
+            vouched,
+            at_pole,
         )
         liveliness = np.clip(liveliness * FACTORS[mode], LEAST_LIVELY, MOST_LIVELY)
         weight = np.where(present & ~outlier, 1.0 / np.square(noise), 0.0)
@@ -159,6 +168,14 @@ def _liveliness(values: Floats, usual: Floats, before: Floats, doubt: Floats, fp
     found = np.ones(values.shape)
     found[2:] = (LIVELY_PRIOR + span * gaussian_filter1d(square, width, axis=0, mode="nearest")) / (LIVELY_PRIOR + span)
     return np.clip(found, LEAST_LIVELY, MOST_LIVELY)
+
+
+def _lively_around(liveliness: Floats, calm: Floats) -> Floats:
+    """(T, C) liveliness, at least that of the channels that go with each: a burst seldom comes alone."""
+    spread = np.sqrt(np.diag(calm))
+    share = np.square(calm / np.multiply.outer(spread, spread)) - np.eye(len(calm))
+    share = share / np.maximum(share.sum(axis=1, keepdims=True), 1e-9)
+    return np.asarray(np.maximum(liveliness, np.exp(np.log(liveliness) @ share.T)))
 
 
 def _histories(

@@ -11,18 +11,20 @@ from ..bodies.motion import Markers, Motion, Recording, Repaired
 from ..errors import UsageError
 from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases
-from .channels import to_channels
+from .channels import Channels, to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
+from .mending import mend_channels
 from .outcome import classic_outcome, pca_outcome, repaired_recording
 from .passages import rejoined
+from .poles import pole_crossings
 from .repair import repair_channels
 from .statistics import Statistics, statistics
 
-MODEL_METHODS = ("paper", "kalman-data")
+MODEL_METHODS = ("adaptive", "paper", "kalman-data")
 CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
 METHODS = (*MODEL_METHODS, *CLASSIC_METHODS)
 
@@ -122,7 +124,7 @@ class DenoiserModel:
     notes: tuple[str, ...] = ()
 
     def repair(
-        self, recording: Recording, method: str = "paper", *, robust: str = "welsch", footskate: bool = False
+        self, recording: Recording, method: str = "adaptive", *, robust: str = "welsch", footskate: bool = False
     ) -> Repaired[Recording]:
         """Repair a recording: remove noise and outliers, fill what is missing.
 
@@ -162,12 +164,30 @@ class DenoiserModel:
     def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
         channels = to_channels(recording, self.layout)
         fps = self.settings.fps
+        if method == "adaptive":
+            return self._adaptively(recording, channels)
         if method == "paper":
             found = repair_channels(channels.values, self.bases, fps, recording.fps, robust)
             return repaired_recording(recording, self.layout, channels, found, method)
         stride = max(1, round(recording.fps / fps))
         filtered = smooth_with(self.dynamics, channels.values, recording.fps, stride)
         return classic_outcome(recording, self.layout, channels, filtered, method)
+
+    def _adaptively(self, recording: Recording, channels: Channels) -> Repaired[Recording]:
+        vouched = at_pole = None
+        if isinstance(recording, Motion):
+            vouched, at_pole = pole_crossings(channels.values, recording.skeleton, channels.columns)
+        mended = mend_channels(
+            channels.values,
+            self.library.usual_bends(recording.fps),
+            recording.fps,
+            bases=self.bases,
+            model_fps=self.settings.fps,
+            together=3 if isinstance(recording, Markers) else 1,
+            vouched=vouched,
+            at_pole=at_pole,
+        )
+        return repaired_recording(recording, self.layout, channels, mended.found, "adaptive")
 
     def to_arrays(self) -> tuple[dict[str, Floats], dict[str, Any]]:
         """Arrays and a JSON-able header from which `from_arrays` makes the model again."""

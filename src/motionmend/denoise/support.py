@@ -15,6 +15,8 @@ CARRIED = 10.0  # times its variance: what the bases say errs alike for several 
 TRIMMED = 0.1  # share of the largest misfits left out of a channel's usual one
 LEAST = 0.3  # degrees or cm; no library knows a body better
 MOST_LEVERAGE = 0.98
+OVERLAP = 4  # windows over each frame: more cost time and tell nothing new
+TOLERANCE = 0.03  # of the fit's cost; the support is not sure to more
 NOISE_LEFT = 4.0  # times the variance a median leaves of white noise, not to take noise for misfit
 
 
@@ -34,7 +36,7 @@ def supported(believed: Floats, start: Floats, bases: Eigenbases, stride: int) -
     believed : (T, C) samples, NaN = missing or rejected; T >= the bases' window.
     start : (T, C) finite, where the fit begins.
     bases : at the recording's rate.
-    stride : frames between windows.
+    stride : least frames between windows.
 
     Source
     ------
@@ -43,7 +45,8 @@ def supported(believed: Floats, start: Floats, bases: Eigenbases, stride: int) -
     """
     from ..kernels.lagged import coverage, overlap_add, project
 
-    fit = fit_windows(believed, start, bases, stride, scale=SCALE)
+    stride = max(stride, bases.window // OVERLAP)
+    fit = fit_windows(believed, start, bases, stride, scale=SCALE, tolerance=TOLERANCE)
     frames, centre = len(believed), bases.mean.mean(axis=0)
     starts = window_starts(frames, bases.window, stride)
     mean = (bases.mean - centre)[None]

@@ -1,0 +1,157 @@
+"""Channels repaired by the adaptive method: recordings of any length, rate and amount missing."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from ..bodies.motion import Origin
+from ..numerics.ssa import Eigenbases, at_rate
+from .adaptive import Adapted, adapt
+from .repair import MUCH_MISSED, ChannelRepair
+from .support import missed_by
+
+BLOCK = 68.0  # s repaired at once; longer recordings go in blocks, so that memory stays bounded
+MARGIN = 2.0  # s of the neighbours that a block sees on each side
+LEAST_FRAMES = 24  # fewer are set among missing frames
+# Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
+DOUBT = 1.15
+NEAR = 2 / 3  # s: a sample missing further from anything seen has no support
+
+
+@dataclass(frozen=True, eq=False)
+class Mended:
+    """A channel repair and what the recording told of itself.
+
+    Attributes
+    ----------
+    found : the repair.
+    noise : (C,) standard deviations, channel units; the median over blocks.
+    missed : root mean square of what the library misses, channel units; 0 without a library.
+    """
+
+    found: ChannelRepair
+    noise: Floats
+    missed: float
+
+
+def mend_channels(
+    measured: Floats,
+    bends: Floats,
+    fps: float,
+    *,
+    bases: Eigenbases | None,
+    model_fps: float,
+    together: int = 1,
+    vouched: Bools | None = None,
+    at_pole: Bools | None = None,
+) -> Mended:
+    """Repair channels without being told how noisy they are.
+
+    Parameters
+    ----------
+    measured : (T, C) in degrees and centimetres at `fps` Hz, NaN = missing.
+    bends : (C, C) covariance of second differences of clean motion at `fps`.
+    fps : Hz.
+    bases : the library's, learned at `model_fps` Hz; None leaves them out.
+    model_fps : Hz.
+    together : neighbouring columns that are outliers together.
+    vouched, at_pole : (T, C) of `poles.pole_crossings`; None = nowhere.
+
+    Returns
+    -------
+    Every frame of the input. A sample stays open where nothing is seen near it, or of its channel nothing is known.
+    """
+    nowhere = np.zeros(measured.shape, dtype=bool)
+    vouched = nowhere if vouched is None else vouched
+    at_pole = nowhere if at_pole is None else at_pole
+    patterns, stride = (None, 1) if bases is None else at_rate(bases, model_fps, fps)
+    least = max(LEAST_FRAMES, 0 if patterns is None else patterns.window)
+    values, variance = np.empty(measured.shape), np.empty(measured.shape)
+    outlier = nowhere.copy()
+    noises, missed, weight, steps = [], 0.0, 0, 0
+    for core, seen in _blocks(len(measured), fps):
+        before, padded = _among_missing(measured[seen], least)
+        own = slice(before + core.start - seen.start, before + core.stop - seen.start)
+        adapted = adapt(
+            padded,
+            bends,
+            fps,
+            bases=patterns,
+            stride=stride,
+            together=together,
+            vouched=_among_missing(vouched[seen], least)[1],
+            at_pole=_among_missing(at_pole[seen], least)[1],
+        )
+        values[core], variance[core] = adapted.values[own], adapted.variance[own]
+        outlier[core] = adapted.outlier[own]
+        noises.append(adapted.noise)
+        size = core.stop - core.start
+        missed, weight, steps = missed + size * _missed(adapted, padded) ** 2, weight + size, steps + adapted.steps
+    missed = float(np.sqrt(missed / max(weight, 1)))
+    found = _labelled(measured, values, DOUBT * variance, outlier, fps, patterns is not None)
+    said = (
+        (
+            f"the library misses this recording by {missed:.1f} degrees or cm (root mean square): it may not know this "
+            "motion or person and was believed accordingly; long gaps are as unsure as their deviations say",
+        )
+        if missed > MUCH_MISSED
+        else ()
+    )
+    repair = ChannelRepair(
+        found.values, found.std, found.weights, found.origin, steps, np.empty(0), True, warnings=said
+    )
+    return Mended(repair, np.median(noises, axis=0) if noises else np.empty(0), missed)
+
+
+def _blocks(frames: int, fps: float) -> list[tuple[slice, slice]]:
+    """Frames repaired and frames seen of each block."""
+    size, margin = max(1, round(BLOCK * fps)), round(MARGIN * fps)
+    count = max(1, -(-frames // size))
+    edges = np.linspace(0, frames, count + 1).astype(np.int64).tolist()
+    return [(slice(a, b), slice(max(0, a - margin), min(frames, b + margin))) for a, b in pairwise(edges)]
+
+
+def _among_missing(block: Any, least: int) -> tuple[int, Any]:
+    """A short block with missing (or False) frames on both sides, and how many stand before it."""
+    short = max(least - len(block), 0)
+    empty = np.nan if block.dtype.kind == "f" else False
+    return short // 2, np.pad(block, ((short // 2, short - short // 2), (0, 0)), constant_values=empty)
+
+
+def _missed(adapted: Adapted, measured: Floats) -> float:
+    if adapted.supported is None:
+        return 0.0
+    return missed_by(adapted.supported, np.isfinite(measured) & ~adapted.outlier, adapted.values)
+
+
+def _labelled(
+    measured: Floats, values: Floats, variance: Floats, outlier: Bools, fps: float, library: bool
+) -> ChannelRepair:
+    """Say of every sample where it comes from; open what nothing supports."""
+    present = np.isfinite(measured)
+    origin = np.where(present, np.where(outlier, Origin.REPAIRED, Origin.MEASURED), Origin.FILLED).astype(np.uint8)
+    seen = present & ~outlier
+    # with a library any channel speaks for all; without one each speaks for itself
+    evidence = np.broadcast_to(seen.any(axis=1, keepdims=True), seen.shape) if library else seen
+    origin[~present & (_distance(evidence) > NEAR * fps)] = Origin.LEFT_OPEN
+    opened = origin == Origin.LEFT_OPEN
+    return ChannelRepair(
+        np.where(opened, np.nan, values),
+        np.where(opened, np.nan, np.sqrt(variance)),
+        np.where(seen, 1.0, 0.0),
+        origin,
+        0,
+        np.empty(0),
+        True,
+    )
+
+
+def _distance(evidence: Bools) -> Floats:
+    """(T, C) frames to the nearest True of each column; inf in a column without any."""
+    frames = np.arange(len(evidence))[:, None]
+    last = np.maximum.accumulate(np.where(evidence, frames, -np.inf), axis=0)
+    following = np.minimum.accumulate(np.where(evidence, frames, np.inf)[::-1], axis=0)[::-1]
+    return np.asarray(np.minimum(frames - last, following - frames))
