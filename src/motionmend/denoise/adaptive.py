@@ -102,7 +102,9 @@ def adapt(
         believed = np.where(outlier, np.nan, measured)
         if bases is not None:
             begin = interpolated(believed, centre) if values is None else values
-            told = support(measured, values, supported(believed, begin, bases, stride), bases, noise, fps)
+            told = support(
+                measured, present & ~outlier, values, supported(believed, begin, bases, stride), bases, noise, fps
+            )
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
             measured,

@@ -57,13 +57,20 @@ def supported(believed: Floats, start: Floats, bases: Eigenbases, stride: int) -
 
 
 def support(
-    measured: Floats, smooth: Floats | None, values: Floats, bases: Eigenbases, noise: Floats, fps: float
+    measured: Floats,
+    believed: Bools,
+    smooth: Floats | None,
+    values: Floats,
+    bases: Eigenbases,
+    noise: Floats,
+    fps: float,
 ) -> Support:
     """How far the library's values can be off, judged by what they miss of the recording round about.
 
     Parameters
     ----------
     measured : (T, C), NaN = missing; outliers and all, a median forgives them.
+    believed : (T, C) samples that are there and not rejected.
     smooth : (T, C) the last estimate; None in the first round.
     values : (T, C) of `supported`.
     bases : they came from.
@@ -72,9 +79,12 @@ def support(
     """
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
-    missed = np.maximum(np.square(_running_median(measured - values, span)) - left, 0.0)
+    missed = np.maximum(
+        np.square(median_filter(_bridged(measured - values), size=(span, 1), mode="nearest")) - left, 0.0
+    )
     if smooth is not None:
-        missed = np.maximum(missed, np.square(smooth - values))
+        # in a gap the estimate is no evidence against the library: what is missed on both sides counts
+        missed = np.maximum(missed, np.square(_bridged(np.where(believed, smooth - values, np.nan))))
     kept = max(1, round((1.0 - TRIMMED) * len(missed)))
     usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
     # what a sample says of itself through the bases is no support for it
@@ -89,11 +99,10 @@ def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
     return float(np.sqrt(apart[believed].mean())) if believed.any() else 0.0
 
 
-def _running_median(values: Floats, span: int) -> Floats:
-    """(T, C) median over `span` frames; gaps are bridged by straight lines, an empty channel is 0."""
+def _bridged(values: Floats) -> Floats:
+    """(T, C) with gaps bridged by straight lines; an empty channel is 0."""
     bridged, frames = values.copy(), np.arange(len(values))
-    for c in range(values.shape[1]):
+    for c in np.flatnonzero(~np.isfinite(values).all(axis=0)):
         known = np.isfinite(values[:, c])
-        if not known.all():
-            bridged[:, c] = np.interp(frames, frames[known], values[known, c]) if known.any() else 0.0
-    return np.asarray(median_filter(bridged, size=(span, 1), mode="nearest"))
+        bridged[:, c] = np.interp(frames, frames[known], values[known, c]) if known.any() else 0.0
+    return bridged

@@ -7,28 +7,29 @@ from .compile import compiled
 
 
 @compiled
-def walk_factors(weight: Floats, stiffness: Floats, frames: int) -> tuple[Floats, Floats, Floats]:
-    """L and D of L D Lᵀ = diag(weight) + stiffness D₂ᵀD₂ for N walks, D₂ the second differences of T frames.
+def walk_factors(weight: Floats, stiffness: Floats) -> tuple[Floats, Floats, Floats]:
+    """L and D of L D Lᵀ = diag(weight) + D₂ᵀ diag(stiffness) D₂ for N walks, D₂ the second differences of T frames.
 
     Parameters
     ----------
-    weight, stiffness : (N,), above 0 and not below 0.
-    frames : T.
+    weight : (T, N) above 0, or not below 0 where two samples of each walk are above.
+    stiffness : (T, N) above 0, of the second difference into each frame; rows 0 and 1 are not used.
 
     Returns
     -------
     diagonal, first, second : (T, N) of D, and of the two diagonals below that of L.
     """
-    walks = len(weight)
+    frames, walks = weight.shape
     diagonal, first, second = np.empty((frames, walks)), np.zeros((frames, walks)), np.zeros((frames, walks))
     for t in range(frames):
-        centre = (1.0 if t < frames - 2 else 0.0) + (4.0 if 0 < t < frames - 1 else 0.0) + (1.0 if t >= 2 else 0.0)
-        beside = (-2.0 if 1 <= t <= frames - 2 else 0.0) + (-2.0 if t >= 2 else 0.0)
         for n in range(walks):
-            two, one = 0.0, beside * stiffness[n]
-            d = weight[n] + centre * stiffness[n]
+            into = stiffness[t, n] if t >= 2 else 0.0
+            over = stiffness[t + 1, n] if 1 <= t < frames - 1 else 0.0
+            out = stiffness[t + 2, n] if t < frames - 2 else 0.0
+            d = weight[t, n] + into + 4.0 * over + out
+            one, two = -2.0 * over - 2.0 * into, 0.0
             if t >= 2:
-                two = stiffness[n] / diagonal[t - 2, n]
+                two = into / diagonal[t - 2, n]
                 one -= two * diagonal[t - 2, n] * first[t - 1, n]
                 d -= two * two * diagonal[t - 2, n]
             if t >= 1:
