@@ -18,7 +18,7 @@ from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .mending import mend_channels
-from .outcome import classic_outcome, pca_outcome, repaired_recording
+from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
 from .poles import pole_crossings
 from .repair import repair_channels
@@ -124,7 +124,13 @@ class DenoiserModel:
     notes: tuple[str, ...] = ()
 
     def repair(
-        self, recording: Recording, method: str = "adaptive", *, robust: str = "welsch", footskate: bool = False
+        self,
+        recording: Recording,
+        method: str = "adaptive",
+        *,
+        robust: str = "welsch",
+        footskate: bool = False,
+        max_std: float | None = None,
     ) -> Repaired[Recording]:
         """Repair a recording: remove noise and outliers, fill what is missing.
 
@@ -134,6 +140,7 @@ class DenoiserModel:
         method : one of `METHODS`.
         robust : the estimator of method paper: welsch, tukey, huber, student or square (figure 2.3).
         footskate : clean foot skate afterwards (motions only).
+        max_std : a gap less sure than this stays open: rad for motions, m for markers; None fills what it can.
 
         Returns
         -------
@@ -159,6 +166,8 @@ class DenoiserModel:
         else:
             with threadpool_limits(1, user_api="blas"):
                 outcome = self._by_example(recording, method, robust)
+        if max_std is not None:
+            outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
 
     def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:

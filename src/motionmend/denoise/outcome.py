@@ -6,6 +6,7 @@ import numpy as np
 
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ..bodies.skeleton import ROTATION
 from ..numerics.robust import ESTIMATORS
 from .certainty import TRUSTED
 from .channels import Channels, from_channels, si_unit
@@ -96,6 +97,36 @@ def pca_outcome(markers: Markers) -> Repaired[Markers]:
         weights=present.astype(float),
         method="pca",
         warnings=(f"{left} missing samples were left open: nothing near them supports a value",) if left else (),
+    )
+
+
+def opened_where_unsure(outcome: Repaired[Recording], max_std: float) -> Repaired[Recording]:
+    """Leave filled samples open whose standard deviation exceeds a limit, and say which gaps they were.
+
+    Parameters
+    ----------
+    max_std : rad for the angles of motions (their translations stay), m for markers.
+    """
+    recording = outcome.recording
+    unsure = (outcome.origin == Origin.FILLED) & (outcome.std > max_std)
+    if isinstance(recording, Motion):
+        unsure &= recording.skeleton.dof_kind == ROTATION
+    if not unsure.any():
+        return outcome
+    values = _values(recording).copy()
+    values[unsure] = np.nan
+    hit = unsure.any(axis=0)
+    names = [name for name, here in zip(recording.channels, hit, strict=True) if here]
+    said = (
+        f"{int(unsure.sum())} filled samples were left open again, their deviation being above the limit: "
+        f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
+    )
+    return replace(
+        outcome,
+        recording=_with_values(recording, values),
+        origin=np.where(unsure, Origin.LEFT_OPEN, outcome.origin).astype(np.uint8),
+        std=np.where(unsure, np.nan, outcome.std),
+        warnings=(*outcome.warnings, said),
     )
 
 
