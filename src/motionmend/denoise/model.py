@@ -17,6 +17,7 @@ from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
+from .marker_library import MarkerLibrary
 from .mending import mend_channels
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
@@ -93,6 +94,7 @@ class Denoiser:
             bases=bases,
             dynamics=fit_dynamics(rejoined(clips.passages), self.fps),
             library=clips.library(),
+            postures=clips.postures,
             clips=clips.clips,
             frames=clips.frames,
             notes=clips.notes(),
@@ -110,6 +112,7 @@ class DenoiserModel:
     bases : spatio-temporal filter bases at `settings.fps`.
     dynamics : learned linear dynamics, for the method kalman-data.
     library : how sharply clean motion bends at each rate, and windows of the clips as they were.
+    postures : examples of the marker set, for gaps; None for motions.
     clips, frames : how many it was learned from.
     notes : what was left out or bridged in the clips.
     """
@@ -119,6 +122,7 @@ class DenoiserModel:
     bases: Eigenbases
     dynamics: Dynamics
     library: Library
+    postures: MarkerLibrary | None
     clips: int
     frames: int
     notes: tuple[str, ...] = ()
@@ -196,7 +200,7 @@ class DenoiserModel:
             vouched=vouched,
             at_pole=at_pole,
         )
-        return repaired_recording(recording, self.layout, channels, mended.found, "adaptive")
+        return repaired_recording(recording, self.layout, channels, mended.found, "adaptive", mended.noise)
 
     def to_arrays(self) -> tuple[dict[str, Floats], dict[str, Any]]:
         """Arrays and a JSON-able header from which `from_arrays` makes the model again."""
@@ -213,6 +217,8 @@ class DenoiserModel:
             arrays["anchors.template"] = self.layout.anchors.template
         arrays |= {f"dynamics.{name}": value for name, value in self.dynamics.to_arrays().items()}
         arrays |= {f"library.{name}": value for name, value in self.library.to_arrays().items()}
+        if self.postures is not None:
+            arrays |= {f"postures.{name}": value for name, value in self.postures.to_arrays().items()}
         header = {
             "window": self.settings.window,
             "fps": self.settings.fps,
@@ -250,6 +256,7 @@ class DenoiserModel:
             ),
             dynamics=Dynamics.from_arrays(below("dynamics.")),
             library=Library.from_arrays(below("library.")),
+            postures=MarkerLibrary.from_arrays(below("postures.")) if "postures.windows" in arrays else None,
             clips=header["clips"],
             frames=header["frames"],
             notes=tuple(header["notes"]),

@@ -2,21 +2,25 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
 from ..arrays import Floats, Ints, Singles, frozen
 from ..bodies.motion import Markers, Motion
 from ..numerics.ssa import LagCovariance, lag_covariance
-from .layout import Layout
+from .cloud import righting
+from .layout import Layout, names_of
 from .learning import BRIDGED, Example, at_rate, examples
 from .library import Library, typical_bends
+from .marker_library import MarkerLibrary, library_of, merged
 from .passages import Passage, passages
 from .thinning import MOST_VALUES, Sample, nothing, sample
 
 MOST_EXEMPLARS = 4000
 OCTAVES = (-1, 0, 1, 2)  # rates of the second differences, from the model's own
 _TOGETHER = 16384  # frames whose lag sums are taken at once: the sums are large, and most clips are short
+_PIECE = 1 << 16  # frames of a clip whose postures are looked at together
 _RATE_SLACK = 1.5e-3  # of a rate: 59.94 Hz will do for 60 Hz
 
 
@@ -37,6 +41,7 @@ class Statistics:
     bends : (R, C, C) sums of their outer products.
     windows : (M, C) float32 each.
     passages : of the series at the model's rate.
+    postures : examples of marker sets; None for motions.
     """
 
     kind: str
@@ -50,6 +55,7 @@ class Statistics:
     bends: Floats
     windows: Sample[Singles]
     passages: Sample[Passage]
+    postures: MarkerLibrary | None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bend_counts", frozen(self.bend_counts, np.int64))
@@ -68,6 +74,7 @@ class Statistics:
             self.bends + other.bends,
             self.windows + other.windows,
             self.passages + other.passages,
+            _both(self.postures, other.postures),
         )
 
     def notes(self) -> tuple[str, ...]:
@@ -113,8 +120,11 @@ def statistics(clips: Iterable[Motion | Markers], layout: Layout, window: int, f
     counts, bends = np.zeros(len(OCTAVES), dtype=np.int64), np.zeros((len(OCTAVES), channels, channels))
     windows: Sample[Singles] = nothing(min(most, 8 * MOST_VALUES))
     kept: Sample[Passage] = nothing(MOST_VALUES)
+    postures: MarkerLibrary | None = None
     for clip in clips:
         clip_count += 1
+        if isinstance(clip, Markers):
+            postures = _both(postures, _postures(clip, layout))
         for example in examples(clip, layout, (window - 1) / fps):
             frames += example.frames
             lost += example.lost
@@ -129,7 +139,20 @@ def statistics(clips: Iterable[Motion | Markers], layout: Layout, window: int, f
             kept = kept + passages(at_rate(example.values[: example.frames], example.fps, fps), example.number)
     if pending:
         lag = lag + lag_covariance(pending, window)
-    return Statistics(layout.kind, fps, clip_count, frames, lost, bridged, lag, counts, bends, windows, kept)
+    return Statistics(layout.kind, fps, clip_count, frames, lost, bridged, lag, counts, bends, windows, kept, postures)
+
+
+def _postures(clip: Markers, layout: Layout) -> MarkerLibrary:
+    """Example postures of a clip, turned upright as the layout has it; long clips in pieces."""
+    names = names_of(clip)
+    order, upright = [names.index(n) for n in layout.names], righting(clip.up, layout.up).T
+    pieces = range(0, max(clip.frames, 1), _PIECE)
+    found = [library_of(clip.positions[at : at + _PIECE, order] @ upright, clip.fps, layout.up) for at in pieces]
+    return reduce(merged, found)
+
+
+def _both(one: MarkerLibrary | None, other: MarkerLibrary | None) -> MarkerLibrary | None:
+    return merged(one, other) if one is not None and other is not None else one if other is None else other
 
 
 def _bends(example: Example, fps: float) -> tuple[Ints, Floats]:
