@@ -71,6 +71,7 @@ def test_help_states_units(capsys: pytest.CaptureFixture[str], command: str, opt
         "denoise a.amc -o b.amc --method magic",
         "denoise a.amc -o b.amc --method linear --robust magic",
         "denoise a.amc -o b.amc",
+        "denoise a.amc -o b.amc --method linear --max-std -1",
         "denoise a.amc -o b.amc --jobs many",
         "denoise a.amc -o b.fbx --method linear",
         "corrupt a.amc -o b.amc --outliers 150",

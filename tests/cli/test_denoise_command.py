@@ -251,9 +251,66 @@ def test_a_guess_is_told_and_kept(cli: Command, library: Path, tmp_path: Path) -
 @pytest.mark.parametrize("robust", ["tukey", "square"])
 def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Path, robust: str) -> None:
     command = ["denoise", library / "take.amc", "-m", library / AMC, "--robust", robust, "--footskate"]
+    command += ["--max-std", "25"]
     assert cli(*command, "-o", tmp_path / "a.amc").code == 0
     options = without_seconds(tmp_path / "a.mend.json")["options"]
-    assert options == {"method": "paper", "robust": robust, "footskate": True, "fps": None, "skeleton": None}
+    told = {"method": "adaptive", "robust": robust, "max_std": 25.0, "footskate": True}
+    assert options == told | {"fps": None, "skeleton": None}
+
+
+def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: Path, tmp_path: Path) -> None:
+    for kind, unit, told in (("amc", "deg", 2.0), ("c3d", "m", 0.005)):  # the noise `library` put in
+        out = tmp_path / f"clean.{kind}"
+        assert cli("denoise", library / f"take.{kind}", "-m", library / f"{kind}.mend", "-o", out).code == 0
+        facts = without_seconds(tmp_path / "clean.mend.json")
+        assert facts["method"] == "adaptive"
+        assert list(facts["noise"]) == list(facts["channels"])
+        of_kind = [found for found in facts["noise"].values() if found["unit"] == unit]
+        assert 0.5 * told < np.median([found["value"] for found in of_kind]) < 1.5 * told
+        assert 0.02 < np.mean([found["outliers"] for found in of_kind]) < 0.08
+    assert cli("denoise", library / "take.amc", "--method", "linear", "-o", tmp_path / "filled.amc").code == 0
+    assert without_seconds(tmp_path / "filled.mend.json")["noise"] is None
+
+
+@pytest.mark.parametrize(("kind", "limit"), [("amc", 4.0), ("c3d", 0.03)])
+def test_what_would_be_less_sure_than_the_limit_stays_open(
+    cli: Command, library: Path, tmp_path: Path, kind: str, limit: float
+) -> None:
+    taken = read(library / f"take.{kind}")
+    # nothing is seen for half a second: the middle of such a gap is anybody's guess
+    gone = np.s_[len(taken.present) // 3 : len(taken.present) // 3 + int(taken.fps / 2), 6:]
+    if isinstance(taken, Markers):
+        positions = taken.positions.copy()
+        positions[gone] = np.nan
+        taken = replace(taken, positions=positions, residuals=None)
+    else:
+        q = taken.q.copy()
+        q[gone] = np.nan
+        taken = replace(taken, q=q)
+    write(tmp_path / f"gone.{kind}", taken)
+    limits = ["--max-std", str(limit)]
+    command = ["denoise", tmp_path / f"gone.{kind}", "-m", library / f"{kind}.mend"]
+    assert cli(*command, "-o", tmp_path / f"all.{kind}").code == 0
+    ran = cli(*command, "-o", tmp_path / f"some.{kind}", *limits)
+    assert ran.code == 0
+    assert "above the limit" in ran.err
+    free, held = (without_seconds(tmp_path / f"{name}.mend.json") for name in ("all", "some"))
+    before, after = read(tmp_path / f"all.{kind}"), read(tmp_path / f"some.{kind}")
+    lost = before.present & ~after.present
+    assert lost.any()
+    assert not lost[taken.present].any()
+    for c, (name, counts) in enumerate(held["channels"].items()):
+        assert counts["left_open"] == int((~after.present[:, c]).sum())
+        opened = np.zeros(taken.frames, dtype=bool)
+        for first, frames, *_ in held["runs"].get(name, {}).get("left_open", []):
+            opened[first : first + frames] = True
+        assert (opened == ~after.present[:, c]).all()
+        unit = held["std"][name]["unit"]
+        if unit == ("deg" if kind == "amc" else "m"):
+            filled = held["runs"].get(name, {}).get("filled", [])
+            assert max((np.max(std) for _, _, std in filled), default=0.0) <= 1.001 * limit
+        else:
+            assert counts == free["channels"][name]
 
 
 def test_a_real_walk_of_a_known_person(cli: Command, data: Path, tmp_path: Path) -> None:

@@ -146,6 +146,8 @@ class Repaired(Generic[Recording]):
     cost : (iterations + 1,) objective after each iteration; empty for a filter.
     converged : whether the change of cost fell below the tolerance.
     warnings : one sentence each.
+    noise : (C,) standard deviation of each channel's noise as the recording told it, rad or m, NaN = not told; None
+        where the method does not ask.
     """
 
     recording: Recording
@@ -157,6 +159,7 @@ class Repaired(Generic[Recording]):
     cost: Floats = field(default_factory=lambda: np.empty(0))
     converged: bool = True
     warnings: tuple[str, ...] = ()
+    noise: Floats | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(self.origin, np.uint8))
@@ -166,6 +169,10 @@ class Repaired(Generic[Recording]):
         for name in ("origin", "std", "weights"):
             if getattr(self, name).shape != shape:
                 raise MismatchError(f"{name} must be {shape}, came {getattr(self, name).shape}")
+        if self.noise is not None:
+            object.__setattr__(self, "noise", frozen(self.noise))
+            if self.noise.shape != shape[1:]:
+                raise MismatchError(f"noise must be {shape[1:]}, came {self.noise.shape}")
 
     def counts(self) -> dict[str, int]:
         """How many samples were measured, repaired, filled and left open."""

@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass
+from math import radians
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion, Repaired
     from ..denoise import DenoiserModel
 
-DEFAULT_METHOD = "paper"
+DEFAULT_METHOD = "adaptive"
 
 
 def denoise(
@@ -32,14 +33,22 @@ def denoise(
     method: Annotated[
         str,
         Parameter(
-            help="How to repair: paper and kalman-data learn from clips and need a model; gaussian, savgol, "
-            "butterworth and kalman filter; linear, spline and pca (markers only) fill gaps and leave the rest."
+            help="How to repair: adaptive, paper and kalman-data learn from clips and need a model. adaptive finds "
+            "noise and outliers in the recording itself and needs nothing told; gaussian, savgol, butterworth and "
+            "kalman filter; linear, spline and pca (markers only) fill gaps and leave the rest."
         ),
     ] = DEFAULT_METHOD,
     robust: Annotated[
         str,
         Parameter(help="Estimator of method paper: welsch, tukey, huber, student, or square (not robust)."),
     ] = "welsch",
+    max_std: Annotated[
+        float | None,
+        Parameter(
+            help="Leave missing samples open that would be less sure than this: standard deviation in degrees for "
+            "joint angles (root translations stay), metres for markers. Not given: fill what can be filled."
+        ),
+    ] = None,
     footskate: Annotated[
         bool,
         Parameter(show_default=False, help="Keep feet still on the ground afterwards (joint angles, with a model)."),
@@ -59,13 +68,14 @@ def denoise(
     (measured, repaired, filled, left open), standard deviations in degrees and metres, model, options and cost.
     Of all that is written only its last entry, "seconds", differs from run to run.
     """
-    _check(method, robust, footskate, model)
-    repair = Repair.of(model, method, robust, footskate, fps, skeleton and working.reachable(skeleton), report)
+    _check(method, robust, max_std, footskate, model)
+    skeleton = skeleton and working.reachable(skeleton)
+    repair = Repair.of(model, method, robust, footskate, fps, skeleton, report, max_std)
     sidecars = [".mend.json", *([".report.html"] if report else [])]
     return transform(repair, files, out, sidecars=sidecars, as_json=as_json, working=working, writing=writing)
 
 
-def _check(method: str, robust: str, footskate: bool, model: Path | None) -> None:
+def _check(method: str, robust: str, max_std: float | None, footskate: bool, model: Path | None) -> None:
     """Refuse options that make no sense, alone or together."""
     from ..denoise import CLASSIC_METHODS, METHODS
     from ..numerics.robust import ESTIMATORS
@@ -74,6 +84,8 @@ def _check(method: str, robust: str, footskate: bool, model: Path | None) -> Non
         raise UsageError(f"--method: one of {', '.join(METHODS)} was wanted, came {method!r}")
     if robust not in ESTIMATORS:
         raise UsageError(f"--robust: one of {', '.join(ESTIMATORS)} was wanted, came {robust!r}")
+    if max_std is not None and not max_std >= 0:
+        raise UsageError(f"--max-std: a standard deviation of 0 or more was wanted, came {max_std}")
     if model is None and method not in CLASSIC_METHODS:
         raise UsageError(
             f"--method {method} learns from clips: give a model with -m, or choose one of {', '.join(CLASSIC_METHODS)}"
@@ -94,6 +106,7 @@ class Repair:
     fps: float | None
     skeleton: Path | None
     report: bool
+    max_std: float | None  # degrees or m
 
     @classmethod
     def of(
@@ -105,16 +118,17 @@ class Repair:
         fps: float | None = None,
         skeleton: Path | None = None,
         report: bool = False,
+        max_std: float | None = None,
     ) -> "Repair":
         """The options with the model read from its file."""
         from ..io.model import load_model
         from ..models import restore
 
         if model is None:
-            return cls(None, None, method, robust, footskate, fps, skeleton, report)
+            return cls(None, None, method, robust, footskate, fps, skeleton, report, max_std)
         stored = load_model(model)
         facts = {"file": model.name, "sha256": stored.sha256}
-        return cls(restore(stored, model), facts, method, robust, footskate, fps, skeleton, report)
+        return cls(restore(stored, model), facts, method, robust, footskate, fps, skeleton, report, max_std)
 
     def __call__(self, job: Job, /) -> Done:
         from ..io import read
@@ -127,15 +141,19 @@ class Repair:
 
     def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":
         """What the method makes of a recording, and the seconds it took under `repair`."""
+        from ..bodies.motion import Motion
         from ..denoise import repair_classic
+        from ..denoise.outcome import opened_where_unsure
 
         known: Any = recording  # each call takes motions and markers, none takes the union of both
         found: Repaired[Any]
+        limit = radians(self.max_std) if self.max_std is not None and isinstance(known, Motion) else self.max_std
         start = perf_counter()
         if self.model is None:
             found = repair_classic(known, self.method)
+            found = found if limit is None else opened_where_unsure(found, limit)
         else:
-            found = self.model.repair(known, self.method, robust=self.robust, footskate=self.footskate)
+            found = self.model.repair(known, self.method, robust=self.robust, footskate=self.footskate, max_std=limit)
         return found, {"repair": perf_counter() - start}
 
     def save(
@@ -181,6 +199,7 @@ class Repair:
             "options": {
                 "method": self.method,
                 "robust": self.robust,
+                "max_std": self.max_std,
                 "footskate": self.footskate,
                 "fps": self.fps,
                 "skeleton": self.skeleton.name if self.skeleton else None,

@@ -13,9 +13,10 @@ DIGITS = 3  # significant digits of a standard deviation
 
 
 def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
-    """Entries `counts`, `channels`, `std`, `runs`, `iterations`, `cost` and `converged` of a .mend.json.
+    """Entries `counts`, `channels`, `noise`, `std`, `runs`, `iterations`, `cost` and `converged` of a .mend.json.
 
-    Standard deviations are in degrees for angles and in metres else, as each entry of `std` says with its `unit`.
+    `noise` is what the recording told of itself: for each channel the standard deviation of its noise and the share of
+    its recorded samples that were outliers; null where the method does not ask. Standard deviations are in degrees for angles and in metres else, as each entry of `std` says with its `unit`.
     `runs` lists for each channel or marker, by origin, the stretches of frames that were not measured: [first frame
     from 0, number of frames, standard deviation]. The last is one number where it is the same throughout, else one
     for each frame; it is absent where a gap was left open.
@@ -26,6 +27,7 @@ def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
     return {
         "counts": repaired.counts(),
         "channels": {name: _counts(repaired.origin[:, c]) for c, name in enumerate(names)},
+        "noise": _noise(repaired, names),
         "std": {name: _spread(std[:, c], unit[c]) for c, name in enumerate(names)},
         "runs": {name: found for c, name in enumerate(names) if (found := _runs(repaired.origin[:, c], std[:, c]))},
         "iterations": repaired.iterations,
@@ -58,6 +60,22 @@ def _spread(std: Floats, unit: str) -> dict[str, Any]:
     if not there.size:
         return {"unit": unit, "mean": None, "max": None}
     return {"unit": unit, "mean": _short(float(there.mean())), "max": _short(float(there.max()))}
+
+
+def _noise(repaired: Repaired[Any], names: list[str]) -> dict[str, dict[str, Any]] | None:
+    if repaired.noise is None:
+        return None
+    scale, unit = _units(repaired)
+    recorded = np.isin(repaired.origin, (Origin.MEASURED, Origin.REPAIRED)).sum(axis=0)
+    share = (repaired.origin == Origin.REPAIRED).sum(axis=0) / np.maximum(recorded, 1)
+    return {
+        name: {
+            "unit": unit[c],
+            "value": _short(float(value)) if np.isfinite(value) else None,
+            "outliers": _short(float(share[c])) if recorded[c] else None,
+        }
+        for c, (name, value) in enumerate(zip(names, repaired.noise * scale, strict=True))
+    }
 
 
 def _runs(origin: Bytes, std: Floats) -> dict[str, list[list[Any]]]:

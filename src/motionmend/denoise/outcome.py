@@ -18,9 +18,14 @@ from .repair import ChannelRepair
 
 
 def repaired_recording(
-    recording: Recording, layout: Layout, channels: Channels, found: ChannelRepair, method: str
+    recording: Recording,
+    layout: Layout,
+    channels: Channels,
+    found: ChannelRepair,
+    method: str,
+    noise: Floats | None = None,
 ) -> Repaired[Recording]:
-    """Bring a channel repair back into the recording's own channels, frames and units."""
+    """Bring a channel repair, and the noise (C,) it found, back into the recording's own channels, frames and units."""
     trusted = found.weights >= TRUSTED
     values = from_channels(channels, found.values, trusted, recording)
     scale = si_unit(recording, layout, channels.columns)
@@ -29,9 +34,7 @@ def repaired_recording(
     if isinstance(recording, Motion):
         origin = _root_origin(recording, values, origin)
     warnings = list(found.warnings)
-    left = int((origin == Origin.LEFT_OPEN).sum())
-    if left:
-        warnings.append(f"{left} missing samples were left open: nothing near them supports a value")
+    warnings += left_open(origin)
     unknown = [n for c, n in enumerate(recording.channels) if c not in set(channels.columns.tolist())]
     if unknown:
         warnings.append(
@@ -50,7 +53,14 @@ def repaired_recording(
         cost=found.cost,
         converged=found.converged,
         warnings=tuple(warnings),
+        noise=None if noise is None else _own_noise(recording, layout, channels, noise * scale),
     )
+
+
+def left_open(origin: Bytes) -> tuple[str, ...]:
+    """The sentence that says how many samples (T, C) were left open; none where none was."""
+    left = int((origin == Origin.LEFT_OPEN).sum())
+    return (f"{left} missing samples were left open: nothing near them supports a value",) if left else ()
 
 
 def classic_outcome(
@@ -89,14 +99,13 @@ def pca_outcome(markers: Markers) -> Repaired[Markers]:
     positions = filtered.values.reshape(markers.positions.shape)
     open_ = ~np.isfinite(positions).all(axis=2)
     origin = np.where(present, Origin.MEASURED, np.where(open_, Origin.LEFT_OPEN, Origin.FILLED))
-    left = int(open_.sum())
     return Repaired(
         recording=markers.with_positions(positions),
         origin=origin.astype(np.uint8),
         std=filtered.std,
         weights=present.astype(float),
         method="pca",
-        warnings=(f"{left} missing samples were left open: nothing near them supports a value",) if left else (),
+        warnings=left_open(origin),
     )
 
 
@@ -151,6 +160,16 @@ def _own_columns(
     std[:, to] = np.sqrt(np.square((found.std * scale).reshape(by_marker)).mean(axis=2))[:, here]
     weights[:, to] = found.weights.reshape(by_marker).min(axis=2)[:, here]
     return origin, std, weights
+
+
+def _own_noise(recording: Motion | Markers, layout: Layout, channels: Channels, noise: Floats) -> Floats:
+    """(D,) or (M,): noise of the layout's channels, rad or m, in the recording's own order; NaN where unknown."""
+    own = np.full(len(recording.channels), np.nan)
+    here = np.flatnonzero(channels.columns >= 0)
+    if isinstance(recording, Markers):
+        noise = np.sqrt(np.square(noise.reshape(len(layout.names), 3)).mean(axis=1))
+    own[channels.columns[here]] = noise[here]
+    return own
 
 
 def _root_origin(motion: Motion, values: Floats, origin: Bytes) -> Bytes:
