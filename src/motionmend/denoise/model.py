@@ -11,17 +11,16 @@ from ..bodies.motion import Markers, Motion, Recording, Repaired
 from ..errors import UsageError
 from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases
-from .channels import Channels, to_channels
+from .channels import to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .marker_library import MarkerLibrary
-from .mending import mend_channels
+from .mend_recording import Knowledge, mend_recording
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
-from .poles import pole_crossings
 from .repair import repair_channels
 from .statistics import Statistics, statistics
 
@@ -175,32 +174,16 @@ class DenoiserModel:
         return _without_footskate(outcome) if footskate else outcome
 
     def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
-        channels = to_channels(recording, self.layout)
         fps = self.settings.fps
         if method == "adaptive":
-            return self._adaptively(recording, channels)
+            return mend_recording(recording, Knowledge(self.layout, self.library, self.bases, self.postures, fps))
+        channels = to_channels(recording, self.layout)
         if method == "paper":
             found = repair_channels(channels.values, self.bases, fps, recording.fps, robust)
             return repaired_recording(recording, self.layout, channels, found, method)
         stride = max(1, round(recording.fps / fps))
         filtered = smooth_with(self.dynamics, channels.values, recording.fps, stride)
         return classic_outcome(recording, self.layout, channels, filtered, method)
-
-    def _adaptively(self, recording: Recording, channels: Channels) -> Repaired[Recording]:
-        vouched = at_pole = None
-        if isinstance(recording, Motion):
-            vouched, at_pole = pole_crossings(channels.values, recording.skeleton, channels.columns)
-        mended = mend_channels(
-            channels.values,
-            self.library.usual_bends(recording.fps),
-            recording.fps,
-            bases=self.bases,
-            model_fps=self.settings.fps,
-            together=3 if isinstance(recording, Markers) else 1,
-            vouched=vouched,
-            at_pole=at_pole,
-        )
-        return repaired_recording(recording, self.layout, channels, mended.found, "adaptive", mended.noise)
 
     def to_arrays(self) -> tuple[dict[str, Floats], dict[str, Any]]:
         """Arrays and a JSON-able header from which `from_arrays` makes the model again."""

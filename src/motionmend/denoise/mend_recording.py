@@ -1,0 +1,166 @@
+"""A whole recording repaired by the adaptive method: joint angles, or markers with their gaps and labels."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Bytes, Floats
+from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ..numerics.ssa import Eigenbases
+from .channels import Channels, to_channels
+from .cloud import CloudChannels, positions_of
+from .filling import fill_gaps
+from .label_evidence import MarkerDistances, learn_distances
+from .labels import Swap, find_swaps, put_right
+from .layout import Layout
+from .library import Library
+from .marker_library import MarkerLibrary
+from .mending import Mended, mend_channels
+from .outcome import repaired_recording
+from .poles import pole_crossings
+
+CENTIMETRES = 100.0
+LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
+FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What clean clips taught of a kind of recording.
+
+    Attributes
+    ----------
+    layout : its channels.
+    library : how sharply clean motion bends.
+    bases : spatio-temporal patterns at `fps` Hz.
+    postures : examples of marker sets; None for motions.
+    fps : Hz.
+    """
+
+    layout: Layout
+    library: Library
+    bases: Eigenbases
+    postures: MarkerLibrary | None
+    fps: float
+
+
+def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    """Repair a recording without being told how noisy it is.
+
+    Parameters
+    ----------
+    recording : of the layout's channels.
+    known : of clean clips.
+
+    Raises
+    ------
+    MismatchError : the recording is of another kind or channel set.
+    """
+    channels = to_channels(recording, known.layout)
+    if isinstance(recording, Motion):
+        mended = _mended(channels.values, recording, channels, known)
+        return repaired_recording(recording, known.layout, channels, mended.found, "adaptive", mended.noise)
+    assert isinstance(recording, Markers)
+    mended = _mended(channels.values, recording, channels, known)
+    swaps: tuple[Swap, ...] = _swaps(_cleaned(channels, mended), recording.fps, known.postures)
+    right = _relabelled(recording, channels, swaps)
+    if right is not recording:
+        channels = to_channels(right, known.layout)
+        mended = _mended(channels.values, right, channels, known)
+    mended = _with_gaps_filled(channels, mended, right.fps, known.postures)
+    outcome: Repaired[Markers] = repaired_recording(
+        right, known.layout, channels, mended.found, "adaptive", mended.noise
+    )
+    origin = _relabelled_origin(outcome.origin, channels, swaps)
+    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *_told(swaps, known.layout)))
+
+
+def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
+    vouched = at_pole = None
+    if isinstance(recording, Motion):
+        vouched, at_pole = pole_crossings(values, recording.skeleton, channels.columns)
+    return mend_channels(
+        values,
+        known.library.usual_bends(recording.fps),
+        recording.fps,
+        bases=known.bases,
+        model_fps=known.fps,
+        together=3 if isinstance(recording, Markers) else 1,
+        vouched=vouched,
+        at_pole=at_pole,
+    )
+
+
+def _cleaned(channels: Channels, mended: Mended) -> Floats:
+    """(T, M, 3) m: the measured samples smoothed, NaN where missing or rejected; upright as the model has it."""
+    assert isinstance(channels.inner, CloudChannels)
+    values = np.where(mended.found.origin == Origin.MEASURED, mended.found.values, np.nan)
+    return positions_of(replace(channels.inner, righting=np.eye(3)), values)
+
+
+def _swaps(positions: Floats, fps: float, postures: MarkerLibrary | None) -> tuple[Swap, ...]:
+    reference: MarkerDistances | None = None
+    if postures is not None and len(postures.windows) >= FEWEST_POSTURES:
+        reference = learn_distances([postures.postures])
+    found = find_swaps(positions, fps, reference=reference)
+    return tuple(s for s in found if s.put_right or s.last - s.first + 1 >= LEAST_SWAP)
+
+
+def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...]) -> Markers:
+    """The recording with labels given back."""
+    if not any(s.put_right for s in swaps):
+        return recording
+    own = channels.columns
+    here = [
+        replace(swap, markers=tuple(int(own[m]) for m in swap.markers))
+        for swap in swaps
+        if all(own[m] >= 0 for m in swap.markers)
+    ]
+    return recording.with_positions(put_right(recording.positions, here))
+
+
+def _with_gaps_filled(channels: Channels, mended: Mended, fps: float, postures: MarkerLibrary | None) -> Mended:
+    """Gaps taken from the markers about them: what walks alone cannot know."""
+    assert isinstance(channels.inner, CloudChannels)
+    found = mended.found
+    missing = found.origin >= Origin.FILLED
+    if not missing.any():
+        return mended
+    upright = replace(channels.inner, righting=np.eye(3))
+    known = np.where(missing, np.nan, found.values)
+    filled = fill_gaps(positions_of(upright, known), fps, library=postures)
+    values, std, origin = found.values.copy(), found.std.copy(), found.origin.copy()
+    frames = len(values)
+    place = upright.travel.rotations()
+    local = np.einsum("tji,tmj->tmi", place, filled.values - upright.travel.place[:, None]) * CENTIMETRES
+    three = np.isfinite(filled.values).all(axis=2).repeat(3, axis=1)
+    spread = CENTIMETRES * np.repeat(filled.std, 3, axis=1)
+    values[missing] = np.where(three, local.reshape(frames, -1), np.nan)[missing]
+    std[missing] = np.where(three, spread, np.nan)[missing]
+    origin[missing] = np.where(three, Origin.FILLED, Origin.LEFT_OPEN)[missing]
+    return replace(mended, found=replace(found, values=values, std=std, origin=origin))
+
+
+def _relabelled_origin(origin: Bytes, channels: Channels, swaps: tuple[Swap, ...]) -> Bytes:
+    """A sample under its own label again was repaired."""
+    marked = origin.copy()
+    for swap in swaps:
+        if swap.put_right:
+            for marker in swap.markers:
+                column = channels.columns[marker]
+                if column >= 0:
+                    stretch = marked[swap.first : swap.last + 1, column]
+                    stretch[stretch == Origin.MEASURED] = Origin.REPAIRED
+    return marked
+
+
+def _told(swaps: tuple[Swap, ...], layout: Layout) -> tuple[str, ...]:
+    said = []
+    for swap in swaps:
+        names = ", ".join(layout.names[m] for m in swap.markers)
+        where = f"frames {swap.first} to {swap.last}"
+        if swap.put_right:
+            said.append(f"{names}: labels were swapped in {where} and are put right")
+        else:
+            said.append(f"{names}: labels may be swapped in {where}, too unsure to change; look at them")
+    return tuple(said)
