@@ -172,6 +172,122 @@ def smooth_walk(observed, step_var, noise_var):
     return cov @ np.where(seen, observed / noise_var, 0.0), np.diag(cov)
 
 
+# ---- kernels/banded.py -------------------------------------------------------------
+
+
+def walk_system(weight, stiffness):
+    """diag(weight) + D₂ᵀ diag(stiffness) D₂ of one walk, dense: (T,), (T,) to (T, T)."""
+    bends = np.diff(np.eye(len(weight)), n=2, axis=0)
+    return np.diag(weight) + bends.T @ np.diag(stiffness[2:]) @ bends
+
+
+def walk_certainty(weight, step_var, place_var, speed_var):
+    """One walk written out as a sum of its start, its speed and its steps, given all samples at once.
+
+    z(t) = z(0) + t v(0) + sum over s of (t - s + 1) e(s); variance (T,) of z and (T,) of e as a share of step_var.
+    """
+    t = np.arange(len(weight))
+    build = np.hstack([np.ones((len(t), 1)), t[:, None], np.maximum(t[:, None] - t[1:] + 1, 0)])
+    cov = np.diag(np.concatenate([[place_var, speed_var], step_var[1:]]))
+    seen = weight > 0
+    rows = build[seen]
+    gain = cov @ rows.T @ np.linalg.inv(rows @ cov @ rows.T + np.diag(1.0 / weight[seen]))
+    cov = cov - gain @ rows @ cov
+    doubt = np.concatenate([[1.0], np.diag(cov)[2:] / step_var[1:]])
+    return np.diag(build @ cov @ build.T), doubt
+
+
+# ---- kernels/search.py -------------------------------------------------------------
+
+
+def _normal(surprise, var):
+    return -0.5 * (np.log(2 * np.pi * var) + surprise**2 / var)
+
+
+def _told(state, value, var):
+    """One coordinate's (mean (2,), covariance (2, 2)) once its place is told, and the log-likelihood of that."""
+    mean, cov = state
+    row = np.array([1.0, 0.0])
+    spread = row @ cov @ row + var
+    gain = cov @ row / spread
+    score = _normal(value - mean[0], spread)
+    return (mean + gain * (value - mean[0]), cov - np.outer(gain, row @ cov)), score
+
+
+def history_turns(case, t, last):
+    """What may happen at frame t after mode `last`: pairs of mode and whether the sample is rejected."""
+    if not np.isfinite(case["observed"][t]).all():
+        return [(0, False)]
+    modes = range(1 if t == 0 else len(case["factors"]))
+    turns = [(k, False) for k in modes]
+    if not case["vouched"][t]:
+        turns.append((0 if t == 0 else last, True))
+    return turns
+
+
+def history_step(case, states, t, last, mode, rejected):
+    """The states of all coordinates after frame t, by the textbook's Kalman filter, and what the frame adds."""
+    score = 0.0 if t == 0 or case["at_pole"][t] else case["log_modes"][last, mode]
+    seen = np.isfinite(case["observed"][t]).all()
+    after = []
+    for g, (mean, cov) in enumerate(states):
+        if t > 0:
+            moves, step = np.array([[1.0, 1.0], [0.0, 1.0]]), case["step_var"][t, g] * case["factors"][mode]
+            mean, cov = moves @ mean + case["pull"][t, g], moves @ cov @ moves.T + step * np.ones((2, 2))
+        state = mean, cov
+        if np.isfinite(case["hint_var"][t, g]):
+            state, gained = _told(state, case["hint"][t, g], case["hint_var"][t, g])
+            score += gained
+        if seen and not rejected:
+            state, gained = _told(state, case["observed"][t, g], case["noise_var"][g])
+            score += gained
+        after.append(state)
+    if seen:
+        rate = case["outlier_rate"]
+        score += np.log(rate * case["outlier_density"]) if rejected else np.log(1 - rate)
+    return after, score
+
+
+def history_start(case):
+    """The states before frame 0."""
+    return [
+        (np.array([place, 0.0]), np.diag([place_var, speed_var]))
+        for place, place_var, speed_var in zip(case["start"], case["start_var"], case["speed_var"], strict=True)
+    ]
+
+
+def all_histories(case):
+    """(score, modes, rejected) of every history there is."""
+    histories = [(0.0, (), (), history_start(case))]
+    for t in range(len(case["observed"])):
+        longer = []
+        for score, modes, rejects, states in histories:
+            last = modes[-1] if modes else 0
+            for mode, rejected in history_turns(case, t, last):
+                after, gained = history_step(case, states, t, last, mode, rejected)
+                longer.append((score + gained, (*modes, mode), (*rejects, rejected), after))
+        histories = longer
+    return [(score, modes, rejects) for score, modes, rejects, _ in histories]
+
+
+def beam_of_histories(case, width, recent):
+    """(score, modes, rejected) of the best history when only `width` that differ in `recent` turns are kept."""
+    kept = [(0.0, (), (), (), history_start(case))]
+    for t in range(len(case["observed"])):
+        seen = np.isfinite(case["observed"][t]).all()
+        best = {}
+        for score, modes, rejects, turns, states in kept:
+            last = modes[-1] if modes else 0
+            for mode, rejected in history_turns(case, t, last):
+                after, gained = history_step(case, states, t, last, mode, rejected)
+                turn = "out" if rejected else "calm" if mode == 0 else "lively"
+                latest = (*turns, turn)[-recent:] if seen else turns
+                if latest not in best or score + gained > best[latest][0]:
+                    best[latest] = (score + gained, (*modes, mode), (*rejects, rejected), latest, after)
+        kept = sorted(best.values(), key=lambda history: -history[0])[:width]
+    return kept[0][:3]
+
+
 # ---- denoise/classic.py -----------------------------------------------------------
 
 
