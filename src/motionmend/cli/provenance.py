@@ -16,10 +16,10 @@ def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
     """Entries `counts`, `channels`, `noise`, `std`, `runs`, `iterations`, `cost` and `converged` of a .mend.json.
 
     `noise` is what the recording told of itself: for each channel the standard deviation of its noise and the share of
-    its recorded samples that were outliers; null where the method does not ask. Standard deviations are in degrees for angles and in metres else, as each entry of `std` says with its `unit`.
-    `runs` lists for each channel or marker, by origin, the stretches of frames that were not measured: [first frame
-    from 0, number of frames, standard deviation]. The last is one number where it is the same throughout, else one
-    for each frame; it is absent where a gap was left open.
+    its recorded samples that were outliers; null where the method does not ask. Standard deviations are in degrees for
+    angles and in metres else, as each entry says with its `unit`. `runs` lists for each channel or marker, by origin,
+    the stretches of frames that were not measured: [first frame from 0, number of frames, standard deviation]. The last
+    is one number where it is the same throughout, else one for each frame; it is absent where a gap was left open.
     """
     names = labels(repaired.recording.channels)
     scale, unit = _units(repaired)
