@@ -22,7 +22,7 @@ _HOME = {
     "write": "io",
     "Denoiser": "denoise",
     "DenoiserModel": "denoise",
-    "repair_classic": "denoise",
+    "repair_without_model": "denoise",
     "load_model": "models",
     "save_model": "models",
     "corrupt": "evaluate",

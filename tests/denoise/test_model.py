@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from test_channels import moved
 
 from motionmend.bodies.motion import Markers, Motion, Origin
-from motionmend.denoise import METHODS, Denoiser, DenoiserModel, repair_classic
+from motionmend.denoise import METHODS, Denoiser, DenoiserModel, repair_without_model
 from motionmend.denoise.joints import root_rotation, root_rows
 from motionmend.denoise.learning import examples, without_glitches
 from motionmend.errors import MismatchError, UsageError
@@ -83,7 +83,7 @@ def test_every_method_keeps_frames_channels_and_accounts_for_every_sample(joints
 @pytest.mark.parametrize("method", ["linear", "spline"])
 def test_gap_fillers_leave_measured_samples_bit_for_bit(walk, method):
     damaged = spoiled(walk, gaps=0.1)
-    repaired = repair_classic(damaged, method)
+    repaired = repair_without_model(damaged, method)
     np.testing.assert_array_equal(repaired.recording.q[damaged.present], damaged.q[damaged.present])
 
 
@@ -228,7 +228,7 @@ def test_calls_that_make_no_sense_say_so(joints_model, walk):
     with pytest.raises(UsageError, match="estimator"):
         joints_model.repair(walk, robust="cauchy")
     with pytest.raises(UsageError, match="needs a model"):
-        repair_classic(walk, "paper")
+        repair_without_model(walk, "paper")
     with pytest.raises(MismatchError, match="came none"):
         SETTINGS.fit([])
     with pytest.raises(MismatchError, match="longer clips"):
@@ -268,7 +268,7 @@ def test_real_motions_of_one_person(data, learn, held_out):
     noisy = spoiled(truth, noise=np.radians(3), outliers=0.2)
     ours = compare(truth, model.repair(noisy).recording).rms_deg
     for method in ("gaussian", "savgol", "butterworth", "kalman"):
-        assert ours < compare(truth, repair_classic(noisy, method).recording).rms_deg
+        assert ours < compare(truth, repair_without_model(noisy, method).recording).rms_deg
 
 
 def test_real_markers_with_real_gaps(data):
@@ -302,7 +302,7 @@ def test_filters_need_no_body(walk):
     two = Markers(cloud.names[:2], cloud.positions[:, :2], cloud.fps, up=cloud.up)
     gappy = spoiled(two, gaps=0.1)
     for method in ("linear", "gaussian"):
-        assert repair_classic(gappy, method).counts()["filled"] > 0
+        assert repair_without_model(gappy, method).counts()["filled"] > 0
 
 
 def test_a_repeated_marker_name_costs_only_itself(markers_model, walk):

@@ -18,7 +18,7 @@ from ..numerics.coupled import lone_step_variance, smooth_coupled
 from ..numerics.ssa import Eigenbases
 from .noise import first_noise, next_noise, next_rate
 from .repair import interpolated
-from .support import Support, support, supported
+from .support import Support, line_support, support, supported
 
 ROUNDS = 3
 HISTORIES = 14  # kept side by side for each channel
@@ -34,6 +34,7 @@ BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller cou
 LIVELY = 0.05  # s, the width in which motion is as lively as it is
 LIVELY_PRIOR = 4.0  # samples' worth of the library's own liveliness
 LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second differences
+_NOTHING = 1e-300
 VAGUE = 400.0  # square of channel units: where a channel begins
 
 
@@ -48,7 +49,8 @@ class Adapted:
     outlier : True where a sample is rejected.
     noise : (C,) standard deviations.
     rate : (C,) share of outliers.
-    supported : what the library says; None without one.
+    supported : what the library says, or without one the straight lines across gaps.
+    unseen_bends : (C,) mean variance of the second differences that the samples leave open.
     steps : of conjugate gradients, all rounds together.
     """
 
@@ -57,7 +59,8 @@ class Adapted:
     outlier: Bools
     noise: Floats
     rate: Floats
-    supported: Support | None
+    supported: Support
+    unseen_bends: Floats
     steps: int
 
 
@@ -96,11 +99,12 @@ def adapt(
     noise, rate = first_noise(measured), np.full(channels, FIRST_RATE)
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
-    told: Support | None = None
     steps = 0
     for _ in range(ROUNDS):
         believed = np.where(outlier, np.nan, measured)
-        if bases is not None:
+        if bases is None:
+            told = line_support(believed, present)
+        else:
             begin = interpolated(believed, centre) if values is None else values
             told = support(
                 measured, present & ~outlier, values, supported(believed, begin, bases, stride), bases, noise, fps
@@ -133,16 +137,15 @@ def adapt(
         square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
         noise, rate = next_noise(noise, square, freedom), next_rate(outlier, present)
     assert values is not None
-    return Adapted(values, variance, outlier, noise, rate, told, steps)
+    unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
+    return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
 
 
-def _joined(filled: Floats, weight: Floats, told: Support | None) -> tuple[Floats, Floats]:
+def _joined(filled: Floats, weight: Floats, told: Support) -> tuple[Floats, Floats]:
     """Weights (T, C) of samples and library together, and the values they weigh."""
-    if told is None:
-        return weight, filled
     library = 1.0 / told.variance
     total = weight + library
-    return total, (weight * filled + library * told.values) / total
+    return total, (weight * filled + library * told.values) / np.maximum(total, _NOTHING)
 
 
 def _pull(values: Floats, calm: Floats, scale: Floats) -> Floats:
@@ -182,7 +185,7 @@ def _lively_around(liveliness: Floats, calm: Floats) -> Floats:
 
 def _histories(
     measured: Floats,
-    told: Support | None,
+    told: Support,
     pull: Floats,
     step_var: Floats,
     noise: Floats,
@@ -198,8 +201,6 @@ def _histories(
     channels = measured.shape[1]
     goes_on = np.where(np.arange(len(COMMON)) > 0, GOES_ON, 0.0)[:, None]
     log_modes = np.log(goes_on * np.eye(len(COMMON)) + (1.0 - goes_on) * COMMON)
-    hint = np.zeros(measured.shape) if told is None else told.values
-    hint_var = np.full(measured.shape, np.inf) if told is None else told.variance
     known = np.isfinite(measured)
     begin = np.array([np.median(measured[known[:, c], c]) if known[:, c].any() else 0.0 for c in range(channels)])
     density = OUTLIER_SPAN**-together
@@ -208,8 +209,8 @@ def _histories(
         own = slice(first, first + together)
         return likeliest_history(
             np.ascontiguousarray(measured[:, own]),
-            np.ascontiguousarray(hint[:, own]),
-            np.ascontiguousarray(hint_var[:, own]),
+            np.ascontiguousarray(told.values[:, own]),
+            np.ascontiguousarray(told.variance[:, own]),
             np.ascontiguousarray(pull[:, own]),
             np.ascontiguousarray(step_var[:, own]),
             np.square(noise[own]),

@@ -6,27 +6,32 @@ import numpy as np
 
 from ..arrays import Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
-from ..numerics.ssa import Eigenbases
+from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
 from .channels import Channels, to_channels
 from .cloud import CloudChannels, positions_of
 from .filling import fill_gaps
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
-from .layout import Layout
+from .layout import Layout, own_layout
+from .learning import at_rate
 from .library import Library
 from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
 from .outcome import repaired_recording
+from .own_bends import first_bends, own_bends
 from .poles import pole_crossings
 
 CENTIMETRES = 100.0
+OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
+OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
+OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """What clean clips taught of a kind of recording.
+    """What clean clips taught of a kind of recording; None where they taught nothing.
 
     Attributes
     ----------
@@ -38,10 +43,19 @@ class Knowledge:
     """
 
     layout: Layout
-    library: Library
-    bases: Eigenbases
+    library: Library | None
+    bases: Eigenbases | None
     postures: MarkerLibrary | None
     fps: float
+
+
+def mend_alone(recording: Recording) -> Repaired[Recording]:
+    """Repair a recording by what it shows itself: no clip has taught anything.
+
+    How sharply it bends is read off the recording, then again off its first repair; a recording without gaps also lends
+    its own patterns (section 2.4), which help to tell outliers but know nothing of what was never seen.
+    """
+    return mend_recording(recording, Knowledge(own_layout(recording), None, None, None, OWN_RATE))
 
 
 def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -79,16 +93,34 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     vouched = at_pole = None
     if isinstance(recording, Motion):
         vouched, at_pole = pole_crossings(values, recording.skeleton, channels.columns)
-    return mend_channels(
-        values,
-        known.library.usual_bends(recording.fps),
-        recording.fps,
-        bases=known.bases,
-        model_fps=known.fps,
-        together=3 if isinstance(recording, Markers) else 1,
-        vouched=vouched,
-        at_pole=at_pole,
-    )
+
+    def mended(bends: Floats, bases: Eigenbases | None) -> Mended:
+        return mend_channels(
+            values,
+            bends,
+            recording.fps,
+            bases=bases,
+            model_fps=known.fps,
+            together=3 if isinstance(recording, Markers) else 1,
+            vouched=vouched,
+            at_pole=at_pole,
+        )
+
+    if known.library is not None:
+        return mended(known.library.usual_bends(recording.fps), known.bases)
+    first = mended(first_bends(values), None)
+    smooth = first.found.values
+    own = _own_bases(smooth, recording.fps, known.fps) if isinstance(recording, Motion) else None
+    again = mended(own_bends(smooth, first.unseen_bends), own)
+    return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+
+
+def _own_bases(smooth: Floats, fps: float, rate: float) -> Eigenbases | None:
+    """Patterns of a recording's own first repair at about `rate` Hz; None where it has gaps or is too short."""
+    if not np.isfinite(smooth).all() or len(smooth) < OWN_WINDOWS * OWN_WINDOW * fps / rate:
+        return None
+    series = [np.ascontiguousarray(phase) for phase in at_rate(smooth, fps, rate)]
+    return eigenbases(lag_covariance(series, OWN_WINDOW), OWN_ENERGY)
 
 
 def _cleaned(channels: Channels, mended: Mended) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
 from ..numerics.ssa import Eigenbases, at_rate
-from .adaptive import Adapted, adapt
+from .adaptive import adapt
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
 
@@ -29,11 +29,13 @@ class Mended:
     ----------
     found : the repair.
     noise : (C,) standard deviations, channel units; the median over blocks.
+    unseen_bends : (C,) mean variance of second differences that the samples leave open; the mean over blocks.
     missed : root mean square of what the library misses, channel units; 0 without a library.
     """
 
     found: ChannelRepair
     noise: Floats
+    unseen_bends: Floats
     missed: float
 
 
@@ -71,7 +73,7 @@ def mend_channels(
     least = max(LEAST_FRAMES, 0 if patterns is None else patterns.window)
     values, variance = np.empty(measured.shape), np.empty(measured.shape)
     outlier = nowhere.copy()
-    noises, missed, weight, steps = [], 0.0, 0, 0
+    noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
     for core, seen in _blocks(len(measured), fps):
         before, padded = _among_missing(measured[seen], least)
         own = slice(before + core.start - seen.start, before + core.stop - seen.start)
@@ -88,8 +90,12 @@ def mend_channels(
         values[core], variance[core] = adapted.values[own], adapted.variance[own]
         outlier[core] = adapted.outlier[own]
         noises.append(adapted.noise)
+        unseen.append(adapted.unseen_bends)
         size = core.stop - core.start
-        missed, weight, steps = missed + size * _missed(adapted, padded) ** 2, weight + size, steps + adapted.steps
+        if patterns is not None:
+            believed = np.isfinite(padded) & ~adapted.outlier
+            missed += size * missed_by(adapted.supported, believed, adapted.values) ** 2
+        weight, steps = weight + size, steps + adapted.steps
     missed = float(np.sqrt(missed / max(weight, 1)))
     found = _labelled(measured, values, DOUBT * variance, outlier, fps, patterns is not None)
     said = (
@@ -103,7 +109,7 @@ def mend_channels(
     repair = ChannelRepair(
         found.values, found.std, found.weights, found.origin, steps, np.empty(0), True, warnings=said
     )
-    return Mended(repair, np.median(noises, axis=0) if noises else np.empty(0), missed)
+    return Mended(repair, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
 
 
 def _blocks(frames: int, fps: float) -> list[tuple[slice, slice]]:
@@ -119,12 +125,6 @@ def _among_missing(block: Any, least: int) -> tuple[int, Any]:
     short = max(least - len(block), 0)
     empty = np.nan if block.dtype.kind == "f" else False
     return short // 2, np.pad(block, ((short // 2, short - short // 2), (0, 0)), constant_values=empty)
-
-
-def _missed(adapted: Adapted, measured: Floats) -> float:
-    if adapted.supported is None:
-        return 0.0
-    return missed_by(adapted.supported, np.isfinite(measured) & ~adapted.outlier, adapted.values)
 
 
 def _labelled(

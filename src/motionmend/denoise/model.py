@@ -18,7 +18,7 @@ from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .marker_library import MarkerLibrary
-from .mend_recording import Knowledge, mend_recording
+from .mend_recording import Knowledge, mend_alone, mend_recording
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
 from .repair import repair_channels
@@ -27,6 +27,7 @@ from .statistics import Statistics, statistics
 MODEL_METHODS = ("adaptive", "paper", "kalman-data")
 CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
 METHODS = (*MODEL_METHODS, *CLASSIC_METHODS)
+MODEL_FREE_METHODS = ("adaptive", *CLASSIC_METHODS)
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ class DenoiserModel:
         if footskate and isinstance(recording, Markers):
             raise UsageError("foot-skate cleaning moves joints: it needs a skeleton motion, came markers")
         if method in CLASSIC_METHODS:
-            outcome = repair_classic(recording, method)
+            outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
                 outcome = self._by_example(recording, method, robust)
@@ -246,20 +247,23 @@ class DenoiserModel:
         )
 
 
-def repair_classic(recording: Recording, method: str) -> Repaired[Recording]:
-    """Repair by a method that needs no model: the filters and gap fillers people use today.
+def repair_without_model(recording: Recording, method: str) -> Repaired[Recording]:
+    """Repair without a model: by the filters and gap fillers people use today, or adaptively by what it shows itself.
 
     Parameters
     ----------
     recording : motion or markers.
-    method : one of `CLASSIC_METHODS`.
+    method : one of `MODEL_FREE_METHODS`.
 
     Raises
     ------
     UsageError : another method, or pca on joint angles.
     """
-    if method not in CLASSIC_METHODS:
-        raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(CLASSIC_METHODS)}")
+    if method not in MODEL_FREE_METHODS:
+        raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(MODEL_FREE_METHODS)}")
+    if method == "adaptive":
+        with threadpool_limits(1, user_api="blas"):
+            return mend_alone(recording)
     if method == "pca":
         if not isinstance(recording, Markers):
             raise UsageError("method pca fills markers, came joint angles: choose linear or spline")

@@ -93,6 +93,19 @@ def support(
     return Support(values, variance)
 
 
+def line_support(believed: Floats, present: Bools) -> Support:
+    """What is known without a library: in a gap a motion stays about the line across it, as far as the channel strays.
+
+    Parameters
+    ----------
+    believed : (T, C), NaN = missing or rejected.
+    present : (T, C) False in gaps; where samples are, even rejected ones, nothing is said.
+    """
+    known = np.isfinite(believed)
+    strays = [np.var(believed[known[:, c], c]) if known[:, c].any() else np.inf for c in range(known.shape[1])]
+    return Support(_bridged(believed), np.where(present, np.inf, CARRIED * (np.array(strays) + LEAST**2)))
+
+
 def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
     """Root mean square of what the library misses where samples are believed, channel units."""
     apart = np.square(smooth - support.values)
