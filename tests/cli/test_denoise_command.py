@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from commands import Command, files_below
 
-from motionmend.bodies.motion import Markers
+from motionmend.bodies.motion import Markers, Motion
 from motionmend.io import read, write
 
 AMC = "amc.mend"
@@ -254,15 +254,15 @@ def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Pat
     command += ["--max-std", "25"]
     assert cli(*command, "-o", tmp_path / "a.amc").code == 0
     options = without_seconds(tmp_path / "a.mend.json")["options"]
-    told = {"method": "adaptive", "robust": robust, "max_std": 25.0, "footskate": True}
+    told = {"method": "adaptive", "robust": robust, "max_std": 25.0, "lag": None, "footskate": True}
     assert options == told | {"fps": None, "skeleton": None}
 
 
 def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: Path, tmp_path: Path) -> None:
     for kind, unit, told in (("amc", "deg", 2.0), ("c3d", "m", 0.005)):  # the noise `library` put in
-        out = tmp_path / f"clean.{kind}"
+        out = tmp_path / f"{kind}_clean.{kind}"
         assert cli("denoise", library / f"take.{kind}", "-m", library / f"{kind}.mend", "-o", out).code == 0
-        facts = without_seconds(tmp_path / "clean.mend.json")
+        facts = without_seconds(tmp_path / f"{kind}_clean.mend.json")
         assert facts["method"] == "adaptive"
         assert list(facts["noise"]) == list(facts["channels"])
         of_kind = [found for found in facts["noise"].values() if found["unit"] == unit]
@@ -272,13 +272,43 @@ def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: 
     assert without_seconds(tmp_path / "filled.mend.json")["noise"] is None
 
 
-@pytest.mark.parametrize(("kind", "limit"), [("amc", 4.0), ("c3d", 0.03)])
+def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(cli: Command, library: Path, tmp_path: Path) -> None:
+    from motionmend.denoise.fixed_lag import FixedLag, joined
+    from motionmend.denoise.fixed_lag import finish as finish_live
+    from motionmend.denoise.fixed_lag import start as start_live
+    from motionmend.denoise.fixed_lag import step as step_live
+    from motionmend.models import load_model
+
+    long = read(library / "take.amc")
+    assert isinstance(long, Motion)
+    write(tmp_path / "take.amc", replace(long, q=long.q[:100]))
+    taken, out = read(tmp_path / "take.amc"), tmp_path / "live.amc"
+    assert isinstance(taken, Motion)
+    ran = cli("denoise", tmp_path / "take.amc", "-m", library / AMC, "-o", out, "--lag", "0.4", "--json")
+    assert ran.code == 0
+    said, facts = json.loads(ran.out), without_seconds(tmp_path / "live.mend.json")
+    # the last of the frames given out together waits for the lag, the first for the others too
+    assert said["latency_s"] == pytest.approx((round(0.4 * taken.fps) + round(0.25 * taken.fps) - 1) / taken.fps)
+    assert (facts["latency_s"], facts["options"]["lag"]) == (said["latency_s"], 0.4)
+    state, pieces = start_live(load_model(library / AMC), taken, FixedLag(0.4)), []
+    for frame in taken.q:
+        state, finished = step_live(state, frame)
+        pieces += finished
+    last = finish_live(state)
+    assert last is not None
+    live = joined(taken, [*pieces, last])
+    write(tmp_path / "again.amc", live.recording, repaired=live)
+    assert out.read_bytes() == (tmp_path / "again.amc").read_bytes()
+    told = cli("denoise", tmp_path / "take.amc", "-m", library / AMC, "-o", out, "--lag", "0.4", "--force")
+    assert f"given out {said['latency_s']:.2f} s late" in told.err
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("amc", "deg"), ("c3d", "m")])
 def test_what_would_be_less_sure_than_the_limit_stays_open(
-    cli: Command, library: Path, tmp_path: Path, kind: str, limit: float
+    cli: Command, library: Path, tmp_path: Path, kind: str, unit: str
 ) -> None:
     taken = read(library / f"take.{kind}")
-    # nothing is seen for half a second: the middle of such a gap is anybody's guess
-    gone = np.s_[len(taken.present) // 3 : len(taken.present) // 3 + int(taken.fps / 2), 6:]
+    gone = np.s_[len(taken.present) // 3 : len(taken.present) // 3 + int(taken.fps / 2), 6:]  # half a second
     if isinstance(taken, Markers):
         positions = taken.positions.copy()
         positions[gone] = np.nan
@@ -288,13 +318,20 @@ def test_what_would_be_less_sure_than_the_limit_stays_open(
         q[gone] = np.nan
         taken = replace(taken, q=q)
     write(tmp_path / f"gone.{kind}", taken)
-    limits = ["--max-std", str(limit)]
     command = ["denoise", tmp_path / f"gone.{kind}", "-m", library / f"{kind}.mend"]
     assert cli(*command, "-o", tmp_path / f"all.{kind}").code == 0
-    ran = cli(*command, "-o", tmp_path / f"some.{kind}", *limits)
+    free = without_seconds(tmp_path / "all.mend.json")
+    filled = [
+        std
+        for name, runs in free["runs"].items()
+        if free["std"][name]["unit"] == unit
+        for _, _, std in runs.get("filled", [])
+    ]
+    limit = float(np.median(np.concatenate([np.ravel(std) for std in filled])))  # about half are less sure
+    ran = cli(*command, "-o", tmp_path / f"some.{kind}", "--max-std", str(limit))
     assert ran.code == 0
     assert "above the limit" in ran.err
-    free, held = (without_seconds(tmp_path / f"{name}.mend.json") for name in ("all", "some"))
+    held = without_seconds(tmp_path / "some.mend.json")
     before, after = read(tmp_path / f"all.{kind}"), read(tmp_path / f"some.{kind}")
     lost = before.present & ~after.present
     assert lost.any()
@@ -305,8 +342,7 @@ def test_what_would_be_less_sure_than_the_limit_stays_open(
         for first, frames, *_ in held["runs"].get(name, {}).get("left_open", []):
             opened[first : first + frames] = True
         assert (opened == ~after.present[:, c]).all()
-        unit = held["std"][name]["unit"]
-        if unit == ("deg" if kind == "amc" else "m"):
+        if held["std"][name]["unit"] == unit:
             filled = held["runs"].get(name, {}).get("filled", [])
             assert max((np.max(std) for _, _, std in filled), default=0.0) <= 1.001 * limit
         else:

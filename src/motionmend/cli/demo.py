@@ -81,7 +81,7 @@ def _take(folder: Path, kind: str) -> _Take:
         save_model(folder / "model.mend", Denoiser().fit([read(path) for path in learned]))
         noise = NOISE_METRES if kind == "c3d" else NOISE_DEGREES
         Spoil(noise, OUTLIERS, GAPS, (), SEED, None, None)(Job(clean, spoiled, spoiled.with_suffix("")))
-        repair = Repair.of(model=folder / "model.mend")
+        repair = Repair().knowing(folder / "model.mend")
         bad = read(spoiled)
         mended, seconds = repair.timed(bad)
         repair.save(Job(spoiled, repaired, repaired.with_suffix("")), bad, mended, seconds)

@@ -1,8 +1,8 @@
 """`motionmend denoise`: repair recordings and say what was done to every sample."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
-from math import radians
+from dataclasses import dataclass, replace
+from math import inf, radians
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
@@ -49,6 +49,14 @@ def denoise(
             "joint angles (root translations stay), metres for markers. Not given: fill what can be filled."
         ),
     ] = None,
+    lag: Annotated[
+        float | None,
+        Parameter(
+            help="Repair as if live: each frame from those before it and at most this many seconds after it, a "
+            "quarter of a second of frames at a time. The latency of both together is stated. Not given: the whole "
+            "recording at once."
+        ),
+    ] = None,
     footskate: Annotated[
         bool,
         Parameter(show_default=False, help="Keep feet still on the ground afterwards (joint angles, with a model)."),
@@ -68,14 +76,25 @@ def denoise(
     (measured, repaired, filled, left open), standard deviations in degrees and metres, model, options and cost.
     Of all that is written only its last entry, "seconds", differs from run to run.
     """
-    _check(method, robust, max_std, footskate, model)
+    _check(method, robust, max_std, lag, footskate, model)
     skeleton = skeleton and working.reachable(skeleton)
-    repair = Repair.of(model, method, robust, footskate, fps, skeleton, report, max_std)
+    repair = Repair(
+        method=method,
+        robust=robust,
+        max_std=max_std,
+        lag=lag,
+        footskate=footskate,
+        fps=fps,
+        skeleton=skeleton,
+        report=report,
+    ).knowing(model)
     sidecars = [".mend.json", *([".report.html"] if report else [])]
     return transform(repair, files, out, sidecars=sidecars, as_json=as_json, working=working, writing=writing)
 
 
-def _check(method: str, robust: str, max_std: float | None, footskate: bool, model: Path | None) -> None:
+def _check(
+    method: str, robust: str, max_std: float | None, lag: float | None, footskate: bool, model: Path | None
+) -> None:
     """Refuse options that make no sense, alone or together."""
     from ..denoise import CLASSIC_METHODS, METHODS
     from ..numerics.robust import ESTIMATORS
@@ -86,6 +105,12 @@ def _check(method: str, robust: str, max_std: float | None, footskate: bool, mod
         raise UsageError(f"--robust: one of {', '.join(ESTIMATORS)} was wanted, came {robust!r}")
     if max_std is not None and not max_std >= 0:
         raise UsageError(f"--max-std: a standard deviation of 0 or more was wanted, came {max_std}")
+    if lag is not None and not 0 <= lag < inf:
+        raise UsageError(f"--lag: seconds, 0 or more, were wanted, came {lag}")
+    if lag is not None and method != DEFAULT_METHOD:
+        raise UsageError(f"--lag goes with --method {DEFAULT_METHOD}, came {method}: leave one of them out")
+    if lag is not None and footskate:
+        raise UsageError("--footskate needs the whole recording: leave out --lag, or clean feet in a second run")
     if model is None and method not in CLASSIC_METHODS:
         raise UsageError(
             f"--method {method} learns from clips: give a model with -m, or choose one of {', '.join(CLASSIC_METHODS)}"
@@ -98,37 +123,27 @@ def _check(method: str, robust: str, max_std: float | None, footskate: bool, mod
 class Repair:
     """The options of one command line, and the model they name; called with each file."""
 
-    model: "DenoiserModel | None"
-    model_facts: dict[str, str] | None
-    method: str
-    robust: str
-    footskate: bool
-    fps: float | None
-    skeleton: Path | None
-    report: bool
-    max_std: float | None  # degrees or m
+    method: str = DEFAULT_METHOD
+    robust: str = "welsch"
+    max_std: float | None = None  # degrees or m
+    lag: float | None = None  # s; None = the whole recording at once
+    footskate: bool = False
+    fps: float | None = None
+    skeleton: Path | None = None
+    report: bool = False
+    model: "DenoiserModel | None" = None
+    model_facts: dict[str, str] | None = None
 
-    @classmethod
-    def of(
-        cls,
-        model: Path | None = None,
-        method: str = DEFAULT_METHOD,
-        robust: str = "welsch",
-        footskate: bool = False,
-        fps: float | None = None,
-        skeleton: Path | None = None,
-        report: bool = False,
-        max_std: float | None = None,
-    ) -> "Repair":
-        """The options with the model read from its file."""
+    def knowing(self, model: Path | None) -> "Repair":
+        """The same options with the model read from its file."""
         from ..io.model import load_model
         from ..models import restore
 
         if model is None:
-            return cls(None, None, method, robust, footskate, fps, skeleton, report, max_std)
+            return self
         stored = load_model(model)
         facts = {"file": model.name, "sha256": stored.sha256}
-        return cls(restore(stored, model), facts, method, robust, footskate, fps, skeleton, report, max_std)
+        return replace(self, model=restore(stored, model), model_facts=facts)
 
     def __call__(self, job: Job, /) -> Done:
         from ..io import read
@@ -142,18 +157,21 @@ class Repair:
     def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":
         """What the method makes of a recording, and the seconds it took under `repair`."""
         from ..bodies.motion import Motion
-        from ..denoise import repair_classic
+        from ..denoise import FixedLag, repair_with_lag, repair_without_model
         from ..denoise.outcome import opened_where_unsure
 
         known: Any = recording  # each call takes motions and markers, none takes the union of both
         found: Repaired[Any]
         limit = radians(self.max_std) if self.max_std is not None and isinstance(known, Motion) else self.max_std
         start = perf_counter()
-        if self.model is None:
-            found = repair_classic(known, self.method)
-            found = found if limit is None else opened_where_unsure(found, limit)
-        else:
+        if self.model is not None and self.lag is None:
             found = self.model.repair(known, self.method, robust=self.robust, footskate=self.footskate, max_std=limit)
+        else:
+            if self.model is None:
+                found = repair_without_model(known, self.method)
+            else:
+                found = repair_with_lag(self.model, known, FixedLag(self.lag or 0.0))
+            found = found if limit is None else opened_where_unsure(found, limit)
         return found, {"repair": perf_counter() - start}
 
     def save(
@@ -174,6 +192,7 @@ class Repair:
             facts = self._facts(job, recording, repaired)
             write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         counts = repaired.counts()
+        latency = self._latency(recording.fps)
         frame_ms = {"mean": 1000 * seconds["repair"] / recording.frames if recording.frames else None}
         said = {
             "input": job.source,
@@ -181,12 +200,20 @@ class Repair:
             "frames": recording.frames,
             "seconds": seconds,
             "frame_ms": frame_ms,
+            "latency_s": latency,
             "counts": counts,
             "warnings": repaired.warnings,
             "guesses": recording.guesses,
         }
-        line = f"{job.source}: {recording.frames} frames, {_summed(counts)}: {job.target}"
+        late = "" if latency is None else f", given out {latency:.2f} s late"
+        line = f"{job.source}: {recording.frames} frames, {_summed(counts)}{late}: {job.target}"
         return Done(said, line=line, warnings=repaired.warnings, guesses=recording.guesses)
+
+    def _latency(self, fps: float) -> float | None:
+        """Seconds after which a frame was given out at the latest; None where all are at the end."""
+        from ..denoise import FixedLag
+
+        return None if self.lag is None else round(FixedLag(self.lag).latency(fps), 6)
 
     def _facts(self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]") -> dict[str, Any]:
         from .provenance import provenance
@@ -200,6 +227,7 @@ class Repair:
                 "method": self.method,
                 "robust": self.robust,
                 "max_std": self.max_std,
+                "lag": self.lag,
                 "footskate": self.footskate,
                 "fps": self.fps,
                 "skeleton": self.skeleton.name if self.skeleton else None,
@@ -207,6 +235,7 @@ class Repair:
             "method": repaired.method,
             "frames": recording.frames,
             "fps": recording.fps,
+            "latency_s": self._latency(recording.fps),
             **provenance(repaired),
             "warnings": repaired.warnings,
             "guesses": recording.guesses,
