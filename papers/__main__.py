@@ -13,7 +13,7 @@ from . import run
 def main() -> int:
     """Run the claims; 0 when each came out as expected, 1 when one did not or an input failed, 2 for bad usage."""
     parser = argparse.ArgumentParser(prog="python -m papers", description="Run the papers' claims on real recordings.")
-    parser.add_argument("ids", nargs="*", metavar="ID", help="claims to run, e.g. D2 D12; all when none is given")
+    parser.add_argument("ids", nargs="*", metavar="ID", help="claims to run, e.g. D2 D12 B1; all when none is given")
     parser.add_argument("--data", type=Path, help="folder of real recordings; default: MOTIONMEND_DATA")
     parser.add_argument("-o", "--out", type=Path, default=Path("reproduced"), help="where REPORT.md and figures go")
     options = parser.parse_args()
@@ -28,7 +28,7 @@ def main() -> int:
 
 def _say(result: dict[str, Any]) -> None:
     verdict = "met" if result["met"] else "not met"
-    surprise = "" if result["as_expected"] else " (claims.toml expects otherwise)"
+    surprise = "" if result["as_expected"] else " (expected otherwise)"
     print(f"{result['id']:4} {verdict}{surprise}: {result['ours']}", file=sys.stderr)
 
 

@@ -1,4 +1,4 @@
-"""The claims as `claims.toml` holds them, and whether what was measured meets them."""
+"""The claims as `claims.toml` and `beyond.toml` hold them, and whether what was measured meets them."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -9,6 +9,7 @@ from typing import Any
 from motionmend.errors import UsageError
 
 DIRECTIONS = ("above", "below", "equal")
+PAPER, BEYOND = "claims", "beyond"  # the files: what was published, and what the package sets itself
 
 
 @dataclass(frozen=True)
@@ -50,15 +51,17 @@ class Claim:
 
     Attributes
     ----------
+    part : `PAPER` or `BEYOND`.
     id, title : `D1` and what it is about.
-    place : section, equation or figure of the paper.
-    theirs : the paper's number or statement.
+    place : section, equation or figure of the paper; beyond it, what is tried.
+    theirs : the paper's number or statement; beyond it, what is wanted.
     ours : a format string over the measured numbers.
     script : the modules of this package that measure it.
     expected : "met", or "not met: " and why.
     criteria : all must hold.
     """
 
+    part: str
     id: str
     title: str
     place: str
@@ -90,6 +93,7 @@ class Claim:
         ]
         met = all(check["holds"] for check in checks)
         return {
+            "part": self.part,
             "id": self.id,
             "title": self.title,
             "place": self.place,
@@ -103,13 +107,18 @@ class Claim:
         }
 
 
-def load(path: Path | None = None) -> tuple[Claim, ...]:
-    """All claims, in the file's order."""
-    with open(path or Path(__file__).with_name("claims.toml"), "rb") as file:
+def load() -> tuple[Claim, ...]:
+    """All claims: the paper's, then those beyond it, in the files' order."""
+    return tuple(claim for part in (PAPER, BEYOND) for claim in _claims_of(part))
+
+
+def _claims_of(part: str) -> tuple[Claim, ...]:
+    with open(Path(__file__).with_name(f"{part}.toml"), "rb") as file:
         entries = tomllib.load(file)["claim"]
     return tuple(
         Claim(
             **{key: value for key, value in entry.items() if key not in ("script", "criterion")},
+            part=part,
             script=tuple(entry["script"]),
             criteria=tuple(Criterion(**criterion) for criterion in entry["criterion"]),
         )

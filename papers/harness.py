@@ -27,14 +27,14 @@ def run(
 
     Parameters
     ----------
-    ids : of claims, e.g. `D2`; all when empty.
+    ids : of claims, e.g. `D2` or `B1`; all when empty.
     data : folder that holds `mocap/`; None takes the environment variable MOTIONMEND_DATA.
     out : folder, made when it is not there.
     on_done : called with each claim's result as soon as it is known.
 
     Returns
     -------
-    One dictionary for each claim: id, title, place, theirs, ours, met, expected, as_expected, criteria, script.
+    One dictionary for each claim: part, id, title, place, theirs, ours, met, expected, as_expected, criteria, script.
 
     Raises
     ------

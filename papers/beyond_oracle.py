@@ -1,0 +1,104 @@
+"""The oracle: smoothers that are told what no repair can know."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import motionmend as mm
+from motionmend.arrays import Bools, Floats
+from motionmend.denoise.channels import to_channels
+from motionmend.denoise.joints import root_rows
+from motionmend.denoise.layout import Layout
+from motionmend.numerics.smoother import StateSpace, kalman_smoother
+from motionmend.numerics.walk import fit_random_walk, smooth_random_walk
+
+from .common import FPS, body, motion, reduced
+
+POSES = 30  # principal poses of the learned dynamics
+RIDGE = 1e-3  # of the regression, as a share of the mean variance
+TINY = 1e-9  # of the variance, so that no covariance is singular
+
+
+@dataclass(frozen=True, eq=False)
+class PoseDynamics:
+    """Principal poses that follow each other by a linear rule of second order, and what the poses leave out.
+
+    Attributes
+    ----------
+    mean : (C,) pose, degrees and centimetres.
+    space : 2 K states: the poses' weights now and a frame before.
+    discarded : (C,) variance outside of the principal poses.
+    """
+
+    mean: Floats
+    space: StateSpace
+    discarded: Floats
+
+
+def learn_dynamics(mocap: Path, clips: tuple[str, ...], layout: Layout) -> PoseDynamics:
+    """Dynamics at 30 Hz by least squares, from all phases of the 120 Hz clips."""
+    taught = [motion(mocap, clip) for clip in clips]
+    series = [
+        to_channels(reduced(clip, FPS, phase), layout).values
+        for clip in taught
+        for phase in range(round(clip.fps / FPS))
+    ]
+    poses = np.concatenate(series)
+    mean = poses.mean(axis=0)
+    patterns = np.linalg.svd(poses - mean, full_matrices=False)[2][:POSES]
+    weights = [(one - mean) @ patterns.T for one in series]
+    before = np.concatenate([np.hstack([w[1:-1], w[:-2]]) for w in weights])
+    after = np.concatenate([w[2:] for w in weights])
+    normal = before.T @ before
+    normal += RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
+    rule = np.linalg.solve(normal, before.T @ after).T
+    left = after - before @ rule.T
+    k = len(patterns)
+    transition = np.vstack([rule, np.eye(k, 2 * k)])
+    process = np.zeros((2 * k, 2 * k))
+    process[:k, :k] = left.T @ left / len(left)
+    start = np.zeros((2 * k, 2 * k))
+    start[:k, :k] = start[k:, k:] = np.cov(np.concatenate(weights).T)
+    for covariance in (process, start):
+        covariance += TINY * np.trace(covariance) * np.eye(2 * k)
+    centred = poses - mean
+    space = StateSpace(transition, process, np.vstack([patterns, np.zeros_like(patterns)]).T, np.zeros(2 * k), start)
+    return PoseDynamics(mean, space, (centred - centred @ patterns.T @ patterns).var(axis=0))
+
+
+def by_dynamics(dynamics: PoseDynamics, values: Floats, noise: float, rejected: Bools) -> Floats:
+    """(T, C) channels smoothed with the learned dynamics, told the noise; rejected samples count as missing."""
+    observed = np.where(rejected, np.nan, values - dynamics.mean)
+    spread = noise**2 + dynamics.discarded + 1e-3
+    estimate = kalman_smoother(dynamics.space, observed, spread)
+    return np.asarray(estimate.mean @ dynamics.space.observation.T + dynamics.mean)
+
+
+def by_walk(values: Floats, noise: float, rejected: Bools) -> Floats:
+    """(T, C) channels smoothed as random walks whose steps are the likeliest, told the noise."""
+    observed = np.where(rejected, np.nan, values)
+    step_var, noise_var = fit_random_walk(observed, np.full(values.shape[1], noise**2))
+    return np.asarray(smooth_random_walk(observed, np.nan_to_num(step_var, nan=1.0), noise_var).mean)
+
+
+def told_errors(
+    truth: mm.Motion, bad: mm.evaluate.Corrupted[mm.Motion], noise: float, dynamics: PoseDynamics, layout: Layout
+) -> dict[str, float]:
+    """RMS degrees over body angles of both smoothers: told noise and outliers, and told the noise only."""
+    clean, noisy = to_channels(truth, layout), to_channels(bad.recording, layout)
+    hit = bad.outlier.copy()
+    for rows in root_rows(truth.skeleton):  # in the travelling frame the root's channels are mixed
+        hit[:, rows] = hit[:, rows].any(axis=1, keepdims=True)
+    hit = hit[:, noisy.columns]
+    counted = body(truth)[noisy.columns]
+    found = {}
+    for told, rejected in (("told all", hit), ("told noise", np.zeros_like(hit))):
+        for name, smooth in (
+            ("dynamics", by_dynamics(dynamics, noisy.values, noise, rejected)),
+            ("walk", by_walk(noisy.values, noise, rejected)),
+        ):
+            away = (smooth - clean.values)[:, counted]
+            away = (away + 180.0) % 360.0 - 180.0
+            found[f"{name}, {told}"] = float(np.sqrt(np.mean(np.square(away))))
+    return found
