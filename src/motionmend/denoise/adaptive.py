@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Bools, Bytes, Floats
 from ..numerics.coupled import lone_step_variance, smooth_coupled
-from ..numerics.ssa import Eigenbases
+from .local_prior import Prior
 from .noise import first_noise, next_noise, next_rate
 from .repair import interpolated
 from .support import Support, line_support, support, supported
@@ -66,11 +66,10 @@ class Adapted:
 
 def adapt(
     measured: Floats,
-    bends: Floats,
+    prior: Prior,
     fps: float,
     *,
-    bases: Eigenbases | None,
-    stride: int = 1,
+    closer: Callable[[Floats], Prior | None] | None = None,
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
@@ -80,10 +79,9 @@ def adapt(
     Parameters
     ----------
     measured : (T, C) in degrees and centimetres, NaN = missing; T >= 3 and at least a window of the bases.
-    bends : (C, C) covariance of second differences of clean motion at `fps`.
+    prior : what clean motion is like at `fps`.
     fps : Hz.
-    bases : the library's patterns at this rate; None leaves them out.
-    stride : frames between windows.
+    closer : a prior nearer to a first estimate (T, C); None, or what gives None, keeps the first.
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched, at_pole : (T, C) of `poles.pole_crossings`.
     """
@@ -92,22 +90,25 @@ def adapt(
     nowhere = np.zeros(measured.shape, dtype=bool)
     vouched = nowhere if vouched is None else vouched
     at_pole = nowhere if at_pole is None else at_pole
-    least = (BEND * (30.0 / fps) ** 2) ** 2
-    calm = (1.0 - UNCOUPLED) * bends + UNCOUPLED * np.diag(np.diag(bends)) + least * np.eye(channels)
-    centre = interpolated(measured, np.zeros(channels)).mean(axis=0) if bases is None else bases.mean.mean(axis=0)
+    calm, bases = _calm(prior.bends, fps), prior.bases
     filled = np.where(present, measured, 0.0)
     noise, rate = first_noise(measured), np.full(channels, FIRST_RATE)
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
     steps = 0
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
+        nearer = closer(values) if closer is not None and values is not None and turn == 1 else None
+        if nearer is not None:
+            before, prior = np.diag(calm), nearer
+            calm, bases = _calm(prior.bends, fps), prior.bases
+            liveliness = np.clip(liveliness * before / np.diag(calm), LEAST_LIVELY, MOST_LIVELY)
         believed = np.where(outlier, np.nan, measured)
         if bases is None:
             told = line_support(believed, present)
         else:
-            begin = interpolated(believed, centre) if values is None else values
+            begin = interpolated(believed, bases.mean.mean(axis=0)) if values is None else values
             told = support(
-                measured, present & ~outlier, values, supported(believed, begin, bases, stride), bases, noise, fps
+                measured, present & ~outlier, values, supported(believed, begin, bases, prior.stride), bases, noise, fps
             )
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
@@ -139,6 +140,12 @@ def adapt(
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
+
+
+def _calm(bends: Floats, fps: float) -> Floats:
+    """(C, C) covariance of second differences in the calm mode: somewhat uncoupled, and nowhere nothing."""
+    least = (BEND * (30.0 / fps) ** 2) ** 2
+    return np.asarray((1.0 - UNCOUPLED) * bends + UNCOUPLED * np.diag(np.diag(bends)) + least * np.eye(len(bends)))
 
 
 def _joined(filled: Floats, weight: Floats, told: Support) -> tuple[Floats, Floats]:

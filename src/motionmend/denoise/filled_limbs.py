@@ -1,13 +1,14 @@
 """Markers missing from the first frame to the last: what a library's bodies do with them in such postures.
 
-Four predictions from the visible markers are mixed: a ridge regression and a Gaussian process, each in a frame that
-turns with the body's heading and in one that turns with the markers nearest to the missing ones. What came shortly
-before and after counts too. The regressions err less on strangers, the processes on people and motions the library
-knows; how much each counts, and how wrong the mixture is, is found on clips of the library that are predicted from
-the others.
+Five predictions from the visible markers are mixed: ridge regressions and Gaussian processes, in a frame that turns
+with the body's heading and in one that turns with the markers nearest to the missing ones, some with what came
+shortly before and after. The regressions err less on strangers, the processes on people and motions the library knows.
+How far the recording's proportions are from those of the library is an error of the regressions' inputs. How much each
+prediction counts, and how wrong the mixture is, is found on clips of the library that are predicted from the others;
+if the library does not know the person, on people that are predicted from the others.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ..arrays import Bools, Floats, Ints
 from ..errors import MismatchError
 from ..numerics.kriging import krige, left_out, likeliest_amplitudes, squared_distances
 from .cloud import distance_change, fit_anchors, learn_anchors
+from .likeness import Likeness, likeness
 from .marker_library import OFFSETS, MarkerLibrary, at_offset
 from .segment_frame import SegmentFrame, segment_frame, unsteadiness, within, without
 from .travel import turn
@@ -28,6 +30,7 @@ FOLDS = 5
 PIECES = 8  # parts of the library that are predicted from the others, if it has fewer clips
 RIDGES = 10.0 ** np.arange(-4.0, 2.6, 0.5)
 UNKNOWN_MEAN = 100.0  # variances
+EVERY, NOW = slice(None), slice(OFFSETS.index(0.0), OFFSETS.index(0.0) + 1)  # of a window
 EQUAL = 0.2  # of the mean squared error: the strength by which shares are drawn to equal ones
 
 
@@ -65,7 +68,9 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
         views = _views(examples[usable], visible, absent, piece, library.up)
     except MismatchError:  # no three markers are ever seen together
         return nothing
-    mixed, doubt = _mixture(views, moments, examples[usable][:, :, visible], examples[usable][:, now][:, absent], piece)
+    taught = _Taught(examples[usable][:, :, visible], examples[usable][:, now][:, absent], piece, piece)
+    who = likeness(positions[frames][:, visible], [taught.visible[piece == one, now] for one in np.unique(piece)])
+    mixed, doubt = _mixture(views, moments, taught, who)
     at = np.arange(len(positions)) / step
     rows = np.arange(len(mixed))
     flat = mixed.reshape(len(mixed), -1)
@@ -107,39 +112,77 @@ def _views(examples: Floats, visible: Ints, absent: Ints, piece: Ints, up: Float
 
 
 @dataclass(frozen=True, eq=False)
+class _Taught:
+    """Examples: visible markers (E, W, V, 3), those sought (E, A, 3), and whose they are."""
+
+    visible: Floats
+    wanted: Floats
+    piece: Ints  # (E,) parts of the library that stand for another recording
+    party: Ints  # (E,) parts that stand for another recording as unlike as this one
+
+
+@dataclass(frozen=True, eq=False)
 class _Guess:
-    """One way's prediction (N, A, 3), its errors (C, A, 3) on chosen examples left out, both in the world's axes."""
+    """One way's prediction, in the world's axes.
+
+    Attributes
+    ----------
+    places : (N, A, 3).
+    missed : (C, A, 3) errors on chosen examples left out.
+    strange : (N,) how far the variance is above that of those.
+    """
 
     places: Floats
     missed: Floats
+    strange: Floats
 
 
-def _mixture(views: _Views, moments: Floats, visible: Floats, wanted: Floats, piece: Ints) -> tuple[Floats, Floats]:
-    """Mixed prediction (N, A, 3) and deviation (N, A) at moments (N, W, V, 3), from examples (E, ...) of both."""
-    now = OFFSETS.index(0.0)
-    chosen = np.unique(np.linspace(0, len(wanted) - 1, min(TUNED, len(wanted))).astype(np.int64))
-    guesses, strange = [], np.zeros(len(moments))
-    for name, looked_at in (("heading", slice(None)), ("segment", slice(now, now + 1))):
-        place, axes = views.of(visible[:, now], name)
-        target = within(wanted, place, axes).reshape(len(wanted), -1)
-        taught, sought = views.features(visible, name), views.features(moments, name)
-        back = views.of(moments[:, now], name)
-
-        def guess(inside: Floats, missed: Floats, back: tuple[Floats, Floats] = back, axes: Floats = axes) -> _Guess:
-            places = without(inside.reshape(len(inside), -1, 3), *back)
-            return _Guess(places, missed.reshape(len(missed), -1, 3) @ axes[chosen].transpose(0, 2, 1))
-
-        ridge = _ridge(taught[:, looked_at].reshape(len(taught), -1), target, piece)
-        inside = ridge.predict(sought[:, looked_at].reshape(len(sought), -1))
-        guesses.append(guess(inside, (ridge.held_out - target)[chosen]))
-        process = _process(taught, target, piece, chosen)
-        inside, variance = process.predict(sought)
-        guesses.append(guess(inside, process.held_out - target[chosen]))
-        strange += 0.5 * variance / process.usual
-    shares = _shares(np.array([g.missed.ravel() for g in guesses]))
+def _mixture(views: _Views, moments: Floats, taught: _Taught, who: Likeness) -> tuple[Floats, Floats]:
+    """Mixed prediction (N, A, 3) and deviation (N, A) at moments (N, W, V, 3)."""
+    if who.stranger and who.persons > 1:
+        _, number = np.unique(taught.piece, return_inverse=True)
+        taught = replace(taught, party=who.person[number])
+    chosen = np.unique(np.linspace(0, len(taught.wanted) - 1, min(TUNED, len(taught.wanted))).astype(np.int64))
+    guesses = [
+        *_guesses(views, "heading", (EVERY, NOW), moments, taught, who.unlike, chosen),
+        *_guesses(views, "segment", (NOW,), moments, taught, who.unlike, chosen),
+    ]
+    # every party counts alike, however many of its examples there are
+    party = taught.party[chosen]
+    weight = 1.0 / np.sqrt(np.bincount(party)[party])[:, None, None]
+    shares = _shares(np.array([(g.missed * weight).ravel() for g in guesses]))
     mixed = np.tensordot(shares, np.array([g.places for g in guesses]), 1)
-    missed = np.tensordot(shares, np.array([g.missed for g in guesses]), 1)
-    return mixed, np.sqrt(np.square(missed).mean(axis=(0, 2))) * np.sqrt(strange)[:, None]
+    missed = np.tensordot(shares, np.array([g.missed for g in guesses]), 1) * weight
+    strange = np.median([g.strange for g in guesses], axis=0)
+    usual = np.sqrt(np.square(missed).mean(axis=2).sum(axis=0) / np.square(weight).sum())
+    return mixed, usual * np.sqrt(strange)[:, None]
+
+
+def _guesses(
+    views: _Views, name: str, looks: tuple[slice, ...], moments: Floats, taught: _Taught, unlike: float, chosen: Ints
+) -> list[_Guess]:
+    """Ridge regressions that look at these moments of the window, and a process, in one kind of frame."""
+    now = OFFSETS.index(0.0)
+    place, axes = views.of(taught.visible[:, now], name)
+    target = within(taught.wanted, place, axes).reshape(len(taught.wanted), -1)
+    known, sought = views.features(taught.visible, name), views.features(moments, name)
+    back = views.of(moments[:, now], name)
+
+    def guess(inside: Floats, missed: Floats, strange: Floats) -> _Guess:
+        places = without(inside.reshape(len(inside), -1, 3), *back)
+        return _Guess(places, missed.reshape(len(missed), -1, 3) @ axes[chosen].transpose(0, 2, 1), strange)
+
+    # a body of other proportions has a marker elsewhere, the more so the farther it is from the frame's place
+    away = np.sqrt(np.square(known[:, now].reshape(len(known), -1, 3)).sum(axis=2).mean(axis=0))
+    doubt = unlike * np.repeat(away, 3)
+    found = []
+    for look in looks:
+        features, here = known[:, look].reshape(len(known), -1), sought[:, look].reshape(len(sought), -1)
+        ridge = _ridge(features, target, taught, np.tile(doubt, features.shape[1] // len(doubt)))
+        found.append(guess(ridge.predict(here), (ridge.held_out - target)[chosen], ridge.strange(here)))
+    process = _process(known, target, taught, chosen)
+    inside, variance = process.predict(sought)
+    return [*found, guess(inside, process.held_out - target[chosen], variance / process.usual)]
 
 
 def _shares(missed: Floats) -> Floats:
@@ -169,37 +212,61 @@ class _Ridge:
     scale: Floats
     matrix: Floats
     middle: Floats
-    held_out: Floats  # (E, D) predictions of examples from other pieces
+    root: Floats  # (F, F) half the inverse covariance of the features
+    usual: float  # mean squared distance from the mean, of examples from those of other parties
+    held_out: Floats  # (E, D) predictions of examples from other parties
 
     def predict(self, features: Floats) -> Floats:
         return np.asarray((features - self.mean) / self.scale @ self.matrix + self.middle)
 
+    def strange(self, features: Floats) -> Floats:
+        """(N,) how far the squared distance from the examples is above that of other parties."""
+        away = np.square((features - self.mean) / self.scale @ self.root).sum(axis=1)
+        return np.asarray(np.maximum(away / self.usual, 1.0))
 
-def _ridge(features: Floats, target: Floats, piece: Ints) -> _Ridge:
-    """Ridge regression with the penalty that predicts pieces of the library best from the others."""
+
+def _ridge(features: Floats, target: Floats, taught: _Taught, doubt: Floats) -> _Ridge:
+    """Ridge regression with the penalty that predicts pieces of the library best from the others.
+
+    `doubt` (F,) is the deviation of the recording's features from what they would be on a body of the library: errors
+    in the variables, which the covariance of the features gets in addition.
+
+    Source
+    ------
+    Fuller, Measurement Error Models, 1987, section 1.1.
+    """
     mean, scale = features.mean(axis=0), features.std(axis=0) + 1e-4
-    normal = (features - mean) / scale
-    numbers = np.unique(piece)
+    normal, noise = (features - mean) / scale, np.square(doubt / scale)
     held_out = np.empty((len(RIDGES), *target.shape))
-    for fold in np.array_split(numbers, min(FOLDS, len(numbers))):
-        out = np.isin(piece, fold)
-        for row, (matrix, middle) in enumerate(_solved(normal[~out], target[~out], RIDGES)):
+    for out in _folds(taught.piece):
+        for row, (matrix, middle, _) in enumerate(_solved(normal[~out], target[~out], noise, RIDGES)):
             held_out[row, out] = normal[out] @ matrix + middle
     best = int(np.argmin(np.square(held_out - target).mean(axis=(1, 2))))
-    ((matrix, middle),) = _solved(normal, target, RIDGES[[best]])
-    return _Ridge(mean, scale, matrix, middle, held_out[best])
+    missed, away = held_out[best], np.ones(len(target))
+    for out in _folds(taught.party):
+        ((matrix, middle, root),) = _solved(normal[~out], target[~out], noise, RIDGES[[best]])
+        missed[out] = normal[out] @ matrix + middle
+        away[out] = np.square((normal[out] - normal[~out].mean(axis=0)) @ root).sum(axis=1)
+    ((matrix, middle, root),) = _solved(normal, target, noise, RIDGES[[best]])
+    return _Ridge(mean, scale, matrix, middle, root, float(away.mean()), missed)
 
 
-def _solved(normal: Floats, target: Floats, ridges: Floats) -> list[tuple[Floats, Floats]]:
-    """Matrix and constant for each penalty, a share of the number of examples."""
+def _folds(piece: Ints) -> list[Bools]:
+    numbers = np.unique(piece)
+    return [np.isin(piece, fold) for fold in np.array_split(numbers, min(FOLDS, len(numbers)))]
+
+
+def _solved(normal: Floats, target: Floats, noise: Floats, ridges: Floats) -> list[tuple[Floats, Floats, Floats]]:
+    """Matrix, constant and root of the inverse covariance for each penalty, a share of the number of examples."""
     centre, middle = normal.mean(axis=0), target.mean(axis=0)
     centred = normal - centre
-    values, vectors = np.linalg.eigh(centred.T @ centred)
+    values, vectors = np.linalg.eigh(centred.T @ centred + np.diag(len(normal) * noise))
     known = vectors.T @ (centred.T @ (target - middle))
     found = []
     for ridge in ridges:
-        matrix = vectors @ (known / (np.maximum(values, 0.0) + ridge * len(normal))[:, None])
-        found.append((matrix, middle - centre @ matrix))
+        stiff = (np.maximum(values, 0.0) + ridge * len(normal))[:, None]
+        matrix = vectors @ (known / stiff)
+        found.append((matrix, middle - centre @ matrix, vectors * np.sqrt(len(normal) / stiff[:, 0])))
     return found
 
 
@@ -215,7 +282,7 @@ class _Process:
     values: Floats
     middle: Floats
     base: float
-    held_out: Floats  # (chosen, D) predictions from other pieces
+    held_out: Floats  # (chosen, D) predictions from other parties
     usual: float  # their mean variance
 
     def predict(self, features: Floats) -> tuple[Floats, Floats]:
@@ -234,7 +301,8 @@ class _Process:
         return found.mean + self.middle, found.variance
 
 
-def _process(features: Floats, target: Floats, piece: Ints, chosen: Ints) -> _Process:
+def _process(features: Floats, target: Floats, taught: _Taught, chosen: Ints) -> _Process:
+    piece, party = taught.piece, taught.party[chosen]
     now = features[:, OFFSETS.index(0.0)]
     bases = (
         _whitened(now, COMPONENTS["now"]),
@@ -253,7 +321,7 @@ def _process(features: Floats, target: Floats, piece: Ints, chosen: Ints) -> _Pr
         parts, np.full(parts.shape[1:], base), values[chosen], 0.2 * spread / share, ROUNDS
     )
     cov = np.tensordot(amplitudes, parts, 1) + base
-    groups = [np.flatnonzero(piece[chosen] == number) for number in np.unique(piece[chosen])]
+    groups = [np.flatnonzero(party == number) for number in np.unique(party)]
     out = left_out(cov, values[chosen], groups)
     usual = float(out.variance.mean())
     return _Process(bases, reach, amplitudes, known, piece, values, middle, base, out.mean + middle, usual)

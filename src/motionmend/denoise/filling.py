@@ -19,6 +19,7 @@ from ..numerics.walk import noise_level
 from .filled_limbs import fill_absent
 from .filling_model import GROUPS, UNIT, Known, Points, Relation, learn, predict, relation
 from .filtered import Filtered, check_channels
+from .gaps import fill_pca
 from .marker_library import MarkerLibrary, examples_like
 from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, within, without
 
@@ -36,6 +37,8 @@ EXAMPLES = 200  # of the library, those most like the recording
 TAUGHT = 90  # of these, for one gap
 TUNED, TUNED_EXAMPLES, ROUNDS = 90, 45, 8  # frames, examples and rounds to find the amplitudes
 MOVED = 8  # gaps that are moved elsewhere to see how wrong the deviations are
+HEDGED = 0.006  # m; gaps less sure than this are filled by principal components as well
+ALIKE = 0.5  # correlation of the errors of both
 HOPELESS = 0.4  # m; a standard deviation above this is no support: the gap stays open
 _EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(12)])).astype(np.int64))
 _JOINT = np.array([0, 1, 2, 3, 6, 10, 16, 25, 40])
@@ -79,6 +82,7 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
             for start, stop in _runs(~seen[:, marker]):
                 _fill_gap(work, int(marker), start, stop)
         _calibrate(work)
+        _hedge(work, positions)
         if library is not None:
             absent = np.flatnonzero(~seen.any(axis=0))
             work.places[:, absent], work.std[:, absent] = fill_absent(work.places, fps, library, absent)
@@ -213,7 +217,23 @@ def _seen_from(work: _Work, sight: _Sight, task: _Task) -> tuple[Floats, Floats]
     amplitudes = _tuned(work, sight, known, how)
     sought = Points(sought_features - middle, work.time[frames], np.zeros(len(frames), dtype=np.int64))
     found = predict(amplitudes, known, how, sought)
-    return without(found.mean[:, None], place, axes)[:, 0], found.variance
+    places = without(found.mean[:, None], place, axes)[:, 0]
+    measured = chosen[work.seen[chosen, sight.marker]]
+    return places, found.variance + np.square(_impossible(work, sight, places, frames, measured))
+
+
+def _impossible(work: _Work, sight: _Sight, places: Floats, frames: Ints, measured: Ints) -> Floats:
+    """(L,) m by which distances to the nearest guides are beyond all that were measured: an error no smaller than this.
+
+    A linear relation carried on to postures unlike all learned from does not know of it.
+    """
+    if len(measured) < LEAST_FRAMES:
+        return np.zeros(len(places))
+    guides = sight.guides[: GROUPS[0]]
+    usual = np.linalg.norm(work.places[measured][:, guides] - work.places[measured, sight.marker][:, None], axis=2)
+    here = np.linalg.norm(work.places[frames][:, guides] - places[:, None], axis=2)
+    beyond = np.maximum(here - usual.max(axis=0), usual.min(axis=0) - here)
+    return np.asarray(np.maximum(beyond, 0.0).max(axis=1, initial=0.0))
 
 
 def _guides(
@@ -310,6 +330,28 @@ def _calibrate(work: _Work) -> None:
         hidden = start + np.flatnonzero(work.seen[start:stop, marker])
         errors.append((trial.places - work.places)[hidden, marker] / trial.std[hidden, marker, None])
     work.std *= _excess(errors)
+
+
+def _hedge(work: _Work, positions: Floats) -> None:
+    """Where the deviations are large, mix in what the principal components of the whole body say, as sure as they are.
+
+    Source
+    ------
+    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969.
+    """
+    wanted = np.zeros(work.seen.shape, dtype=bool)
+    for marker in np.flatnonzero(~work.seen.all(axis=0) & work.seen.any(axis=0)):
+        for start, stop in _runs(~work.seen[:, marker]):
+            wanted[start:stop, marker] = np.nanmax(work.std[start:stop, marker], initial=0.0) > HEDGED
+    if not wanted.any():
+        return
+    other = fill_pca(positions, wanted)
+    rows = np.nonzero(wanted & other.filled & np.isfinite(work.std) & np.isfinite(other.std))
+    one, two = work.std[rows], other.std[rows]
+    common = ALIKE * one * two
+    share = np.clip((one**2 - common) / np.maximum(one**2 + two**2 - 2.0 * common, 1e-12), 0.0, 1.0)
+    work.places[rows] += share[:, None] * (other.values[rows] - work.places[rows])
+    work.std[rows] = np.sqrt(((1.0 - share) * one) ** 2 + (share * two) ** 2 + 2.0 * share * (1.0 - share) * common)
 
 
 def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:

@@ -24,7 +24,7 @@ _HIDDEN_FRAMES = 30  # length of the stretches hidden from the smoother to see h
 _BLOCKS = 4  # parts of the training frames, each of which is predicted from the others to find the error
 
 
-def fill_pca(positions: Floats) -> Filtered:
+def fill_pca(positions: Floats, wanted: Bools | None = None) -> Filtered:
     """Fill missing markers from the principal components of the others, each gap by the markers that are there.
 
     The body's mean trajectory is taken out first. A gap of a marker is filled from frames in which it and all markers
@@ -34,6 +34,7 @@ def fill_pca(positions: Floats) -> Filtered:
     Parameters
     ----------
     positions : (T, M, 3) m, NaN = missing.
+    wanted : (T, M) True in the gaps to fill; None = all.
 
     Returns
     -------
@@ -51,21 +52,23 @@ def fill_pca(positions: Floats) -> Filtered:
     if seen.all() or not seen.any():
         return Filtered(positions, std, np.zeros(seen.shape, dtype=bool))
     with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
-        return _fill_pca(positions, seen, std)
+        return _fill_pca(positions, seen, std, ~seen if wanted is None else wanted)
 
 
-def _fill_pca(positions: Floats, seen: Bools, std: Floats) -> Filtered:
+def _fill_pca(positions: Floats, seen: Bools, std: Floats, wanted: Bools) -> Filtered:
     filled, std = positions.copy(), std.copy()
     body = _body(positions, seen)
     posture = positions - body[:, None]
     distances = _mean_distances(positions, seen)
     whole: Bools = np.asarray(seen.all(axis=0))
     learned: dict[tuple[int, bytes], _Predictor | None] = {}
-    for marker in np.flatnonzero(~whole & seen.any(axis=0)):
+    for marker in np.flatnonzero(wanted.any(axis=0) & ~whole & seen.any(axis=0)):
         far = distances[marker] > DISTAL * np.nanmean(distances[marker])
         candidates: Bools = whole | (~far & np.isfinite(distances[marker]))
         candidates[marker] = False
         for start, stop in _runs(~seen[:, marker]):
+            if not wanted[start:stop, marker].any():
+                continue
             # A frame in which nothing is seen stays open and takes no marker away from the others.
             frames = start + np.flatnonzero(seen[start:stop].any(axis=1))
             used: Bools = candidates & np.asarray(seen[frames].all(axis=0))

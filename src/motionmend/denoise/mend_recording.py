@@ -6,15 +6,16 @@ import numpy as np
 
 from ..arrays import Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
-from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
+from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance
 from .channels import Channels, to_channels
 from .cloud import CloudChannels, positions_of
 from .filling import fill_gaps
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
 from .layout import Layout, own_layout
-from .learning import at_rate
+from .learning import at_rate as series_at_rate
 from .library import Library
+from .local_prior import Neighbourhood, Prior, neighbourhood
 from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
 from .outcome import repaired_recording
@@ -94,33 +95,34 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     if isinstance(recording, Motion):
         vouched, at_pole = pole_crossings(values, recording.skeleton, channels.columns)
 
-    def mended(bends: Floats, bases: Eigenbases | None) -> Mended:
+    def mended(prior: Prior, near: Neighbourhood | None = None) -> Mended:
         return mend_channels(
             values,
-            bends,
+            prior,
             recording.fps,
-            bases=bases,
-            model_fps=known.fps,
+            near=near,
             together=3 if isinstance(recording, Markers) else 1,
             vouched=vouched,
             at_pole=at_pole,
         )
 
-    if known.library is not None:
-        return mended(known.library.usual_bends(recording.fps), known.bases)
-    first = mended(first_bends(values), None)
+    if known.library is not None and known.bases is not None:
+        near = neighbourhood(known.library, known.bases, known.fps)
+        patterns, stride = at_rate(known.bases, known.fps, recording.fps)
+        return mended(Prior(known.library.usual_bends(recording.fps), patterns, stride), near)
+    first = mended(Prior(first_bends(values), None))
     smooth = first.found.values
-    own = _own_bases(smooth, recording.fps, known.fps) if isinstance(recording, Motion) else None
-    again = mended(own_bends(smooth, first.unseen_bends), own)
+    whole = isinstance(recording, Motion) and bool(np.isfinite(smooth).all())
+    own, pace = _own_bases(smooth, recording.fps, known.fps) if whole else (None, 1)
+    again = mended(Prior(own_bends(smooth, first.unseen_bends), own, pace))
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 
-def _own_bases(smooth: Floats, fps: float, rate: float) -> Eigenbases | None:
-    """Patterns of a recording's own first repair at about `rate` Hz; None where it has gaps or is too short."""
-    if not np.isfinite(smooth).all() or len(smooth) < OWN_WINDOWS * OWN_WINDOW * fps / rate:
-        return None
-    series = [np.ascontiguousarray(phase) for phase in at_rate(smooth, fps, rate)]
-    return eigenbases(lag_covariance(series, OWN_WINDOW), OWN_ENERGY)
+def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | None, int]:
+    """Patterns of a recording's own first repair, learned at about `rate` Hz, and their stride; none of a short one."""
+    if len(smooth) < OWN_WINDOWS * OWN_WINDOW * fps / rate:
+        return None, 1
+    return at_rate(eigenbases(lag_covariance(series_at_rate(smooth, fps, rate), OWN_WINDOW), OWN_ENERGY), rate, fps)
 
 
 def _cleaned(channels: Channels, mended: Mended) -> Floats:

@@ -1,6 +1,7 @@
 """Channels repaired by the adaptive method: recordings of any length, rate and amount missing."""
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -8,8 +9,8 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
-from ..numerics.ssa import Eigenbases, at_rate
 from .adaptive import adapt
+from .local_prior import Neighbourhood, Prior, local_prior
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
 
@@ -41,11 +42,10 @@ class Mended:
 
 def mend_channels(
     measured: Floats,
-    bends: Floats,
+    prior: Prior,
     fps: float,
     *,
-    bases: Eigenbases | None,
-    model_fps: float,
+    near: Neighbourhood | None = None,
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
@@ -55,10 +55,9 @@ def mend_channels(
     Parameters
     ----------
     measured : (T, C) in degrees and centimetres at `fps` Hz, NaN = missing.
-    bends : (C, C) covariance of second differences of clean motion at `fps`.
+    prior : what clean motion is like at `fps`.
     fps : Hz.
-    bases : the library's, learned at `model_fps` Hz; None leaves them out.
-    model_fps : Hz.
+    near : a library to pick from what is most like the recording; None takes the prior as it is.
     together : neighbouring columns that are outliers together.
     vouched, at_pole : (T, C) of `poles.pole_crossings`; None = nowhere.
 
@@ -69,8 +68,8 @@ def mend_channels(
     nowhere = np.zeros(measured.shape, dtype=bool)
     vouched = nowhere if vouched is None else vouched
     at_pole = nowhere if at_pole is None else at_pole
-    patterns, stride = (None, 1) if bases is None else at_rate(bases, model_fps, fps)
-    least = max(LEAST_FRAMES, 0 if patterns is None else patterns.window)
+    least = max(LEAST_FRAMES, 0 if prior.bases is None else prior.bases.window)
+    closer = None if near is None else partial(local_prior, near, fps=fps)
     values, variance = np.empty(measured.shape), np.empty(measured.shape)
     outlier = nowhere.copy()
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
@@ -79,10 +78,9 @@ def mend_channels(
         own = slice(before + core.start - seen.start, before + core.stop - seen.start)
         adapted = adapt(
             padded,
-            bends,
+            prior,
             fps,
-            bases=patterns,
-            stride=stride,
+            closer=closer,
             together=together,
             vouched=_among_missing(vouched[seen], least)[1],
             at_pole=_among_missing(at_pole[seen], least)[1],
@@ -92,12 +90,12 @@ def mend_channels(
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
         size = core.stop - core.start
-        if patterns is not None:
+        if prior.bases is not None:
             believed = np.isfinite(padded) & ~adapted.outlier
             missed += size * missed_by(adapted.supported, believed, adapted.values) ** 2
         weight, steps = weight + size, steps + adapted.steps
     missed = float(np.sqrt(missed / max(weight, 1)))
-    found = _labelled(measured, values, DOUBT * variance, outlier, fps, patterns is not None)
+    found = _labelled(measured, values, DOUBT * variance, outlier, fps, prior.bases is not None)
     said = (
         (
             f"the library misses this recording by {missed:.1f} degrees or cm (root mean square): it may not know this "

@@ -1,0 +1,113 @@
+"""From a large mixed library, what this recording needs: the windows most like it, and what they have in common.
+
+The dissertation's local models (section 3.4) tolerate general databases; here they serve the filter bases.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Floats, Ints
+from ..numerics.ssa import Eigenbases, at_rate
+from .learning import at_rate as series_at_rate
+from .library import Library, typical_bends
+
+COORDINATES = 40  # leading patterns in which windows are compared
+NEAREST = 60  # exemplars taken for each window of the recording
+FEWEST = 120  # exemplars that make bases of their own
+WHOLE = 0.6  # of the library: so much of it is like the recording that it is the library that is wanted
+ENERGY = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What clean motion is like at a recording's rate.
+
+    Attributes
+    ----------
+    bends : (C, C) covariance of second differences.
+    bases : patterns at that rate; None without a library.
+    stride : frames between windows.
+    """
+
+    bends: Floats
+    bases: Eigenbases | None
+    stride: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhood:
+    """A library whose windows can be looked up.
+
+    Attributes
+    ----------
+    library : with exemplar windows at `rate` Hz.
+    bases : of the whole library, at `rate`.
+    rate : Hz.
+    places : (N, K) the exemplars' coordinates in the leading patterns.
+    """
+
+    library: Library
+    bases: Eigenbases
+    rate: float
+    places: Floats
+
+
+def neighbourhood(library: Library, bases: Eigenbases, rate: float) -> Neighbourhood:
+    """Make a library's windows ready to be looked up."""
+    windows = library.exemplars.reshape(len(library.exemplars), -1).astype(float)
+    return Neighbourhood(library, bases, rate, _coordinates(windows, bases))
+
+
+def local_prior(near: Neighbourhood, values: Floats, fps: float) -> Prior | None:
+    """Bends and bases of the exemplars most like a recording; None where that is the whole library, or too few.
+
+    Parameters
+    ----------
+    near : the library.
+    values : (T, C) a first estimate at `fps` Hz, finite.
+    fps : Hz.
+    """
+    exemplars = near.library.exemplars
+    window = exemplars.shape[1]
+    series = series_at_rate(values, fps, near.rate)[0]
+    if len(series) < window or len(exemplars) < FEWEST:
+        return None
+    starts = np.unique(np.append(np.arange(0, len(series) - window, window // 2), len(series) - window))
+    own = np.stack([series[s : s + window].ravel() for s in starts])
+    chosen = _nearest(_coordinates(own, near.bases), near.places)
+    if not FEWEST <= len(chosen) < WHOLE * len(exemplars):
+        return None
+    windows = exemplars[chosen].astype(float)
+    here, there = (np.diag(near.library.curvature(rate)) for rate in (near.rate, fps))
+    ratio = np.sqrt(there / np.where(here > 0, here, np.inf))
+    bends = typical_bends(windows) * np.multiply.outer(ratio, ratio)
+    bases, stride = at_rate(_few_window_bases(windows), near.rate, fps)
+    return Prior(bends, bases, stride)
+
+
+def _coordinates(windows: Floats, bases: Eigenbases) -> Floats:
+    leading = bases.vectors[:COORDINATES].reshape(-1, windows.shape[1])
+    return np.asarray((windows - bases.mean.ravel()) @ leading.T)
+
+
+def _nearest(wanted: Floats, places: Floats) -> Ints:
+    """Exemplars that are among the nearest of some window, in their order."""
+    away = np.square(wanted).sum(axis=1)[:, None] - 2.0 * wanted @ places.T + np.square(places).sum(axis=1)
+    count = min(NEAREST, places.shape[0])
+    return np.unique(np.argpartition(away, count - 1, axis=1)[:, :count])
+
+
+def _few_window_bases(windows: Floats) -> Eigenbases:
+    """Bases of fewer windows (N, M, C) than a window has values, by way of their inner products."""
+    count, shape = len(windows), windows.shape[1:]
+    mean = windows.mean(axis=0)
+    flat = (windows - mean).reshape(count, -1) / np.sqrt(count)
+    values, sides = np.linalg.eigh(flat @ flat.T)
+    values, sides = np.clip(values[::-1], 0.0, None), sides[:, ::-1]
+    total = float(values.sum())
+    kept = min(int(np.searchsorted(np.cumsum(values), ENERGY * total)) + 1, count - 1)
+    vectors = (sides[:, :kept] / np.sqrt(np.maximum(values[:kept], 1e-12 * max(total, 1e-12)))).T @ flat
+    left = np.square(flat).sum(axis=0) - np.einsum("kd,k->d", np.square(vectors), values[:kept])
+    discarded = np.clip(left, 0.0, None).reshape(shape).mean(axis=0)
+    return Eigenbases(mean, vectors.reshape(kept, *shape), values[:kept], total, discarded)
