@@ -272,6 +272,17 @@ def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: 
     assert without_seconds(tmp_path / "filled.mend.json")["noise"] is None
 
 
+def test_without_a_model_a_recording_is_repaired_by_what_it_shows(cli: Command, library: Path, tmp_path: Path) -> None:
+    assert cli("denoise", library / "take.amc", "-o", tmp_path / "clean.amc").code == 0
+    facts = without_seconds(tmp_path / "clean.mend.json")
+    assert (facts["method"], facts["model"]) == ("adaptive", None)
+    errors = [
+        json.loads(cli("compare", library / "clean.amc", other, "--json").out)["rms_deg"]
+        for other in (library / "take.amc", tmp_path / "clean.amc")
+    ]
+    assert errors[1] < 0.8 * errors[0]
+
+
 def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(cli: Command, library: Path, tmp_path: Path) -> None:
     from motionmend.denoise.fixed_lag import FixedLag, joined
     from motionmend.denoise.fixed_lag import finish as finish_live

@@ -33,9 +33,9 @@ def denoise(
     method: Annotated[
         str,
         Parameter(
-            help="How to repair: adaptive, paper and kalman-data learn from clips and need a model. adaptive finds "
-            "noise and outliers in the recording itself and needs nothing told; gaussian, savgol, butterworth and "
-            "kalman filter; linear, spline and pca (markers only) fill gaps and leave the rest."
+            help="How to repair: adaptive finds noise and outliers in the recording itself, fills gaps, and does so "
+            "better with a model; paper and kalman-data need one. gaussian, savgol, butterworth and kalman filter; "
+            "linear, spline and pca (markers only) fill gaps and leave the rest."
         ),
     ] = DEFAULT_METHOD,
     robust: Annotated[
@@ -96,7 +96,7 @@ def _check(
     method: str, robust: str, max_std: float | None, lag: float | None, footskate: bool, model: Path | None
 ) -> None:
     """Refuse options that make no sense, alone or together."""
-    from ..denoise import CLASSIC_METHODS, METHODS
+    from ..denoise import METHODS, MODEL_FREE_METHODS
     from ..numerics.robust import ESTIMATORS
 
     if method not in METHODS:
@@ -111,10 +111,13 @@ def _check(
         raise UsageError(f"--lag goes with --method {DEFAULT_METHOD}, came {method}: leave one of them out")
     if lag is not None and footskate:
         raise UsageError("--footskate needs the whole recording: leave out --lag, or clean feet in a second run")
-    if model is None and method not in CLASSIC_METHODS:
+    if model is None and method not in MODEL_FREE_METHODS:
         raise UsageError(
-            f"--method {method} learns from clips: give a model with -m, or choose one of {', '.join(CLASSIC_METHODS)}"
+            f"--method {method} learns from clips: give a model with -m, or choose one of "
+            f"{', '.join(MODEL_FREE_METHODS)}"
         )
+    if model is None and lag is not None:
+        raise UsageError("--lag needs to know clean motion beforehand: give a model with -m")
     if model is None and footskate:
         raise UsageError("--footskate needs a model: give one with -m")
 
