@@ -189,6 +189,14 @@ def test_a_channel_never_seen_leaves_the_others_as_they_are(seed):
     assert (np.abs(found[:, others] - wanted) < 1e-3 * deviation + 1e-6 * np.abs(wanted)).all()
 
 
+def test_where_nothing_weighs_anything_the_start_stays(rng):
+    start = rng.normal(size=(9, 4))
+    nothing = np.zeros((9, 4))
+    for begin, wanted in ((None, nothing), (np.cumsum(np.ones((9, 4)), axis=0), np.cumsum(np.ones((9, 4)), axis=0))):
+        found, _ = smooth_coupled(start, nothing, _covariance(rng, 4), np.ones((9, 4)), begin)
+        np.testing.assert_allclose(found, wanted, atol=1e-12)
+
+
 def test_a_covariance_without_full_rank_is_coupled_too(rng):
     one = rng.normal(size=(5, 2))
     found = couple(np.ones((9, 5)), one @ one.T)

@@ -41,11 +41,11 @@ def couple(weight: Floats, covariance: Floats) -> Coupling:
 
     Parameters
     ----------
-    weight : (T, C) inverse variances, 0 = missing; some above 0.
+    weight : (T, C) inverse variances, 0 = missing.
     covariance : (C, C) Q, symmetric, positive semi-definite.
     """
     typical = weight.mean(axis=0)
-    unit = 1.0 / np.sqrt(np.maximum(typical, 1e-6 * typical.mean()))
+    unit = 1.0 / np.sqrt(np.maximum(typical, 1e-6 * (typical.mean() or 1.0)))
     values, vectors = np.linalg.eigh(covariance / np.multiply.outer(unit, unit))
     return Coupling(unit, vectors, np.maximum(values, _LEAST * values[-1]))
 
