@@ -1,0 +1,123 @@
+"""Laws of what a recording tells of its noise."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionmend.denoise.noise import first_noise, next_noise, next_rate
+
+SEEDS = st.integers(0, 10**6)
+
+
+def _walk(rng, frames, channels):
+    """As smooth as a body: second differences of a tenth of a degree."""
+    return np.cumsum(np.cumsum(rng.normal(0, 0.1, (frames, channels)), axis=0), axis=0)
+
+
+@given(SEEDS, st.sampled_from([1.0, 3.0, 5.0]), st.sampled_from([0.0, 0.05, 0.1, 0.2]))
+@settings(max_examples=25)
+def test_the_first_guess_is_of_the_size_of_the_noise_and_seldom_above(seed, noise, outliers):
+    rng = np.random.default_rng(seed)
+    truth = _walk(rng, 400, 6)
+    spoilt = truth + rng.normal(0, noise, truth.shape)
+    spoilt += (rng.random(truth.shape) < outliers) * rng.choice([-1, 1], truth.shape) * rng.uniform(15, 55, truth.shape)
+    found = first_noise(spoilt)
+    assert (found > 0.25 * noise).all()
+    assert (found < 1.7 * noise).all()
+
+
+@given(SEEDS, st.floats(0.5, 50.0), st.floats(-100, 100), st.floats(-5, 5))
+@settings(max_examples=25)
+def test_the_first_guess_has_the_channels_unit_and_feels_no_steady_motion(seed, unit, level, speed):
+    rng = np.random.default_rng(seed)
+    white = rng.normal(0, 2.0, (80, 3))
+    t = np.arange(80.0)[:, None]
+    moving = unit * (white + level + speed * t + 0.01 * speed * t**2)
+    np.testing.assert_allclose(first_noise(moving), unit * first_noise(white), rtol=1e-6)
+
+
+def test_a_channel_that_says_too_little_is_taken_to_be_like_the_others(rng):
+    measured = rng.normal(0, [1.0, 2.0, 3.0, 2.0], (100, 4))
+    measured[4:, 3] = np.nan
+    found = first_noise(measured)
+    assert found[3] == pytest.approx(np.median(found[:3]))
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 5])
+def test_nothing_seen_and_next_to_nothing_give_a_number_all_the_same(rng, frames):
+    for measured in (np.full((frames, 3), np.nan), rng.normal(size=(frames, 3))):
+        found = first_noise(measured)
+        assert np.isfinite(found).all()
+        assert (found > 0).all()
+
+
+def test_still_channels_have_a_noise_above_0():
+    assert (first_noise(np.full((50, 2), 7.0)) > 0).all()
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_many_samples_are_believed(seed):
+    rng = np.random.default_rng(seed)
+    truth = np.exp(rng.normal(0, 0.3, 8))
+    freedom = rng.uniform(2000, 5000, 8)
+    found = next_noise(np.ones(8), np.square(truth) * freedom, freedom)
+    np.testing.assert_allclose(found, truth, rtol=0.05)
+
+
+@given(SEEDS, st.floats(0.5, 20.0))
+@settings(max_examples=25)
+def test_the_next_guess_has_the_unit_of_the_residuals(seed, unit):
+    rng = np.random.default_rng(seed)
+    noise, freedom = np.exp(rng.normal(0, 0.3, 6)), rng.uniform(1, 300, 6)
+    square = freedom * np.exp(rng.normal(0, 0.5, 6))
+    one = next_noise(noise, square, freedom)
+    np.testing.assert_allclose(next_noise(unit * noise, unit**2 * square, freedom), unit * one, rtol=1e-9)
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_the_next_guess_lies_among_what_the_channels_say(seed):
+    rng = np.random.default_rng(seed)
+    noise, freedom = np.exp(rng.normal(0, 0.5, 6)), rng.uniform(0, 50, 6)
+    square = freedom * np.exp(rng.normal(0, 1.0, 6))
+    said = [*noise, *np.sqrt(square[freedom > 1] / freedom[freedom > 1])]
+    found = next_noise(noise, square, freedom)
+    assert (found >= 0.5 * min(said)).all()
+    assert (found <= 2.0 * max(said)).all()
+
+
+def test_a_channel_without_freedom_follows_the_others():
+    freedom = np.array([500.0, 500.0, 500.0, 0.0])
+    found = next_noise(np.array([3.0, 3.0, 3.0, 0.2]), 9.0 * freedom, freedom)
+    np.testing.assert_allclose(found[:3], 3.0, rtol=0.02)
+    assert 1.5 < found[3] < 4.0
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_rates_are_shares_and_in_between(seed):
+    rng = np.random.default_rng(seed)
+    present = rng.random((200, 5)) < 0.8
+    outlier = present & (rng.random((200, 5)) < rng.uniform(0, 0.4, 5))
+    found = next_rate(outlier, present)
+    own = outlier.sum(axis=0) / present.sum(axis=0)
+    assert (found > 0).all()
+    assert (found < 1).all()
+    assert (found > own.min() - 0.01).all()
+    assert (found < own.max() + 0.01).all()
+    assert (np.argsort(found) == np.argsort(own)).all() or np.diff(np.sort(own)).min() < 0.01
+
+
+def test_rates_of_long_channels_are_their_own():
+    outlier = np.zeros((50_000, 2), dtype=bool)
+    outlier[::5, 1] = True
+    found = next_rate(outlier, np.ones_like(outlier))
+    assert found[0] < 0.005
+    assert found[1] == pytest.approx(0.2, rel=0.05)
+
+
+def test_rates_of_nothing_are_finite():
+    nothing = np.zeros((10, 3), dtype=bool)
+    assert np.isfinite(next_rate(nothing, nothing)).all()
