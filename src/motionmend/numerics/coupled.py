@@ -72,6 +72,8 @@ def smooth_coupled(
     Two preconditioners. Where all samples weigh much alike, the eigenvectors of Q part the channels into walks of their
     own. Where samples are missing, each channel is taken for a walk of its own, with every weight and scale as it is.
     """
+    if not weight.any():
+        return (np.zeros(observed.shape) if start is None else start), 0
     usual = np.exp(np.log(scale[2:]).mean(axis=0))
     coupling = couple(weight, covariance * np.multiply.outer(usual, usual))
     unit, vectors, values = coupling.unit, coupling.vectors, coupling.values
