@@ -1,4 +1,4 @@
-"""`python -m benchmarks [SUITE...] [--gate] [--update]`."""
+"""`python -m benchmarks [SUITE...] [--gate] [--update] [--long]`."""
 
 import argparse
 import sys
@@ -10,7 +10,7 @@ from .metric import Metric, regressions
 from .results import table, write_results
 from .timing import Plan
 
-SUITES = ("fit", "repair", "kinematics", "files", "peers")
+SUITES = ("fit", "repair", "adaptive", "kinematics", "files", "peers")
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -23,6 +23,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--update", action="store_true", help="record this run in baseline.json and write RESULTS.md anew"
     )
+    parser.add_argument("--long", action="store_true", help="also a recording of 1,000,000 frames: half an hour")
     options = parser.parse_args(argv)
     unknown = [name for name in options.suites if name not in SUITES]
     if unknown:
@@ -31,7 +32,7 @@ def main(argv: list[str] | None = None) -> int:
         parser.error("--gate compares with the baseline, --update replaces it: give one of them")
     try:
         baseline = record.load() if options.gate else {}
-        records = [_run(name) for name in dict.fromkeys(options.suites or SUITES)]
+        records = [_run(name, Plan(long=options.long)) for name in dict.fromkeys(options.suites or SUITES)]
         if options.update:
             write_results(record.save(records))
     except record.RecordError as error:
@@ -54,10 +55,10 @@ def _metrics(baseline: dict[str, record.Record], suite: str) -> tuple[Metric, ..
     return baseline[suite].metrics if suite in baseline else ()
 
 
-def _run(name: str) -> record.Record:
+def _run(name: str, plan: Plan) -> record.Record:
     print(f"{name} ...", file=sys.stderr)
     before, start = record.load_average(), time.perf_counter()
-    metrics = tuple(import_module(f".{name}", __package__).run(Plan()))
+    metrics = tuple(import_module(f".{name}", __package__).run(plan))
     after, minutes = record.load_average(), (time.perf_counter() - start) / 60
     print(table(metrics))
     loads = None if before is None or after is None else (before, after)

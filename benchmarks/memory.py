@@ -7,9 +7,10 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -18,6 +19,9 @@ from motionmend.arrays import Floats
 from motionmend.numerics.ssa import Eigenbases
 
 from .metric import Metric
+
+if TYPE_CHECKING:
+    from motionmend.denoise import DenoiserModel
 
 MB = 1e6
 _BASES = ("mean", "vectors", "values", "total", "discarded")
@@ -38,6 +42,10 @@ class Peak:
             Metric(f"{key}.peak_added", (self.after - self.before) / self.data, "inputs", "lower"),
         ]
 
+    def info(self, key: str) -> list[Metric]:
+        """The same, never gated."""
+        return [replace(metric, direction="info") for metric in self.metrics(key)]
+
 
 def measure(task: str, data: Floats, bases: Eigenbases | None = None) -> Peak:
     """Peak memory of a task.
@@ -48,7 +56,19 @@ def measure(task: str, data: Floats, bases: Eigenbases | None = None) -> Peak:
     data : (T, 62) channels, or q for the task that takes a motion.
     bases : for the repairs; made here, so that learning them leaves no peak over there.
     """
-    parts = {} if bases is None else {name: getattr(bases, name) for name in _BASES}
+    return _measured(task, data, {} if bases is None else {name: getattr(bases, name) for name in _BASES})
+
+
+def measure_adaptive(frames: int, model: "DenoiserModel") -> Peak:
+    """Peak memory of the adaptive repair of the performer; the model comes ready made."""
+    from .data import SEED, motion, spoiled
+
+    arrays, header = model.to_arrays()
+    q = spoiled(motion(frames, seed=SEED + 1)).q
+    return _measured("adaptive", q, {**arrays, "header": np.array(json.dumps(header))})
+
+
+def _measured(task: str, data: Floats, parts: Mapping[str, Any]) -> Peak:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "input.npz"
         np.savez(file, data=data, **parts)
@@ -125,6 +145,17 @@ def _repair_plain(given: Mapping[str, Floats]) -> Callable[[], object]:
     return lambda: alternate(given["data"], interpolated(given["data"], bases.mean.mean(axis=0)), bases, 2)
 
 
+def _adaptive(given: Mapping[str, Floats]) -> Callable[[], object]:
+    from motionmend.bodies.motion import Motion
+    from motionmend.denoise import DenoiserModel
+
+    from .data import FPS, skeleton
+
+    model = DenoiserModel.from_arrays(given, json.loads(str(given["header"])))
+    motion = Motion(skeleton(), given["data"], FPS)
+    return lambda: model.repair(motion, "adaptive")
+
+
 def _given_bases(given: Mapping[str, Floats]) -> Eigenbases:
     return Eigenbases(given["mean"], given["vectors"], given["values"], float(given["total"]), given["discarded"])
 
@@ -135,6 +166,7 @@ TASKS: Mapping[str, Callable[[Mapping[str, Floats]], Callable[[], object]]] = {
     "lag-plain": _lag_plain,
     "repair": _repair,
     "repair-plain": _repair_plain,
+    "adaptive": _adaptive,
 }
 
 if __name__ == "__main__":

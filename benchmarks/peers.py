@@ -30,10 +30,11 @@ def run(plan: Plan) -> list[Metric]:
     runners["scipy_butterworth"] = partial(sosfiltfilt, sections, noisy, axis=0)
     times = race(runners, plan.rounds)
     found = [times[name].rate(f"peers.{name}.{frames}.rate", frames, "frames/s") for name in runners]
-    return found + _filterpy(noisy[: min(frames, 1_000)])
+    short = noisy[: min(frames, 1_000)]
+    return found + filterpy_walks(short, f"peers.filterpy_kalman.{len(short)}")
 
 
-def _filterpy(noisy: Floats) -> list[Metric]:
+def filterpy_walks(noisy: Floats, key: str) -> list[Metric]:
     """A random walk per channel, filtered and smoothed by filterpy where it is installed; its variances are given."""
     try:
         new_filter = import_module("filterpy.kalman").KalmanFilter
@@ -51,4 +52,4 @@ def _filterpy(noisy: Floats) -> list[Metric]:
     # frames of all 62 channels: the few that are timed stand for all
     worth = len(noisy) * KALMAN_CHANNELS / noisy.shape[1]
     times = race({"filterpy": smooth}, 3)["filterpy"]
-    return [times.rate(f"peers.filterpy_kalman.{len(noisy)}.rate", worth, "frames/s")]
+    return [times.rate(f"{key}.rate", worth, "frames/s")]

@@ -23,6 +23,7 @@ tests' own reading twin. Recordings are synthetic unless the key says `real`.
 NAMES = {
     "fit": "Learning",
     "repair": "Repair",
+    "adaptive": "Adaptive repair",
     "kinematics": "Kinematics",
     "files": "Files",
     "peers": "Peers' filters",
@@ -70,6 +71,7 @@ def cost_curves(metrics: Mapping[str, Metric]) -> dict[str, list[tuple[int, floa
         "alternation": ("repair.alternation", "ours"),
         "alternation, plain": ("repair.alternation", "plain"),
         "whole repair": ("repair.whole", "ours"),
+        "adaptive repair": ("adaptive.whole", "ours"),
     }
     curves: dict[str, list[tuple[int, float]]] = {}
     for label, (stem, figure) in lines.items():
@@ -87,7 +89,9 @@ def _plot(curves: Mapping[str, Sequence[tuple[int, float]]], path: Path) -> None
         axes = figure.add_subplot()
         for label, points in curves.items():
             plain = label.endswith(", plain")
-            colour = COLOURS[("lag products", "alternation", "whole repair").index(label.removesuffix(", plain"))]
+            colour = COLOURS[
+                ("lag products", "alternation", "whole repair", "adaptive repair").index(label.removesuffix(", plain"))
+            ]
             frames, seconds = zip(*points, strict=True)
             axes.loglog(frames, seconds, "o--" if plain else "o-", color=colour, markersize=3.5, label=label)
         lengths = sorted({length for points in curves.values() for length, _ in points})
