@@ -18,7 +18,8 @@ from motionmend.arrays import Bools, Floats
 
 from .common import SPLITS, Split, body, body_error, model_of, motion, reduced
 
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 Cell = tuple[float, float]  # degrees of noise, share of outliers
 
 NOISES, SHARES = (1.0, 3.0, 5.0), (0.0, 0.05, 0.1, 0.2)

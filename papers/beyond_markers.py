@@ -16,12 +16,14 @@ from motionmend.denoise.gaps import fill_kalman_lowdim
 
 from .beyond_common import geometric_mean, in_parallel
 from .beyond_ridge import fill_by_ridge
-from .common import Findings, Table, distances, markers, only
+from .common import Findings, Table, distances, markers, only, reduced
 from .fig_2_6_arms import CMU, cases
 
 SHARE, GONE = 0.3, 0.25  # of the markers; of each one's samples at least
 GAP = (0.1, 2.0)  # s
-LONGEST = 600  # frames at 120 Hz
+FPS = 60.0  # of the takes in gaps, reduced from 120
+LONGEST = 300  # frames
+TAUGHT = 500  # frames of the library that go before the recording for Burke and Lasenby's smoother
 ALONE = "adaptive, no library"
 WITHOUT = ("linear", "spline", "pca")
 Take = tuple[str, int, int | None]  # name, first and last frame
@@ -67,9 +69,9 @@ def run(mocap: Path, pictures: Path) -> Findings:
     return Findings(
         values=values,
         notes=(
-            f"Takes at 120 Hz, at most {LONGEST} frames; RMS over the hidden samples that all methods fill. Without a "
-            "library the adaptive method learns from the cut recording itself. Burke-Lasenby, taught: the library's frames, in the travelling "
-            "frame like the recording's, stand before the recording.",
+            f"Takes reduced to 60 Hz, at most {LONGEST} frames; RMS over the hidden samples that all methods fill. Without a "
+            "library the adaptive method learns from the cut recording itself. Burke-Lasenby, taught: frames of the library, in the travelling "
+            f"frame like the recording's, {TAUGHT} at most, stand before the recording.",
             "Ridge: linear regression of the arms on all markers that are there, in the travelling frame, its strength "
             "chosen by cross-validation over pieces of the library.",
         ),
@@ -131,7 +133,8 @@ def arm_errors(mocap: Path, key: str) -> dict[str, float]:
 def _taught(cut: mm.Markers, library: list[mm.Markers], model: mm.DenoiserModel) -> Floats:
     """Burke and Lasenby's smoother with the library's frames before the recording's, all in the travelling frame."""
     channels = to_channels(cut, model.layout)
-    before = np.concatenate([to_channels(clip, model.layout).values for clip in library])
+    share = TAUGHT // len(library)
+    before = np.concatenate([to_channels(clip, model.layout).values[:share] for clip in library])
     stacked = np.concatenate([before, channels.values])
     filled = fill_kalman_lowdim(stacked.reshape(len(stacked), -1, 3) / 100).values[len(before) :]
     values = 100 * filled.reshape(cut.frames, -1)
@@ -156,7 +159,13 @@ def _take(mocap: Path, take: Take) -> mm.Markers:
     name, first, last = take
     whole = markers(mocap, name)
     named = CMU if name.startswith(("cmu", "hdm05")) else [one.rpartition(":")[2].upper() for one in whole.names]
-    return _part(only(whole, named), first, last)
+    return _reduced(_part(only(whole, named), first, last))
+
+
+def _reduced(recording: mm.Markers) -> mm.Markers:
+    here = reduced(recording, FPS)
+    assert isinstance(here, mm.Markers)
+    return here
 
 
 def _part(recording: mm.Markers, first: int, last: int | None) -> mm.Markers:
