@@ -147,7 +147,6 @@ def test_coordinates_of_one_marker_are_rejected_together(rng):
     assert (found.outlier.reshape(120, 2, 3).any(axis=2) == found.outlier.reshape(120, 2, 3).all(axis=2)).all()
 
 
-@pytest.mark.xfail(strict=True, reason="the search begins within 20 degrees or cm of the channel's median")
 @pytest.mark.parametrize("reach", [250.0, 400.0])
 def test_a_channel_that_goes_far_begins_where_it_is_seen(rng, reach):
     """A marker without a body's frame that crosses a room: its first samples are no outliers."""

@@ -35,7 +35,7 @@ LIVELY = 0.05  # s, the width in which motion is as lively as it is
 LIVELY_PRIOR = 4.0  # samples' worth of the library's own liveliness
 LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second differences
 _NOTHING = 1e-300
-VAGUE = 400.0  # square of channel units: where a channel begins
+VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +210,7 @@ def _histories(
     log_modes = np.log(goes_on * np.eye(len(COMMON)) + (1.0 - goes_on) * COMMON)
     known = np.isfinite(measured)
     begin = np.array([np.median(measured[known[:, c], c]) if known[:, c].any() else 0.0 for c in range(channels)])
+    strays = np.where(known, np.square(measured - begin), 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     density = OUTLIER_SPAN**-together
 
     def history(first: int) -> tuple[Bytes, Bytes]:
@@ -227,7 +228,7 @@ def _histories(
             log_modes,
             HISTORIES,
             begin[own],
-            np.full(together, VAGUE),
+            VAGUE + strays[own],
             50.0 * calm[own] + 1.0,
             np.ascontiguousarray(vouched[:, own].any(axis=1)),
             np.ascontiguousarray(at_pole[:, own].any(axis=1)),

@@ -9,6 +9,7 @@ _QUIET = 0.2  # quantile of third differences that outliers reach last
 _QUIET_NORMAL = 0.2533471  # the same quantile of |N(0, 1)|
 # Where outliers are many the quietest differences still say too much: begin below, the rounds raise it.
 _CAUTION = 0.47
+_UNTOLD = 0.1  # degrees or cm: too short a recording is changed by no more
 FEWEST = 8  # differences that tell anything
 CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
@@ -37,7 +38,7 @@ def first_noise(measured: Floats) -> Floats:
         if len(known) >= FEWEST:
             noise[c] = _CAUTION * np.quantile(known, _QUIET) / _QUIET_NORMAL
     told = np.isfinite(noise)
-    return np.maximum(np.where(told, noise, np.median(noise[told]) if told.any() else 1.0), LEAST_NOISE)
+    return np.maximum(np.where(told, noise, np.median(noise[told]) if told.any() else _UNTOLD), LEAST_NOISE)
 
 
 def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:

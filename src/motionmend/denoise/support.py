@@ -80,7 +80,7 @@ def support(
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
     missed = np.maximum(
-        np.square(median_filter(_bridged(measured - values), size=(span, 1), mode="nearest")) - left, 0.0
+        np.square(median_filter(_bridged(measured - values), size=(span, 1), mode="mirror")) - left, 0.0
     )
     if smooth is not None:
         # in a gap the estimate is no evidence against the library: what is missed on both sides counts
