@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from motionmend.denoise.filling import HOPELESS, fill_gaps
 from motionmend.denoise.gaps import fill_pca
+from motionmend.denoise.hedge import hedged
 from motionmend.denoise.interpolate import spline
+from motionmend.denoise.likeness import likeness
 from motionmend.denoise.marker_library import (
     MarkerLibrary,
     examples_like,
@@ -227,3 +229,29 @@ def test_gaps_in_real_clips_with_and_without_a_library(data):
     away = np.abs(taught.values - truth)[gone] / taught.std[gone][:, None]
     assert 0.55 < (away < 1).mean() < 0.9
     assert (away < 1.96).mean() > 0.85
+
+
+def test_hedging_prefers_whoever_is_sure_and_never_promises_more_than_both():
+    truth = _body(15, 300)
+    gappy = truth.copy()
+    gappy[100:140, 2] = np.nan
+    gone = ~np.isfinite(gappy).all(axis=2)
+    rival = fill_pca(gappy)
+    wrong = np.where(gone[..., None], truth + 0.2, truth)
+    unsure, sure = np.where(gone, 0.2, np.nan), np.where(gone, 0.001, np.nan)
+    places, std = hedged(wrong, unsure, gappy)
+    assert _rms(places, truth, gone) < 2 * _rms(rival.values, truth, gone)
+    assert (std[gone] <= np.minimum(unsure, rival.std)[gone] + 1e-12).all()
+    kept, same = hedged(wrong, sure, gappy)
+    np.testing.assert_array_equal(kept, wrong)
+    np.testing.assert_array_equal(same, sure)
+
+
+def test_likeness_knows_the_same_body_in_other_postures_and_a_stranger():
+    clips = [_body(1), _body(2), _body(3, size=1.2)]
+    known, stranger = likeness(_body(4), clips), likeness(_body(4, size=1.1), clips)
+    assert known.unlike < 0.02 < stranger.unlike
+    assert not known.stranger
+    assert stranger.stranger
+    assert known.persons == 2
+    assert known.person[0] == known.person[1] != known.person[2]

@@ -19,7 +19,7 @@ from ..numerics.walk import noise_level
 from .filled_limbs import fill_absent
 from .filling_model import GROUPS, UNIT, Known, Points, Relation, learn, predict, relation
 from .filtered import Filtered, check_channels
-from .gaps import fill_pca
+from .hedge import hedged
 from .marker_library import MarkerLibrary, examples_like
 from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, within, without
 
@@ -34,11 +34,9 @@ EDGE = 0.2  # s on either side of a gap
 RIGID = 0.015  # m; a marker this steady is a guide even if the gap's edges are lost by it
 SPREAD, SIMILAR = 110, 60  # frames to learn from: all over the recording, and postures like those in the gap
 EXAMPLES = 200  # of the library, those most like the recording
-TAUGHT = 90  # of these, for one gap
-TUNED, TUNED_EXAMPLES, ROUNDS = 90, 45, 8  # frames, examples and rounds to find the amplitudes
+TAUGHT = 64  # of these, for one gap
+TUNED, TUNED_EXAMPLES, ROUNDS = 72, 36, 7  # frames, examples and rounds to find the amplitudes
 MOVED = 8  # gaps that are moved elsewhere to see how wrong the deviations are
-HEDGED = 0.006  # m; gaps less sure than this are filled by principal components as well
-ALIKE = 0.5  # correlation of the errors of both
 HOPELESS = 0.4  # m; a standard deviation above this is no support: the gap stays open
 _EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(12)])).astype(np.int64))
 _JOINT = np.array([0, 1, 2, 3, 6, 10, 16, 25, 40])
@@ -82,7 +80,7 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
             for start, stop in _runs(~seen[:, marker]):
                 _fill_gap(work, int(marker), start, stop)
         _calibrate(work)
-        _hedge(work, positions)
+        work.places, work.std = hedged(work.places, work.std, positions)
         if library is not None:
             absent = np.flatnonzero(~seen.any(axis=0))
             work.places[:, absent], work.std[:, absent] = fill_absent(work.places, fps, library, absent)
@@ -330,28 +328,6 @@ def _calibrate(work: _Work) -> None:
         hidden = start + np.flatnonzero(work.seen[start:stop, marker])
         errors.append((trial.places - work.places)[hidden, marker] / trial.std[hidden, marker, None])
     work.std *= _excess(errors)
-
-
-def _hedge(work: _Work, positions: Floats) -> None:
-    """Where the deviations are large, mix in what the principal components of the whole body say, as sure as they are.
-
-    Source
-    ------
-    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969.
-    """
-    wanted = np.zeros(work.seen.shape, dtype=bool)
-    for marker in np.flatnonzero(~work.seen.all(axis=0) & work.seen.any(axis=0)):
-        for start, stop in _runs(~work.seen[:, marker]):
-            wanted[start:stop, marker] = np.nanmax(work.std[start:stop, marker], initial=0.0) > HEDGED
-    if not wanted.any():
-        return
-    other = fill_pca(positions, wanted)
-    rows = np.nonzero(wanted & other.filled & np.isfinite(work.std) & np.isfinite(other.std))
-    one, two = work.std[rows], other.std[rows]
-    common = ALIKE * one * two
-    share = np.clip((one**2 - common) / np.maximum(one**2 + two**2 - 2.0 * common, 1e-12), 0.0, 1.0)
-    work.places[rows] += share[:, None] * (other.values[rows] - work.places[rows])
-    work.std[rows] = np.sqrt(((1.0 - share) * one) ** 2 + (share * two) ** 2 + 2.0 * share * (1.0 - share) * common)
 
 
 def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:

@@ -1,0 +1,46 @@
+"""Two ways to fill a gap in one: where the first is unsure, the second counts as far as it is sure."""
+
+import numpy as np
+
+from ..arrays import Floats
+from .gaps import fill_pca
+
+HEDGED = 0.006  # m; gaps less sure than this are filled by principal components as well
+ALIKE = 0.5  # correlation of the errors of both
+
+
+def hedged(places: Floats, std: Floats, positions: Floats) -> tuple[Floats, Floats]:
+    """Where deviations are large, mix in what the principal components of the whole body say, as sure as they are.
+
+    Parameters
+    ----------
+    places : (T, M, 3) m, gaps filled.
+    std : (T, M) m per coordinate where filled, NaN elsewhere.
+    positions : (T, M, 3) m with the gaps.
+
+    Returns
+    -------
+    Places and std of the mixture, of least variance if the errors' correlation is `ALIKE`.
+
+    Source
+    ------
+    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969, equation 1.
+    """
+    # a gap is taken as a whole, so that nothing jumps where the deviation passes the limit
+    lost = ~np.isfinite(positions).all(axis=2)
+    gap = np.cumsum(np.diff(lost, axis=0, prepend=False), axis=0)
+    unsure = np.zeros(std.shape, dtype=bool)
+    for frame, marker in np.argwhere(lost & (np.nan_to_num(std) > HEDGED)):
+        if not unsure[frame, marker]:
+            unsure[:, marker] |= gap[:, marker] == gap[frame, marker]
+    if not unsure.any():
+        return places, std
+    other = fill_pca(positions, unsure)
+    rows = np.nonzero(unsure & other.filled & np.isfinite(std) & np.isfinite(other.std))
+    one, two = std[rows], other.std[rows]
+    common = ALIKE * one * two
+    share = np.clip((one**2 - common) / np.maximum(one**2 + two**2 - 2.0 * common, 1e-12), 0.0, 1.0)
+    mixed, doubt = places.copy(), std.copy()
+    mixed[rows] += share[:, None] * (other.values[rows] - places[rows])
+    doubt[rows] = np.sqrt(((1.0 - share) * one) ** 2 + (share * two) ** 2 + 2.0 * share * (1.0 - share) * common)
+    return mixed, doubt
