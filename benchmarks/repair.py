@@ -79,7 +79,7 @@ def _times(model: DenoiserModel, spoiled: Case, fit: Fit, rounds: int) -> dict[s
     runners: dict[str, Callable[[], object]] = {
         "ours": spoiled.fit,
         "plain": lambda: twins.alternate(measured, start, bases, iterations),
-        "whole": lambda: model.repair(recording),
+        "whole": lambda: model.repair(recording, "paper"),
     }
     return race(runners, rounds)
 
@@ -159,7 +159,7 @@ def _parts(model: DenoiserModel, frames: int, rounds: int) -> list[Metric]:
             "alternation": gappy.fit,
             "gappy": lambda: repair_channels(gappy.measured, gappy.bases, fps, fps, "welsch"),
             "gapless": lambda: repair_channels(gapless.measured, gapless.bases, fps, fps, "welsch"),
-            "fast": lambda: model.repair(fast),
+            "fast": lambda: model.repair(fast, "paper"),
         },
         rounds,
     )
@@ -249,5 +249,5 @@ def _real() -> list[Metric]:
         return []
     model = Denoiser(data.WINDOW, data.FPS, data.ENERGY).fit(clips[:-1])
     walk = data.spoiled(clips[-1])
-    times = race({"ours": lambda: model.repair(walk)}, 5)["ours"]
+    times = race({"ours": lambda: model.repair(walk, "paper")}, 5)["ours"]
     return [times.rate(f"repair.real.{walk.frames}.rate", walk.frames, "frames/s", TARGET_RATE)]
