@@ -72,8 +72,8 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "The adaptive method is told nothing. Each clip has a draw of its own; the ratio of a cell is that of the mean "
             "RMS errors over its clips.",
             f"Worst against the oracle: {worst[0]}, {cell_name(worst[1])}, {to_oracle[worst]:.2f}; worst against the best "
-            f"rival ({best[above]}): {above[0]}, {cell_name(above[1])}, {to_rival[above]:.2f}. Without outliers the best "
-            "rival that is told the noise is the oracle itself.",
+            f"rival ({best[above]}): {above[0]}, {cell_name(above[1])}, {to_rival[above]:.2f}. Without outliers the "
+            "rivals told the noise are the oracle itself.",
             "kalman-data is slow and was tried in "
             + ", ".join(cell_name(cell) for cell in SLOW_CELLS)
             + "; with outliers the learned dynamics told the noise stand for it (D12 has it in full).",

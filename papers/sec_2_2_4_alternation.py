@@ -27,7 +27,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
     """Iterations, seconds and costs for each noise and outlier level."""
     model = model_of(mocap, SPLITS["walking"].learn)
     truth = reduced(motion(mocap, SPLITS["walking"].test[0]))
-    model.repair(spoiled(truth, noise=1.0))  # compiles the loops
+    model.repair(spoiled(truth, noise=1.0), "paper")  # compiles the loops
     rows, ours, plain, seconds, ratios, rises = [], [], [], [], [], []
     curves = {}
     for noise, outliers in CELLS:
