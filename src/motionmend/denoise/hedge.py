@@ -5,7 +5,7 @@ import numpy as np
 from ..arrays import Floats
 from .gaps import fill_pca
 
-HEDGED = 0.006  # m; gaps less sure than this are filled by principal components as well
+HEDGED = 0.02  # m; gaps less sure than this are filled by principal components as well, whose own deviations flatter
 ALIKE = 0.5  # correlation of the errors of both
 
 

@@ -8,7 +8,6 @@ from ..arrays import Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance
 from .channels import Channels, to_channels
-from .cloud import CloudChannels, positions_of
 from .filling import fill_gaps
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
@@ -77,12 +76,12 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
         return repaired_recording(recording, known.layout, channels, mended.found, "adaptive", mended.noise)
     assert isinstance(recording, Markers)
     mended = _mended(channels.values, recording, channels, known)
-    swaps: tuple[Swap, ...] = _swaps(_cleaned(channels, mended), recording.fps, known.postures)
+    swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
     right = _relabelled(recording, channels, swaps)
     if right is not recording:
         channels = to_channels(right, known.layout)
         mended = _mended(channels.values, right, channels, known)
-    mended = _with_gaps_filled(channels, mended, right.fps, known.postures)
+    mended = _with_gaps_filled(mended, right.fps, known.postures)
     outcome: Repaired[Markers] = repaired_recording(
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
@@ -125,11 +124,10 @@ def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | No
     return at_rate(eigenbases(lag_covariance(series_at_rate(smooth, fps, rate), OWN_WINDOW), OWN_ENERGY), rate, fps)
 
 
-def _cleaned(channels: Channels, mended: Mended) -> Floats:
-    """(T, M, 3) m: the measured samples smoothed, NaN where missing or rejected; upright as the model has it."""
-    assert isinstance(channels.inner, CloudChannels)
+def _cleaned(mended: Mended) -> Floats:
+    """(T, M, 3) m: the measured samples smoothed, NaN where missing or rejected, in the travelling frame."""
     values = np.where(mended.found.origin == Origin.MEASURED, mended.found.values, np.nan)
-    return positions_of(replace(channels.inner, righting=np.eye(3)), values)
+    return values.reshape(len(values), -1, 3) / CENTIMETRES
 
 
 def _swaps(positions: Floats, fps: float, postures: MarkerLibrary | None) -> tuple[Swap, ...]:
@@ -153,26 +151,31 @@ def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...])
     return recording.with_positions(put_right(recording.positions, here))
 
 
-def _with_gaps_filled(channels: Channels, mended: Mended, fps: float, postures: MarkerLibrary | None) -> Mended:
-    """Gaps taken from the markers about them: what walks alone cannot know."""
-    assert isinstance(channels.inner, CloudChannels)
+def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None) -> Mended:
+    """Gaps taken from the markers about them: what walks alone cannot know.
+
+    In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same.
+    """
     found = mended.found
     missing = found.origin >= Origin.FILLED
     if not missing.any():
         return mended
-    upright = replace(channels.inner, righting=np.eye(3))
-    known = np.where(missing, np.nan, found.values)
-    filled = fill_gaps(positions_of(upright, known), fps, library=postures)
-    values, std, origin = found.values.copy(), found.std.copy(), found.origin.copy()
-    frames = len(values)
-    place = upright.travel.rotations()
-    local = np.einsum("tji,tmj->tmi", place, filled.values - upright.travel.place[:, None]) * CENTIMETRES
+    frames = len(found.values)
+    known = np.where(missing, np.nan, found.values).reshape(frames, -1, 3) / CENTIMETRES
+    filled = fill_gaps(known, fps, library=postures)
     three = np.isfinite(filled.values).all(axis=2).repeat(3, axis=1)
-    spread = CENTIMETRES * np.repeat(filled.std, 3, axis=1)
-    values[missing] = np.where(three, local.reshape(frames, -1), np.nan)[missing]
-    std[missing] = np.where(three, spread, np.nan)[missing]
-    origin[missing] = np.where(three, Origin.FILLED, Origin.LEFT_OPEN)[missing]
-    return replace(mended, found=replace(found, values=values, std=std, origin=origin))
+    places = np.where(three, CENTIMETRES * filled.values.reshape(frames, -1), np.nan)
+    spread = np.where(three, CENTIMETRES * filled.std.repeat(3, axis=1), np.nan)
+    kind = np.where(three, Origin.FILLED, Origin.LEFT_OPEN).astype(np.uint8)
+    return replace(
+        mended,
+        found=replace(
+            found,
+            values=np.where(missing, places, found.values),
+            std=np.where(missing, spread, found.std),
+            origin=np.where(missing, kind, found.origin),
+        ),
+    )
 
 
 def _relabelled_origin(origin: Bytes, channels: Channels, swaps: tuple[Swap, ...]) -> Bytes:
