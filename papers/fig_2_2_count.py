@@ -11,7 +11,7 @@ import numpy as np
 
 from motionmend.arrays import Bools, Floats
 from motionmend.denoise.layout import learn_layout
-from motionmend.denoise.learning import examples
+from motionmend.denoise.learning import at_rate, examples
 from motionmend.numerics.ssa import Eigenbases, eigenbases, lag_covariance, sum_covariances, whole_stretches
 from motionmend.report.figures import lines_figure
 
@@ -26,7 +26,9 @@ def run(mocap: Path, pictures: Path) -> Findings:
     clips = motions(mocap, SPLITS["walking"].learn + SPLITS["walking"].test)
     layout = learn_layout(clips)
     is_body = body(clips[0])
-    whole = [examples(clip, layout, FPS).series for clip in clips]
+    whole = [
+        [s for piece in examples(clip, layout, 0.0) for s in at_rate(piece.values, piece.fps, FPS)] for clip in clips
+    ]
     small = [[np.ascontiguousarray(s[:, is_body]) for s in series] for series in whole]
     angles = clips[0].skeleton.dof_kind == 0
     (body_errors,), body_count = cross_validate(small, [np.ones(int(is_body.sum()), dtype=bool)])
