@@ -44,7 +44,7 @@ def spoiled(recording, **damage):
 
 def test_noise_and_outliers_are_repaired(joints_model, walk):
     noisy = spoiled(walk, noise=np.radians(3), outliers=0.1)
-    repaired = joints_model.repair(noisy)
+    repaired = joints_model.repair(noisy, "paper")
     before, after = compare(walk, noisy), compare(walk, repaired.recording)
     assert after.rms_deg < 0.25 * before.rms_deg
     assert after.mean_cm < 0.3 * before.mean_cm

@@ -13,9 +13,10 @@ import numpy as np
 
 from ..arrays import Floats
 
-TOLERANCE = 0.03  # error of the solution as a share of the standard deviation that the samples leave
-MOST_STEPS = 200  # of conjugate gradients
+TOLERANCE = 1e-5  # error of the solution as a share of the standard deviation that the samples leave: reproducible
+MOST_STEPS = 300  # of conjugate gradients
 UNEVEN = 1e-2  # of the usual weight: a sample this light is as good as missing
+LIVELIER = 3.0  # times the usual scale: beyond it a moment is not like the others
 LEAST_WEIGHT = 1e-9  # of the usual weight, for a channel without any sample
 _LEAST = 1e-12  # share of the largest eigenvalue
 
@@ -69,8 +70,9 @@ def smooth_coupled(
 
     Source
     ------
-    Two preconditioners. Where all samples weigh much alike, the eigenvectors of Q part the channels into walks of their
-    own. Where samples are missing, each channel is taken for a walk of its own, with every weight and scale as it is.
+    Two preconditioners. Where all samples and moments are much alike, the eigenvectors of Q part the channels into
+    walks of their own. Where samples are missing or motion bursts, each channel is taken for a walk of its own, with
+    every weight and scale as it is.
     """
     if not weight.any():
         return (np.zeros(observed.shape) if start is None else start), 0
@@ -80,7 +82,8 @@ def smooth_coupled(
     w, calm = weight * np.square(unit), usual / scale
     calm[:2] = 1.0
     precision = (vectors / values) @ vectors.T
-    preconditioned = _parted(w, coupling) if w.min() > UNEVEN else _channelwise(w, calm, coupling)
+    even = w.min() > UNEVEN and calm.min() > 1.0 / LIVELIER and calm.max() < LIVELIER
+    preconditioned = _parted(w, coupling) if even else _channelwise(w, calm, coupling)
 
     def normal(x: Floats) -> Floats:
         bend = (x[:-2] - 2.0 * x[1:-1] + x[2:]) * calm[2:]
