@@ -29,7 +29,7 @@ BELOW = {
 }
 ROOF = {"__init__", "__main__", "report", "view", "live", "batch", "datasets", "models", "cli"}
 FREE = {"errors", "arrays"}
-HEAVY = {"numba", "sklearn", "matplotlib", "ezc3d"}
+HEAVY = {"numba", "sklearn", "matplotlib", "ezc3d", "cv2"}
 
 
 class Import(NamedTuple):
