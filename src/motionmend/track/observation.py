@@ -1,0 +1,59 @@
+"""What the tracker looks at: one cleaned frame in which every pixel is person, free or unknown."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ..arrays import Bools, Singles, frozen
+from ..bodies.camera import Camera
+from ..errors import MismatchError
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """One frame after clean-up and segmentation (section 3.3.1). Camera axes: x right, y down, z forward.
+
+    Attributes
+    ----------
+    camera : of the images below.
+    depth : (H, W) m along z where the person is, NaN elsewhere.
+    free : (H, W) True where the person surely is not: the scene behind is seen, or nothing is in range. A pixel
+        that is neither person nor free is unknown (dropout, something in front) and has no influence at all.
+    time : s.
+    intensity : (H, W) 0 to 255, registered to depth; None without colour.
+    """
+
+    camera: Camera
+    depth: Singles
+    free: Bools
+    time: float
+    intensity: Singles | None = None
+
+    def __post_init__(self) -> None:
+        shape = (self.camera.height, self.camera.width)
+        object.__setattr__(self, "depth", frozen(self.depth, np.float32))
+        object.__setattr__(self, "free", frozen(self.free, np.bool_))
+        if self.intensity is not None:
+            object.__setattr__(self, "intensity", frozen(self.intensity, np.float32))
+        for image in (self.depth, self.free, self.intensity):
+            if image is not None and image.shape != shape:
+                raise MismatchError(f"an image of {shape} pixels was wanted, came {image.shape}")
+
+    @property
+    def pixels(self) -> int:
+        """How many pixels show the person."""
+        return int(np.count_nonzero(np.isfinite(self.depth)))
+
+    def every(self, step: int) -> "Observation":
+        """Every `step`-th pixel of every `step`-th row, with the camera that would have taken it."""
+        if step == 1:
+            return self
+        cam = self.camera
+        depth, free = self.depth[::step, ::step], self.free[::step, ::step]
+        camera = Camera(
+            depth.shape[1], depth.shape[0], cam.fx / step, cam.fy / step, cam.cx / step, cam.cy / step
+        )  # pixel u of the small image is pixel step * u of the large one
+        intensity = None if self.intensity is None else self.intensity[::step, ::step]
+        return Observation(camera, depth, free, self.time, intensity)

@@ -1,0 +1,107 @@
+"""What the tracker weighs, and how much: the dissertation's terms and weights, and ours."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+from ..errors import UsageError
+
+TERMS = ("surface", "color", "edge", "prior", "limits", "freespace")
+
+
+@final
+@dataclass(frozen=True)
+class TrackSettings:
+    """Settings of one tracker; lengths in m, angles in rad, weights per squared metre or squared radian.
+
+    Attributes
+    ----------
+    preset : where the numbers come from.
+    terms : of `TERMS`; smoothness is always on.
+    iterations : of Gauss-Newton, at most, each frame.
+    raster : every n-th pixel of the frame is worked on, at the 320 x 240 resolution.
+    every : every n-th pixel of that raster is a sample of the surface.
+    window, edge_window : side of the square in which the nearest point is looked for, px of the raster.
+    two_way : observed points look for the model's too, not only the model's for observed ones.
+    along_normal : share of a surface residual that counts along the model's normal only.
+    canny : edges by Canny on depth; else by steps in depth.
+    scale : of the Geman-McClure estimator; infinite = least squares.
+    gate : matches farther than this are none.
+    color_weight : of a squared difference of intensity (0 to 255) beside one of 1 mm in depth while matching.
+    edge, prior, limits, freespace, smooth : weights of the terms, the surface's being 1.
+    neighbors, following, energy : K, w and the share of energy of the local PCA.
+    velocity : share of the last change of pose that is expected again.
+    damping : of Levenberg-Marquardt, relative to the diagonal.
+    search : limbs that do not fit are looked for among other poses of theirs.
+    """
+
+    preset: str
+    terms: tuple[str, ...]
+    iterations: int = 10
+    raster: int = 2
+    every: int = 1
+    window: int = 9
+    edge_window: int = 11
+    two_way: bool = True
+    along_normal: float = 1.0
+    canny: bool = False
+    scale: float = 0.05
+    gate: float = 0.25
+    color_weight: float = 0.0
+    edge: float = 0.3
+    prior: float = 0.03
+    limits: float = 1.0
+    freespace: float = 1.0
+    smooth: float = 0.1
+    neighbors: int = 50
+    following: int = 3
+    energy: float = 0.95
+    velocity: float = 0.5
+    damping: float = 1e-3
+    search: bool = True
+
+
+PRESETS = {
+    "default": TrackSettings("default", ("surface", "edge", "prior", "limits", "freespace")),
+    # Section 3.4.1: 15 x 15, weights 1.0 and 0.0001, every 4th pixel. 3.4.2: Canny, 21 x 21. 3.6: lambda 1 to 3.
+    "paper": TrackSettings(
+        "paper",
+        ("surface", "color", "edge", "prior"),
+        raster=1,
+        every=4,
+        window=15,
+        edge_window=21,
+        two_way=False,
+        along_normal=0.0,
+        canny=True,
+        scale=float("inf"),
+        gate=float("inf"),
+        color_weight=1e-4,
+        edge=10.0,
+        prior=1e-3,
+        smooth=1e-5,
+        velocity=0.0,
+        damping=0.0,
+        search=False,
+    ),
+}
+
+
+def settings_of(preset: str = "default", terms: Sequence[str] | None = None) -> TrackSettings:
+    """Settings by name, with other terms if wanted.
+
+    Raises
+    ------
+    UsageError
+        When the preset or a term is not known, or the surface is missing from the terms.
+    """
+    if preset not in PRESETS:
+        raise UsageError(f"a preset of {', '.join(PRESETS)} was wanted, came {preset!r}")
+    if terms is None:
+        return PRESETS[preset]
+    for term in terms:
+        if term not in TERMS:
+            raise UsageError(f"terms of {', '.join(TERMS)} were wanted, came {term!r}")
+    if "surface" not in terms:
+        raise UsageError(f"the surface must be among the terms, came {', '.join(terms) or 'none'}")
+    return replace(PRESETS[preset], terms=tuple(dict.fromkeys(terms)))
