@@ -1,0 +1,107 @@
+"""Joint sets: each joint has one meaning, trees are trees, and maps between sets agree with the names."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motionmend.bodies.joint_sets import (
+    JOINT_SETS,
+    KINECT25,
+    TRACKER16,
+    TREE,
+    UIPRMD22,
+    JointSet,
+    correspondence,
+    known_set,
+    meanings,
+    mirrored,
+    parents,
+)
+
+SETS = list(JOINT_SETS.values())
+
+
+def depth(parent: np.ndarray, joint: int) -> int:
+    """Steps from a joint to its root; fails on a cycle."""
+    steps = 0
+    while parent[joint] >= 0:
+        joint = int(parent[joint])
+        steps += 1
+        assert steps <= len(parent)
+    return steps
+
+
+@pytest.mark.parametrize("one", SETS, ids=lambda one: one.key)
+def test_a_set_is_one_tree_of_joints_with_one_meaning_each(one: JointSet) -> None:
+    named = [meaning for meaning in one.meanings if meaning]
+    assert len(set(named)) == len(named)
+    assert set(named) <= set(TREE)
+    assert one.parents.count(-1) == 1
+    for joint in range(len(one.names)):
+        depth(np.array(one.parents), joint)
+
+
+@pytest.mark.parametrize("one", SETS, ids=lambda one: one.key)
+def test_the_other_side_of_the_other_side_is_the_joint_itself(one: JointSet) -> None:
+    other = mirrored(one.names)
+    np.testing.assert_array_equal(other[other], np.arange(len(other)))
+    sided = [k for k, meaning in enumerate(one.meanings) if meaning[1:2] == "_"]
+    assert all(other[k] != k for k in sided)
+
+
+@given(st.sampled_from(SETS), st.sampled_from(SETS))
+def test_maps_join_equal_meanings_both_ways(source: JointSet, target: JointSet) -> None:
+    forth, back = correspondence(source.names, target.names), correspondence(target.names, source.names)
+    for k, j in enumerate(forth):
+        if j >= 0:
+            assert back[j] == k
+            assert source.meanings[j] == target.meanings[k]
+
+
+@given(st.sampled_from(SETS), st.randoms())
+def test_names_in_any_order_mean_the_same(one: JointSet, random) -> None:
+    order = list(range(len(one.names)))
+    random.shuffle(order)
+    names = [one.names[k] for k in order]
+    assert meanings(names) == tuple(one.meanings[k] for k in order)
+    found = parents(names)
+    for here, k in enumerate(order):
+        wanted = one.parents[k]
+        assert (found[here] < 0) if wanted < 0 else names[found[here]] == one.names[wanted]
+
+
+def test_the_second_kinect_and_uiprmd_share_seventeen_joints() -> None:
+    joined = correspondence(KINECT25.names, UIPRMD22.names)
+    assert KINECT25.names[joined[UIPRMD22.names.index("LHand")]] == "WristLeft"
+    assert KINECT25.names[joined[UIPRMD22.names.index("Neck")]] == "SpineShoulder"
+    assert (joined >= 0).sum() == 18
+
+
+def test_all_of_the_trackers_joints_are_found_in_the_second_kinect() -> None:
+    assert (correspondence(KINECT25.names, TRACKER16.names) >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("names", "wanted"),
+    [
+        ("Hips LeftUpLeg LeftLeg LeftFoot LeftToeBase", "pelvis l_hip l_knee l_ankle l_foot"),
+        ("Neck Head LeftShoulder LeftArm LeftForeArm LeftHand", "neck head l_clavicle l_shoulder l_elbow l_wrist"),
+        ("Hip RHip RKnee RAnkle RBigToe RHeel Nose RWrist", "pelvis r_hip r_knee r_ankle r_foot r_heel nose r_wrist"),
+        ("root lfemur ltibia lfoot ltoes rhumerus rradius", "pelvis l_hip l_knee l_ankle l_foot r_shoulder r_elbow"),
+        ("mixamorig:LeftForeArm hand_l tool", "l_elbow l_wrist -"),
+    ],
+)
+def test_names_of_other_makers_are_understood(names: str, wanted: str) -> None:
+    assert meanings(names.split()) == tuple("" if one == "-" else one for one in wanted.split())
+
+
+def test_case_and_punctuation_do_not_count_but_order_does() -> None:
+    assert known_set([name.lower() for name in KINECT25.names]) is KINECT25
+    assert known_set(KINECT25.names[::-1]) is None
+    assert known_set(["a", "b"]) is None
+
+
+def test_what_is_missing_from_a_trunk_is_stepped_over() -> None:
+    names = ["Head", "LShoulder", "Pelvis", "Marker"]
+    np.testing.assert_array_equal(parents(names), [2, 2, -1, -1])
