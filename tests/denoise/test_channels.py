@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.motion import Markers, Motion
+from motionmend.denoise.branches import nearest_triple, nearest_turn, steady_triple
 from motionmend.denoise.channels import from_channels, to_channels
-from motionmend.denoise.joints import nearest_triple, nearest_turn, root_angles, root_rotation, root_rows
+from motionmend.denoise.joints import root_angles, root_rotation, root_rows
 from motionmend.denoise.layout import learn_layout
 from motionmend.denoise.travel import travel, turn
 from motionmend.errors import MismatchError
@@ -93,6 +94,35 @@ def test_the_nearest_triple_means_the_same_rotation(angles, meant):
     np.testing.assert_allclose(Rotation.from_euler("XYZ", found, degrees=True).as_matrix(), before, atol=1e-9)
     plain = nearest_turn(np.array(angles), np.array(meant))
     assert np.abs(found - meant).sum() <= np.abs(plain - meant).sum() + 1e-9
+
+
+@given(st.integers(0, 10**6), st.floats(20.0, 200.0))
+@settings(max_examples=20, deadline=None)
+def test_a_motion_between_two_branches_does_not_flip_with_the_noise(seed, fps):
+    """The nearest branch would change from frame to frame where the middle angle is at a right angle to its centre."""
+    rng = np.random.default_rng(seed)
+    frames = 60
+    t = np.linspace(0.0, 2.0 * np.pi, frames)
+    smooth = np.stack([90.0 + 8.0 * np.sin(t), 90.0 + 5.0 * np.sin(2.0 * t), 90.0 - 6.0 * np.cos(t)], axis=1)
+    noisy = smooth + rng.normal(0.0, 3.0, smooth.shape)
+    assert np.ptp(nearest_triple(noisy, np.zeros(3)), axis=0).max() > 100.0
+    turns = Rotation.from_euler("XYZ", noisy, degrees=True).as_matrix()
+    shuffled = nearest_triple(noisy, rng.uniform(-180.0, 180.0, noisy.shape))  # any branch in any frame
+    for angles in (noisy, shuffled):
+        angles = np.where(rng.random((frames, 1)) < 0.1, np.nan, angles)
+        steady = steady_triple(angles, np.zeros(3), fps)
+        known = np.isfinite(angles).all(axis=1)
+        assert np.ptp(steady[known], axis=0).max() < 60.0
+        found = Rotation.from_euler("XYZ", steady[known], degrees=True).as_matrix()
+        np.testing.assert_allclose(found, turns[known], atol=1e-9)
+
+
+def test_a_motion_that_stays_in_the_other_branch_goes_there():
+    """A flip of a few frames is smoothed over, one for many seconds is not."""
+    stay = np.array([[10.0, 0.0, 0.0]] * 30 + [[170.0, 10.0, 170.0]] * 600 + [[10.0, 0.0, 0.0]] * 30)
+    steady = steady_triple(stay, np.zeros(3), 30.0)
+    assert np.abs(steady[60:600]).max() < 175.0
+    np.testing.assert_allclose(steady, nearest_triple(stay, np.zeros(3)), atol=1e-9)
 
 
 def test_whole_turns_in_the_file_make_no_jump_and_come_back(walk):

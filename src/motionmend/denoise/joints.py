@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Motion
 from ..bodies.skeleton import ROTATION, TRANSLATION, Skeleton
+from .branches import nearest_triple, nearest_turn, steady_triple
 from .travel import Travel, travel
 
 DEGREES, CENTIMETRES = 180.0 / np.pi, 100.0
@@ -33,7 +34,7 @@ def joint_channels(motion: Motion, centre: Floats | None) -> JointChannels:
     The root's place and orientation are written in the travelling frame: its three translations become the
     offset from the smooth path in the frame's axes, its three rotations the rotation vector from the smooth
     heading. Every other angle stays the file's own, brought to the turn nearest `centre`; of the two triples
-    that mean the same rotation of a three-DOF joint the one nearest `centre` is taken.
+    that mean the same rotation of a three-DOF joint those are taken that stay about `centre` without flipping.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def joint_channels(motion: Motion, centre: Floats | None) -> JointChannels:
     angles = np.flatnonzero(skeleton.dof_kind == ROTATION)
     values[:, angles] = nearest_turn(values[:, angles], centre[angles])
     for triple in triples(skeleton):
-        values[:, triple] = nearest_triple(values[:, triple], centre[triple])
+        values[:, triple] = steady_triple(values[:, triple], centre[triple], motion.fps)
     if len(turns) != 3:
         return JointChannels(values, None)
     up = skeleton.up
@@ -132,23 +133,6 @@ def triples(skeleton: Skeleton) -> list[Ints]:
         if len(rows) == 3 and _orthogonal(skeleton.dof_axis[rows]):
             found.append(rows)
     return found
-
-
-def nearest_turn(angles: Floats, meant: Floats) -> Floats:
-    """`angles` in degrees, each shifted by whole turns to be nearest `meant`; NaN in `meant` shifts nothing."""
-    shift = 360.0 * np.round((angles - meant) / 360.0)
-    return angles - np.where(np.isfinite(shift), shift, 0.0)
-
-
-def nearest_triple(angles: Floats, meant: Floats) -> Floats:
-    """Of the triples of degrees (T, 3) that mean the same rotation, the one nearest `meant` (3,) or (T, 3).
-
-    Rotations by (a, b, c) and (a + 180, 180 - b, c + 180) about axes at right angles are the same.
-    """
-    twin = np.stack([angles[:, 0] + 180.0, 180.0 - angles[:, 1], angles[:, 2] + 180.0], axis=1)
-    first, second = nearest_turn(angles, meant), nearest_turn(twin, meant)
-    away = np.abs(second - meant).sum(axis=1) < np.abs(first - meant).sum(axis=1)
-    return np.where(away[:, None], second, first)
 
 
 def middle(values: Floats, skeleton: Skeleton) -> Floats:

@@ -1,0 +1,76 @@
+"""Which of the angles that mean the same rotation are meant: whole turns, and the twins of three angles."""
+
+import numpy as np
+
+from ..arrays import Floats
+
+FLIP = 200.0  # degrees, of three angles together: two branches lie 360 apart, so that shorter steps change none
+HOLD = 1.0  # s after which it counts as much to be far from the centre as it counts once to step so far
+_TURNS = np.array([(a, 0.0, c) for a in (-360.0, 0.0, 360.0) for c in (-360.0, 0.0, 360.0)])
+
+
+def nearest_turn(angles: Floats, meant: Floats) -> Floats:
+    """`angles` in degrees, each shifted by whole turns to be nearest `meant`; NaN in `meant` shifts nothing."""
+    shift = 360.0 * np.round((angles - meant) / 360.0)
+    return angles - np.where(np.isfinite(shift), shift, 0.0)
+
+
+def nearest_triple(angles: Floats, meant: Floats) -> Floats:
+    """Of the triples of degrees (T, 3) that mean the same rotation, the one nearest `meant` (3,) or (T, 3).
+
+    Rotations by (a, b, c) and (a + 180, 180 - b, c + 180) about axes at right angles are the same.
+    """
+    first, second = nearest_turn(angles, meant), nearest_turn(_twin(angles), meant)
+    away = np.abs(second - meant).sum(axis=1) < np.abs(first - meant).sum(axis=1)
+    return np.where(away[:, None], second, first)
+
+
+def steady_triple(angles: Floats, centre: Floats, fps: float) -> Floats:
+    """Of the triples that mean the same rotations, those that stay about a centre without flipping to and fro.
+
+    Where a motion passes between two branches the nearest one would change from frame to frame with the noise. The
+    path of least steps is taken, each frame's distance beyond that of the nearest branch added over `HOLD` seconds.
+
+    Parameters
+    ----------
+    angles : (T, 3) degrees, NaN = missing.
+    centre : (3,) degrees.
+    fps : Hz.
+
+    Returns
+    -------
+    (T, 3) degrees; the nearest triples where these never flip.
+
+    Source
+    ------
+    The path: Viterbi, IEEE Transactions on Information Theory 13(2), 1967.
+    """
+    nearest = nearest_triple(angles, centre)
+    known = np.flatnonzero(np.isfinite(nearest).all(axis=1))
+    whole = nearest[known]
+    if len(whole) < 2 or np.abs(np.diff(whole, axis=0)).sum(axis=1).max() < FLIP:
+        return nearest
+    both = np.stack([whole, nearest_turn(_twin(whole), centre)], axis=1)
+    branches = (both[:, :, None] + _TURNS).reshape(len(whole), -1, 3)  # (T', B, 3)
+    away = np.abs(branches - centre).sum(axis=2)
+    away = (away - away.min(axis=1, keepdims=True)) / (HOLD * fps)
+    came = np.empty(away.shape, dtype=np.int64)
+    cost = away[0]
+    each = np.arange(away.shape[1])
+    for t in range(1, len(whole)):
+        through = cost[:, None] + np.abs(branches[t - 1][:, None] - branches[t]).sum(axis=2)
+        came[t] = through.argmin(axis=0)
+        cost = through[came[t], each] + away[t]
+    steady, best = nearest.copy(), int(cost.argmin())
+    for t in range(len(whole) - 1, -1, -1):
+        steady[known[t]] = branches[t, best]
+        best = int(came[t, best])
+    frames = np.arange(len(steady))
+    meant = np.stack([np.interp(frames, known, steady[known, i]) for i in range(3)], axis=1)
+    partly = np.setdiff1d(frames, known)
+    steady[partly] = nearest_triple(nearest[partly], meant[partly])
+    return steady
+
+
+def _twin(angles: Floats) -> Floats:
+    return np.stack([angles[:, 0] + 180.0, 180.0 - angles[:, 1], angles[:, 2] + 180.0], axis=1)
