@@ -7,8 +7,9 @@ import numpy as np
 
 import motionmend as mm
 from motionmend.arrays import Bools, Floats
-from motionmend.denoise.channels import to_channels
-from motionmend.denoise.joints import root_rows
+from motionmend.bodies.skeleton import ROTATION
+from motionmend.denoise.channels import Channels, to_channels
+from motionmend.denoise.joints import root_rows, triples
 from motionmend.denoise.layout import Layout
 from motionmend.numerics.smoother import StateSpace, kalman_smoother
 from motionmend.numerics.walk import fit_random_walk, smooth_random_walk
@@ -85,7 +86,7 @@ def by_walk(values: Floats, noise: float, rejected: Bools) -> Floats:
 def told_errors(
     truth: mm.Motion, bad: mm.evaluate.Corrupted[mm.Motion], noise: float, dynamics: PoseDynamics, layout: Layout
 ) -> dict[str, float]:
-    """RMS degrees over body angles of both smoothers: told noise and outliers, and told the noise only."""
+    """RMS degrees over body angles of both smoothers: told noise, outliers and turns, and told the noise only."""
     clean, noisy = to_channels(truth, layout), to_channels(bad.recording, layout)
     hit = bad.outlier.copy()
     for rows in root_rows(truth.skeleton):  # in the travelling frame the root's channels are mixed
@@ -93,12 +94,39 @@ def told_errors(
     hit = hit[:, noisy.columns]
     counted = body(truth)[noisy.columns]
     found = {}
-    for told, rejected in (("told all", hit), ("told noise", np.zeros_like(hit))):
+    for told, values, rejected in (
+        ("told all", as_turned(clean, noisy, truth, bad.recording), hit),
+        ("told noise", noisy.values, np.zeros_like(hit)),
+    ):
         for name, smooth in (
-            ("dynamics", by_dynamics(dynamics, noisy.values, noise, rejected)),
-            ("walk", by_walk(noisy.values, noise, rejected)),
+            ("dynamics", by_dynamics(dynamics, values, noise, rejected)),
+            ("walk", by_walk(values, noise, rejected)),
         ):
             away = (smooth - clean.values)[:, counted]
             away = (away + 180.0) % 360.0 - 180.0
             found[f"{name}, {told}"] = float(np.sqrt(np.mean(np.square(away))))
     return found
+
+
+def as_turned(clean: Channels, noisy: Channels, truth: mm.Motion, recording: mm.Motion) -> Floats:
+    """(T, C) the noisy channels, of all angles that mean the same with those the truth has.
+
+    Noise near the border between two triples of angles turns all three over, by up to 180 degrees. A smoother that is
+    told which samples are outliers has to be told that too, or one frame of a dance spoils its figure.
+    """
+    skeleton = truth.skeleton
+    turns, _ = root_rows(skeleton)
+    angles = np.setdiff1d(np.flatnonzero(skeleton.dof_kind == ROTATION), turns)
+    added = np.degrees(recording.q - truth.q)
+    at = {int(row): c for c, row in enumerate(clean.columns) if row >= 0}
+    for rows in triples(skeleton):
+        middle = int(rows[1])
+        if middle in at:
+            apart = clean.values[:, at[middle]] - np.degrees(truth.q[:, middle])
+            turned = np.abs((apart + 180.0) % 360.0 - 180.0) > 1e-6
+            added[:, middle] *= np.where(turned, -1.0, 1.0)  # of the other triple the middle angle runs backwards
+    values = noisy.values.copy()
+    for row in angles:
+        if int(row) in at:
+            values[:, at[int(row)]] = clean.values[:, at[int(row)]] + added[:, row]
+    return values

@@ -1,8 +1,8 @@
 """B1: the adaptive method against every other, and against an oracle
 
-The oracle is the better of two smoothers that are told what no repair can know: the standard deviation of the noise and
-which samples are outliers. One has learned dynamics (second order, 30 principal poses of the library), the other is a
-random walk. Told the noise only, both are rivals too.
+The oracle is the better of two smoothers that are told what no repair can know: the standard deviation of the noise,
+which samples are outliers, and which of the angles that mean the same rotation are meant. One has learned dynamics
+(second order, 30 principal poses of the library), the other is a random walk. Told the noise only, both are rivals too.
 """
 
 from functools import partial
@@ -73,7 +73,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "RMS errors over its clips.",
             f"Worst against the oracle: {worst[0]}, {cell_name(worst[1])}, {to_oracle[worst]:.2f}; worst against the best "
             f"rival ({best[above]}): {above[0]}, {cell_name(above[1])}, {to_rival[above]:.2f}. Without outliers the "
-            "rivals told the noise are the oracle itself.",
+            "rivals told the noise are the oracle itself, but where noise turns triples of angles over.",
             "kalman-data is slow and was tried in "
             + ", ".join(cell_name(cell) for cell in SLOW_CELLS)
             + "; with outliers the learned dynamics told the noise stand for it (D12 has it in full).",
