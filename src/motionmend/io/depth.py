@@ -1,0 +1,85 @@
+"""Recordings of a depth camera: one type for all sources, frames read one at a time."""
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from ..arrays import Bytes, Floats, Singles
+from ..bodies.camera import Camera, DepthFrame
+from ..errors import FileError
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class DepthRecording:
+    """T frames of one camera that stands still; a frame is read when it is asked for and not kept.
+
+    Attributes
+    ----------
+    path : the folder or file.
+    camera : intrinsics of the depth images.
+    times : (T,) s.
+    fps : Hz.
+    depth_of : depth (H, W) m of a frame by its number, NaN = no return; raises FileError for a damaged image.
+    color_of : color (H, W, 3) registered to the depth, from the frame's number and depth; None where there is none.
+    has_color : whether any frame has colour.
+    guesses : a sentence for all that the recording did not say.
+    """
+
+    path: Path
+    camera: Camera
+    times: Floats
+    fps: float
+    depth_of: Callable[[int], Singles]
+    color_of: Callable[[int, Singles], Bytes | None]
+    has_color: bool = False
+    guesses: tuple[str, ...] = ()
+
+    @property
+    def frames(self) -> int:
+        """T, the number of frames."""
+        return len(self.times)
+
+    def frame(self, number: int) -> DepthFrame:
+        """The frame of this number, from 0.
+
+        Raises
+        ------
+        FileError : its image is damaged.
+        """
+        depth = self.depth_of(number)
+        return DepthFrame(self.camera, depth, self.color_of(number, depth), float(self.times[number]))
+
+    def __iter__(self) -> Iterator[DepthFrame]:
+        return (self.frame(number) for number in range(self.frames))
+
+
+def read_depth(path: str | os.PathLike[str]) -> DepthRecording:
+    """A recording of a depth camera: a folder with camera.json, or a UTD-MHAD `*_depth.mat`.
+
+    Raises
+    ------
+    FileError : not there, or not what it should be.
+    """
+    where = Path(path)
+    if where.is_dir():
+        from .depth_folder import read_depth_folder
+
+        return read_depth_folder(where)
+    if not where.exists():
+        raise FileError(f"{where}: no such file or folder; check the path")
+    if where.suffix.lower() != ".mat":
+        raise FileError(
+            f"{where}: wanted a folder with camera.json and depth/, or a *_depth.mat of UTD-MHAD, "
+            f"came '{where.suffix or where.name}'"
+        )
+    from .utd_mhad import read_utd_depth
+
+    return read_utd_depth(where)
+
+
+def looks_like_depth_folder(path: Path) -> bool:
+    """Whether a folder is meant as one recording: it has camera.json or a folder depth/."""
+    return path.is_dir() and ((path / "camera.json").exists() or (path / "depth").is_dir())

@@ -1,0 +1,273 @@
+"""Folders of depth images: what comes back, and what is said of bad ones."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.io import loadmat, savemat
+
+from motionmend.bodies.camera import Camera, DepthFrame
+from motionmend.bodies.registration import ColorCamera, registered
+from motionmend.errors import FileError, MismatchError
+from motionmend.io.depth import looks_like_depth_folder, read_depth
+from motionmend.io.depth_folder import read_depth_folder, write_depth_folder
+from motionmend.io.png import color_pixels
+from motionmend.io.utd_mhad import read_utd_depth
+
+CAMERA = Camera(16, 12, 14.0, 15.0, 7.5, 5.5)
+DATA = os.environ.get("MOTIONMEND_DATA")
+needs_data = pytest.mark.skipif(not DATA, reason="MOTIONMEND_DATA is not set")
+
+
+def frames(count: int = 4, color: bool = False, seed: int = 0) -> list[DepthFrame]:
+    rng = np.random.default_rng(seed)
+    made = []
+    for k in range(count):
+        depth = rng.uniform(0.5, 6.0, (12, 16)).astype(np.float32)
+        depth[rng.random((12, 16)) < 0.3] = np.nan
+        pixels = rng.integers(0, 256, (12, 16, 3), dtype=np.uint8) if color else None
+        made.append(DepthFrame(CAMERA, depth, pixels, 1.5 + k / 25))
+    return made
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write_depth_folder(tmp_path / "clip", frames(color=True), 25.0)
+    return tmp_path / "clip"
+
+
+def change(folder: Path, **facts: object) -> None:
+    file = folder / "camera.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), **facts}))
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.booleans(), st.sampled_from([0.001, 0.0001, 0.00025]))
+def test_what_is_written_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, count: int, color: bool, scale: float
+) -> None:
+    path = tmp_path_factory.mktemp("depth") / "clip"
+    made = frames(count, color, seed)
+    assert write_depth_folder(path, made, 25.0, depth_scale=scale) == count
+    read = read_depth_folder(path)
+    assert read.camera == CAMERA
+    assert read.frames == count
+    assert read.has_color == color
+    assert read.fps == pytest.approx(25.0)
+    for was, now in zip(made, read, strict=True):
+        assert now.time == pytest.approx(was.time)
+        reach = scale * 65535
+        kept = np.minimum(was.depth, np.float32(reach))
+        np.testing.assert_allclose(now.depth, kept, atol=0.51 * scale)
+        assert (now.color is None) == (was.color is None)
+        if was.color is not None and now.color is not None:
+            np.testing.assert_array_equal(now.color, was.color)
+
+
+def test_times_come_from_the_rate_without_times_csv(folder: Path) -> None:
+    (folder / "times.csv").unlink()
+    np.testing.assert_allclose(read_depth_folder(folder).times, np.arange(4) / 25)
+
+
+def test_numbers_may_start_elsewhere_and_a_title_may_stand_over_the_times(folder: Path) -> None:
+    for name in ("depth", "color"):
+        for file in sorted((folder / name).iterdir(), reverse=True):
+            file.rename(file.with_stem(f"{int(file.stem) + 7:06d}"))
+    (folder / "times.csv").write_text("seconds\n0\n1\n2\n3.5\n")
+    read = read_depth_folder(folder)
+    assert read.times.tolist() == [0, 1, 2, 3.5]
+    assert read.frame(3).color is not None
+    assert "start at number 7" in read.guesses[0]
+
+
+def test_frames_are_read_when_asked_for(folder: Path) -> None:
+    read = read_depth_folder(folder)
+    shutil.rmtree(folder / "depth")
+    with pytest.raises(FileError, match=r"000002\.png"):
+        read.frame(2)
+
+
+def spoil_png(folder: Path) -> None:
+    raw = bytearray((folder / "depth/000002.png").read_bytes())
+    raw[len(raw) // 2] ^= 0x40
+    (folder / "depth/000002.png").write_bytes(bytes(raw))
+
+
+def cut_png(folder: Path) -> None:
+    raw = (folder / "depth/000002.png").read_bytes()
+    (folder / "depth/000002.png").write_bytes(raw[: len(raw) // 2])
+
+
+def image(kind: str, size: tuple[int, ...]) -> Callable[[Path], None]:
+    def put(folder: Path) -> None:
+        cv2.imwrite(str(folder / "depth/000001.png"), np.ones(size, kind))
+
+    return put
+
+
+BAD: dict[str, tuple[Callable[[Path], object], str]] = {
+    "no camera": (lambda f: (f / "camera.json").unlink(), "no camera.json"),
+    "camera is no json": (lambda f: (f / "camera.json").write_text("width: 3"), "wanted JSON"),
+    "camera is a list": (lambda f: (f / "camera.json").write_text("[1]"), "an object"),
+    "no focal length": (lambda f: (f / "camera.json").write_text('{"width": 16, "height": 12}'), "'depth_scale'|'fx'"),
+    "negative focal length": (lambda f: change(f, fx=-3), "'fx' above 0"),
+    "scale as text": (lambda f: change(f, depth_scale="mm"), "'depth_scale' as a number"),
+    "half a pixel": (lambda f: change(f, width=16.5), "whole pixels"),
+    "another size than said": (lambda f: change(f, width=32), "wanted 32 x 12"),
+    "no images": (lambda f: shutil.rmtree(f / "depth"), "none"),
+    "empty folder": (lambda f: [os.remove(file) for file in (f / "depth").iterdir()], "empty"),
+    "a number missing": (lambda f: (f / "depth/000001.png").unlink(), r"000001\.png is missing"),
+    "a number twice": (lambda f: shutil.copy(f / "depth/000001.png", f / "depth/1.png"), "again"),
+    "another name": (lambda f: (f / "depth/000001.png").rename(f / "depth/b.png"), "named 000000"),
+    "8 bits": (image("uint8", (12, 16)), "8-bit grey"),
+    "colour": (image("uint16", (12, 16, 3)), "16-bit colour"),
+    "mixed sizes": (image("uint16", (6, 8)), "8 x 6"),
+    "cut off": (cut_png, "cut off"),
+    "empty image": (lambda f: (f / "depth/000003.png").write_bytes(b""), "empty"),
+    "text as image": (lambda f: (f / "depth/000003.png").write_text("hello " * 20), "does not start"),
+    "damaged": (spoil_png, "damaged"),
+    "too few times": (lambda f: (f / "times.csv").write_text("0\n1\n"), "wanted 4 times"),
+    "times that fall": (lambda f: (f / "times.csv").write_text("0\n2\n1\n3\n"), "times that rise"),
+    "times as words": (lambda f: (f / "times.csv").write_text("t\na\nb\nc\nd\n"), "seconds"),
+    "colour of another size": (
+        lambda f: cv2.imwrite(str(f / "color/000001.png"), np.ones((3, 3, 3), np.uint8)),
+        "register",
+    ),
+    "colour cut off": (lambda f: (f / "color/000001.png").write_bytes(b"\xff\xd8\xff"), "colour image"),
+    "no rotation": (lambda f: change(f, color={**json.loads((f / "camera.json").read_text())}), "R, 3 rows"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_a_bad_folder_is_one_line_that_names_it(folder: Path, kind: str) -> None:
+    spoil, said = BAD[kind]
+    spoil(folder)
+    with pytest.raises(FileError, match=said) as failure:
+        list(read_depth(folder))
+    assert "clip" in str(failure.value)
+    assert "\n" not in str(failure.value)
+
+
+def test_what_looks_like_a_depth_folder(folder: Path) -> None:
+    assert looks_like_depth_folder(folder)
+    assert not looks_like_depth_folder(folder.parent)
+    (folder / "camera.json").unlink()
+    assert looks_like_depth_folder(folder)  # so that reading it says what is missing
+
+
+def test_colour_of_a_camera_beside_is_registered_to_points_it_sees(tmp_path: Path) -> None:
+    """A plane of coloured pixels, seen by a camera that stands 5 cm to the right and is turned."""
+    angle = np.radians(3.0)
+    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    beside = ColorCamera(Camera(80, 60, 90.0, 90.0, 39.5, 29.5), turn, np.array([-0.05, 0.01, 0.0]))
+    depth = np.full((12, 16), 2.0, np.float32)
+    depth[:, :3] = np.nan
+    column, row = np.meshgrid(np.arange(80), np.arange(60))
+    color = np.stack([column, row, np.full_like(row, 200)], axis=-1).astype(np.uint8)  # a pixel says where it is
+    seen = registered(color, depth, CAMERA, beside)
+    there = CAMERA.points(depth) @ turn.T + beside.translation
+    expected = np.rint(beside.camera.project(there))
+    inside = (expected >= 0).all(axis=-1) & (expected <= [79, 59]).all(axis=-1)
+    assert inside.sum() > 60
+    np.testing.assert_array_equal(seen[inside][:, :2], expected[inside])
+    assert (seen[~inside] == 0).all()
+
+
+def test_colour_does_not_pass_through_what_stands_before() -> None:
+    beside = ColorCamera(Camera(16, 12, 14.0, 15.0, 7.5, 5.5), np.eye(3), np.array([-0.3, 0.0, 0.0]))
+    depth = np.full((12, 16), 4.0, np.float32)
+    depth[:, 6:9] = 1.0
+    color = np.full((12, 16, 3), 9, np.uint8)
+    seen = registered(color, depth, CAMERA, beside)[:, :, 0]
+    moved = 14.0 * 0.3 / 1.0  # px, of the near bar in the colour image
+    shadow = [c for c in range(16) if depth[0, c] == 4 and 5.6 - moved < c - 14.0 * 0.3 / 4.0 < 8.4 - moved]
+    assert shadow
+    assert (seen[:, shadow] == 0).all()
+    assert (seen[:, 6:9] == 9).all()
+
+
+def test_extrinsics_that_are_none() -> None:
+    with pytest.raises(MismatchError, match="rotation"):
+        ColorCamera(CAMERA, np.diag([1.0, 1.0, -1.0]), np.zeros(3))
+    with pytest.raises(MismatchError, match=r"\(3,\)"):
+        ColorCamera(CAMERA, np.eye(3), np.zeros(2))
+
+
+def test_utd_mhad_in_metres(tmp_path: Path) -> None:
+    volume = np.zeros((240, 320, 3), np.uint16)
+    volume[100:120, 150:160] = np.array([2500, 2600, 2700])
+    savemat(tmp_path / "a1_depth.mat", {"d_depth": volume})
+    read = read_depth(tmp_path / "a1_depth.mat")
+    assert (read.frames, read.camera.fx, read.fps) == (3, 285.63, 30.0)
+    assert read.frame(2).depth[110, 155] == pytest.approx(2.7)
+    assert np.isnan(read.frame(0).depth[0, 0])
+    assert "nominal" in read.guesses[0]
+
+
+@pytest.mark.parametrize(
+    ("held", "said"),
+    [
+        ({"d_skel": np.zeros((20, 3, 4))}, "no d_depth"),
+        ({"d_depth": np.zeros((20, 30, 4), np.uint16)}, "320 x 240"),
+        ({"d_depth": np.full((240, 320, 2), 0.5)}, "whole millimetres"),
+        ({"d_depth": "text"}, "as numbers"),
+    ],
+)
+def test_bad_utd_mhad_is_one_line(tmp_path: Path, held: dict[str, object], said: str) -> None:
+    savemat(tmp_path / "a_depth.mat", held)
+    with pytest.raises(FileError, match=said):
+        read_utd_depth(tmp_path / "a_depth.mat")
+
+
+@pytest.mark.parametrize("keep", [0, 3, 60, 400])
+def test_utd_mhad_cut_off(tmp_path: Path, keep: int) -> None:
+    path = tmp_path / "a_depth.mat"
+    rng = np.random.default_rng(0)
+    savemat(path, {"d_depth": rng.integers(0, 4000, (240, 320, 2), dtype=np.uint16)}, do_compression=True)
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(FileError, match="a_depth"):
+        read_utd_depth(path)
+
+
+@needs_data
+def test_utd_mhad_as_recorded() -> None:
+    file = next((Path(DATA or "") / "kinect/utdmhad/Depth").glob("*_depth.mat"))
+    read = read_utd_depth(file)
+    first = read.frame(0)
+    person = first.depth[np.isfinite(first.depth)]
+    assert 0.02 < len(person) / first.depth.size < 0.2  # the background is removed
+    assert 1.5 < np.median(person) < 4.5
+
+
+@needs_data
+def test_ist_colour_follows_the_person(tmp_path: Path) -> None:
+    """Registered colour jumps where depth jumps: more often than colour that is only scaled does."""
+    place = Path(DATA or "") / "kinect/ist_rgbd"
+    cameras = loadmat(place / "cameraparametersAsus.mat", squeeze_me=True)["cam_params"]
+    held = {name: cameras[name].item() for name in ("Kdepth", "Krgb", "R", "T")}
+    at = {"Kdepth": (640, 480), "Krgb": (640, 480)}
+    depth_camera, color_camera = (
+        Camera(*at[name], held[name][0, 0], held[name][1, 1], held[name][0, 2], held[name][1, 2])
+        for name in ("Kdepth", "Krgb")
+    )
+    file = sorted((place / "imgseq1").glob("*.mat"))[10]
+    raw = loadmat(file)["depth_array"]
+    depth = np.where(raw > 0, raw / 1000, np.nan).astype(np.float32)
+    color = color_pixels(file.with_suffix(".jpg"))
+    seen = registered(color, depth, depth_camera, ColorCamera(color_camera, held["R"], held["T"]))
+    step = np.abs(np.diff(depth, axis=1)) > 0.3
+
+    def jump(image: np.ndarray) -> float:
+        grey = image.astype(float).mean(axis=2)
+        both = (image[:, 1:] > 0).any(axis=2) & (image[:, :-1] > 0).any(axis=2)
+        return float(np.abs(np.diff(grey, axis=1))[step & both].mean())
+
+    assert step.sum() > 300
+    assert jump(seen) > 1.15 * jump(color)
