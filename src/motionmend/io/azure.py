@@ -1,0 +1,109 @@
+"""Azure Kinect bodies in JSON, as the offline processor of the body tracking samples writes them.
+
+`joint_names`, `bone_list` and `frames`, each with `timestamp_usec` and `bodies`: `body_id`, `joint_positions` (mm;
+x right, y down, z forward) and, from some recorders, confidence levels (0 none, 1 low, 2 medium, 3 high). Source:
+microsoft/Azure-Kinect-Samples, body-tracking-samples/offline_processor.
+"""
+
+import json
+import os
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bytes
+from ..bodies.joint_sets import AZURE32
+from ..bodies.postures import Postures
+from ..errors import FileError
+from .number_rows import unpacked
+from .sensor_source import SensorSource, even_times, seconds_of, seen_longest, spread_states, with_absent
+
+WANTED = "Azure Kinect bodies in JSON"
+_MM = 1e-3
+_CONFIDENCES = ("joint_confidences", "joint_confidence_levels", "confidence_levels", "joint_confidence")
+
+
+def read_azure(path: str | os.PathLike[str], fps: float | None = None) -> Postures:
+    """Read the body that is seen longest; frames without it are empty.
+
+    Parameters
+    ----------
+    path : the .json.
+    fps : Hz, of a file without time stamps; 30 when not given.
+
+    Raises
+    ------
+    FileError : not there, not such a file, cut off, or nobody in it.
+    """
+    name = str(path)
+    try:
+        content = json.loads(unpacked(path, WANTED))
+    except ValueError as failure:
+        raise FileError(
+            f"{name}: wanted {WANTED}, this is no whole JSON text ({failure}); get a complete copy"
+        ) from None
+    if not starts_as_azure(content):
+        raise FileError(f"{name}: wanted {WANTED} with `frames` that hold `bodies`; check the file")
+    try:
+        return _postures(content, name, fps)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as failure:
+        raise FileError(f"{name}: wanted {WANTED}, a frame is not as it should be ({failure!r}); repair it") from None
+
+
+def starts_as_azure(content: Any) -> bool:
+    """Whether a JSON value is the offline processor's."""
+    if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
+        return False
+    return all(isinstance(frame, dict) and isinstance(frame.get("bodies"), list) for frame in content["frames"])
+
+
+def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures:
+    frames = content["frames"]
+    names = tuple(str(one) for one in content.get("joint_names", AZURE32.names))
+    found = {
+        (body.get("body_id", k), frame): body
+        for frame, one in enumerate(frames)
+        for k, body in enumerate(one["bodies"])
+    }
+    if not found:
+        raise FileError(f"{name}: wanted a body in some frame, the file holds none in {len(frames)} frames")
+    chosen, said = seen_longest(Counter(body for body, _ in found), len(frames))
+    positions = np.full((len(frames), len(names), 3), np.nan)
+    confidence = np.zeros((len(frames), len(names)))
+    stated = False
+    for (body, frame), one in found.items():
+        if body != chosen:
+            continue
+        values = np.array(one["joint_positions"], dtype=np.float64)
+        if values.shape != positions.shape[1:]:
+            raise FileError(f"{name}: wanted {len(names)} joints in frame {frame}, came {values.shape}; repair it")
+        positions[frame] = values * _MM
+        levels = next((one[key] for key in _CONFIDENCES if key in one), None)
+        if levels is not None:
+            confidence[frame] = np.array(levels, dtype=np.float64)
+            stated = True
+    state: Bytes | None = np.clip(confidence, 0, 2).astype(np.uint8) if stated else None
+    positions = with_absent(positions, state)
+    warnings: tuple[str, ...] = ()
+    if all("timestamp_usec" in one for one in frames):
+        stamps = np.array([one["timestamp_usec"] for one in frames], dtype=np.float64)
+        times, warnings = stamps * 1e-6, _falling(stamps)
+    else:
+        times, guessed = even_times(len(frames), fps)
+        said = (*guessed, *said)
+    skipped = [int(one["num_bodies"]) - len(one["bodies"]) for one in frames if "num_bodies" in one]
+    if any(skipped):
+        warnings = (*warnings, f"{sum(map(bool, skipped))} frames hold fewer bodies than they promise")
+    return Postures(
+        names,
+        positions,
+        times,
+        state=spread_states(np.isfinite(positions[:, :, 0]), state),
+        source=SensorSource("Azure Kinect joints", warnings),
+        guesses=said,
+    )
+
+
+def _falling(stamps: "np.ndarray[Any, np.dtype[np.float64]]") -> tuple[str, ...]:
+    return seconds_of(stamps)[2] if len(stamps) > 1 else ()

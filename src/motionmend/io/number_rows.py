@@ -1,0 +1,151 @@
+"""Rows of numbers as sensors' recorders write them: any separator, blank lines between, perhaps a line of titles."""
+
+import gzip
+import os
+import re
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import Floats
+from ..errors import FileError
+from .columns import lines_of
+from .text import shown
+
+_NO_NUMBER = re.compile(r"^[-+]?(?:nan(?:\(.*\))?|inf(?:inity)?|1\.#\w+|null|none|)$", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class NumberRows:
+    """Titles (empty when there are none), rows (T, columns) with NaN for what is no number, and what is wrong."""
+
+    titles: tuple[str, ...]
+    rows: Floats
+    warnings: tuple[str, ...]
+
+
+def unpacked(path: str | os.PathLike[str], wanted: str) -> bytes:
+    """The bytes of a file, unzipped when it is gzip.
+
+    Parameters
+    ----------
+    path : the file.
+    wanted : what it should be, for the message.
+
+    Raises
+    ------
+    FileError : not there, or a gzip file that is damaged or cut off.
+    """
+    try:
+        raw = Path(path).read_bytes()
+    except OSError as failure:
+        raise FileError(f"{path}: wanted {wanted}, cannot open it: {failure.strerror}; check the path") from None
+    if raw[:2] != b"\x1f\x8b":
+        return raw
+    try:
+        return gzip.decompress(raw)
+    except (OSError, EOFError, zlib.error) as failure:
+        raise FileError(f"{path}: wanted {wanted}, cannot unzip it: {failure}; get a complete copy") from None
+
+
+def read_number_rows(path: str | os.PathLike[str], wanted: str) -> NumberRows:
+    """Read a text of numbers; see `number_rows`.
+
+    Raises
+    ------
+    FileError : as `unpacked` and `number_rows`.
+    """
+    return number_rows(lines_of(unpacked(path, wanted), str(path), wanted), str(path), wanted)
+
+
+def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
+    """The rows of a text.
+
+    A last row that is shorter than the others was cut off with the file: it is left out, and a warning says so.
+
+    Parameters
+    ----------
+    lines : of the file; cells stand between tabs, commas, semicolons or blanks.
+    name : of the file, for messages.
+    wanted : what it should be, for messages.
+
+    Raises
+    ------
+    FileError : no rows, rows of different lengths, or a cell that is no number.
+    """
+    used = [(k, line) for k, line in enumerate(lines, start=1) if line.strip()]
+    separator = _separator(used[0][1])
+    titles: tuple[str, ...] = ()
+    if any(_number(cell) is None for cell in _cells(used[0][1], separator)):
+        titles = tuple(cell.strip() for cell in _cells(used[0][1], separator))
+        used = used[1:]
+    if not used:
+        raise FileError(f"{name}: wanted {wanted}, there are titles and no rows; get a complete copy")
+    split = [_cells(line, separator) for _, line in used]
+    columns = len(split[0])
+    warnings = []
+    if len(split) > 1 and len(split[-1]) < columns:
+        warnings.append(
+            f"the file is cut off: its last row holds {len(split[-1])} of {columns} numbers and was left out"
+        )
+        split, used = split[:-1], used[:-1]
+    elif lines[-1].strip():
+        warnings.append("the last line has no line break: should the file be cut off there, its last value is wrong")
+    if titles and len(titles) != columns:
+        raise FileError(
+            f"{name}: wanted {len(titles)} numbers in line {used[0][0]}, as there are titles, came {columns}; "
+            f"the file is cut off or damaged"
+        )
+    rows = np.empty((len(split), columns))
+    for k, cells in enumerate(split):
+        if len(cells) != columns:
+            raise FileError(
+                f"{name}: wanted {columns} numbers in line {used[k][0]}, came {len(cells)}; the file is damaged"
+            )
+        try:
+            if "_" in used[k][1]:  # which Python would take for part of a number
+                raise ValueError
+            rows[k] = [float(cell) for cell in cells]
+        except ValueError:
+            rows[k] = [_told_number(cell, used[k][0], name) for cell in cells]
+    rows[np.isinf(rows)] = np.nan
+    return NumberRows(titles, rows, tuple(warnings))
+
+
+def split_cells(line: str) -> list[str]:
+    """The cells of a line by whatever separates them, without empty ones behind the last."""
+    return _cells(line, _separator(line))
+
+
+def _separator(line: str) -> str | None:
+    """What stands between the cells of a line; None for blanks."""
+    return next((one for one in ("\t", ",", ";") if one in line.strip()), None)
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    """The cells of a line without empty ones behind the last."""
+    cells = line.split(separator)
+    while len(cells) > 1 and not cells[-1].strip():
+        cells.pop()
+    return cells
+
+
+def _number(cell: str) -> float | None:
+    """The number in a cell, NaN for the spellings of none, None for other words."""
+    text = cell.strip()
+    if _NO_NUMBER.match(text):
+        return float("nan")
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None
+
+
+def _told_number(cell: str, line: int, name: str) -> float:
+    value = _number(cell)
+    if value is None:
+        raise FileError(f"{name}: {shown(cell.strip())} in line {line} is no number; repair the file")
+    return value

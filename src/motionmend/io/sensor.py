@@ -1,0 +1,211 @@
+"""Recordings of sensor skeletons: one reader for each format, chosen by what is in the file."""
+
+import gzip
+import json
+import os
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..bodies.postures import Postures
+from ..errors import FileError, UsageError
+from .kinect_table import layout_without_titles, titles_of_kinect
+from .number_rows import split_cells
+from .sensor_source import SensorSource
+
+SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
+_HEAD = 1 << 16  # bytes that hold the first row of every format
+
+# What a file is whose content is known but no sensor's skeleton, and what to do with it.
+_OTHERS = {
+    "uiprmd angles": "UI-PRMD's angles: give the Positions file of the same name, its angles are read with it",
+    "uiprmd markers": "UI-PRMD's optical markers: they are the truth in a list of pairs, nothing to correct",
+    "keraal bodies": "Keraal's optical rigid bodies: they are the truth in a list of pairs, nothing to correct",
+    "depth": "depth pictures: `motionmend track` takes them",
+    "markers": "markers: `motionmend denoise` takes them",
+    "json": "JSON of another kind",
+    "": "none of the layouts known",
+}
+
+
+def read_postures(path: str | os.PathLike[str], *, fps: float | None = None) -> Postures:
+    """Read what a depth sensor, or a pose estimator, says of a person over time.
+
+    Parameters
+    ----------
+    path : a Kinect table (.skl, .csv), a KIMORE .csv, an NTU .skeleton, UI-PRMD Kinect positions (.txt, .txt.gz),
+        a UTD-MHAD skeleton (.mat), a Keraal Kinect text, Azure Kinect bodies (.json), a TRC of Pose2Sim, or our own
+        table of joints (.csv).
+    fps : Hz, of a file without times; 30 (what the sensors have) when not given.
+
+    Returns
+    -------
+    postures : metres and seconds, in the sensor's axes, order and names; NaN where there is no position. What had to be
+        supposed is in `guesses`, what is wrong with the file in `sensor_source.warnings_of(postures.source)`.
+
+    Raises
+    ------
+    FileError : not there, empty, none of these, damaged or cut off.
+    UsageError : a rate that is none.
+    """
+    file = Path(path)
+    if fps is not None and not 0 < fps < float("inf"):
+        raise UsageError(f"a frame rate above 0 Hz is wanted, came {fps}")
+    if file.is_dir():
+        raise FileError(f"{file}: wanted a sensor's recording, this is a folder; name a file in it")
+    if not file.exists():
+        raise FileError(f"{file}: no such file; check the path")
+    if not file.stat().st_size:
+        raise FileError(f"{file}: wanted a sensor's recording, this file is empty; get a complete copy")
+    kind = kind_of(file)
+    if kind in _OTHERS:
+        raise FileError(f"{file}: wanted joints as a sensor gives them, came {_OTHERS[kind]}")
+    postures = _read(file, kind, fps)
+    if not postures.present.any():
+        raise FileError(f"{file}: nobody is in it: no joint has a position in any of {postures.frames} frames")
+    return postures
+
+
+def kind_of(path: str | os.PathLike[str]) -> str:
+    """What a file is by its content: a key of the readers, of what they refuse, or "" for what is not known.
+
+    Parameters
+    ----------
+    path : a file.
+
+    Raises
+    ------
+    FileError : it cannot be opened.
+    """
+    file = Path(path)
+    ending = file.suffix.lower()
+    if ending in (".skl", ".skeleton", ".trc"):
+        return {".skl": "table", ".skeleton": "ntu", ".trc": "trc"}[ending]
+    if ending in (".amc", ".bvh", ".c3d", ".zip"):
+        return "markers"
+    if ending == ".mat":
+        from .utdmhad import variables_of
+
+        found = variables_of(file)
+        return (
+            "depth"
+            if {"d_depth", "depth_array"} & set(found)
+            else "utdmhad"
+            if found == () or "d_skel" in found
+            else ""
+        )
+    head = _head(file)
+    start = head.lstrip()[:1]
+    if start in ("{", "[") or ending == ".json":
+        return "azure" if _azure(file, head) else "json"
+    return _of_text(file, head)
+
+
+def looks_like_sensor(path: str | os.PathLike[str]) -> bool:
+    """Whether a file found in a folder is a sensor's skeleton; also True for what cannot be opened, so that reading it
+    says why."""
+    try:
+        return not Path(path).stat().st_size or kind_of(path) not in _OTHERS
+    except (FileError, OSError):
+        return True
+
+
+def _read(file: Path, kind: str, fps: float | None) -> Postures:
+    if kind == "table":
+        from .kinect_table import read_kinect_table
+
+        return read_kinect_table(file, fps)
+    if kind == "ntu":
+        from .ntu import read_ntu
+
+        return read_ntu(file, fps)
+    if kind == "uiprmd":
+        from .uiprmd import read_uiprmd
+
+        return read_uiprmd(file, fps)
+    if kind == "utdmhad":
+        from .utdmhad import read_utdmhad
+
+        return read_utdmhad(file, fps)
+    if kind == "keraal":
+        from .keraal import read_keraal
+
+        return read_keraal(file, fps)
+    if kind == "azure":
+        from .azure import read_azure
+
+        return read_azure(file, fps)
+    if kind == "joints":
+        from .joint_table import read_joint_table
+
+        return _with_kind(read_joint_table(file), "table of joints")
+    return _with_kind(_of_trc(file, fps), "joints in a TRC file")
+
+
+def _of_trc(file: Path, fps: float | None) -> Postures:
+    from .trc import TrcSource, read_trc
+
+    markers = read_trc(file, fps)
+    start = markers.source.start if isinstance(markers.source, TrcSource) else 0.0
+    times = start + np.arange(markers.frames) / markers.fps
+    return Postures(markers.names, markers.positions, times, guesses=markers.guesses)
+
+
+def _with_kind(postures: Postures, kind: str) -> Postures:
+    """With a source; a sentence that the file may be cut off is a warning and no guess."""
+    cut = tuple(guess for guess in postures.guesses if "cut off" in guess or "goes back" in guess)
+    rest = tuple(guess for guess in postures.guesses if guess not in cut)
+    return replace(postures, source=SensorSource(kind, cut), guesses=rest)
+
+
+def _head(file: Path) -> str:
+    """The start of a file as text, unzipped when it is gzip."""
+    try:
+        with file.open("rb") as raw:
+            packed = raw.read(2) == b"\x1f\x8b"
+        with gzip.open(file) if packed else file.open("rb") as content:
+            start = content.read(_HEAD)
+    except (OSError, EOFError, zlib.error) as failure:
+        raise FileError(
+            f"{file}: wanted a sensor's recording, cannot read it: {failure}; get a complete copy"
+        ) from None
+    return start.decode("utf-8-sig", errors="replace")
+
+
+def _azure(file: Path, head: str) -> bool:
+    """Whether a JSON text is the offline processor's; also True for one that is broken, so that reading it says so."""
+    if '"joint_names"' in head or '"joint_positions"' in head or '"bodies"' in head:
+        return True
+    try:
+        from .azure import starts_as_azure
+        from .number_rows import unpacked
+
+        return starts_as_azure(json.loads(unpacked(file, "JSON")))
+    except ValueError:
+        return True
+
+
+def _of_text(file: Path, head: str) -> str:
+    from .joint_table import starts_as_joint_table
+    from .uiprmd import MARKERS, is_angles
+
+    lines = [line for line in head.splitlines() if line.strip()]
+    if not lines:
+        return ""
+    cells = split_cells(lines[0])
+    try:
+        [float(cell) for cell in cells]
+    except ValueError:
+        if starts_as_joint_table(file):
+            return "joints"
+        if any(line.lower().startswith("frame#") for line in lines[:20]):
+            return "trc"
+        return "table" if titles_of_kinect(cells) else "markers" if cells[0].lower() in ("field", "time") else ""
+    if len(cells) == 66:
+        return "uiprmd angles" if is_angles(file) else "uiprmd"
+    if len(cells) == 1 and len(lines) > 2 and len(split_cells(lines[2])) == 10:
+        return "ntu"
+    known = {3 * len(MARKERS): "uiprmd markers", 175: "keraal", 119: "keraal bodies"}
+    return known.get(len(cells), "table" if layout_without_titles(len(cells)) else "")

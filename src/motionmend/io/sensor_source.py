@@ -1,0 +1,116 @@
+"""What every reader of sensor skeletons needs beside the rows: times in seconds, absent joints, one body of several."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats
+from ..bodies.postures import NOT_TRACKED
+from ..errors import UsageError
+
+USUAL_FPS = 30.0  # of every depth sensor read here, Hz
+_UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7}
+
+
+@dataclass(frozen=True)
+class SensorSource:
+    """What is known of a recording beside its postures: in words what it is, and what is wrong with the file."""
+
+    kind: str
+    warnings: tuple[str, ...] = ()
+
+
+def warnings_of(source: object) -> tuple[str, ...]:
+    """What is wrong with the file that a recording came from, one sentence each."""
+    return source.warnings if isinstance(source, SensorSource) else ()
+
+
+def seconds_of(stamps: Floats) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
+    """Time stamps of unknown unit as seconds.
+
+    The unit is the one in which the median step is nearest to a sensor's usual 1/30 s; a thousandfold lies between
+    most of them.
+
+    Parameters
+    ----------
+    stamps : (T,) as the file has them.
+
+    Returns
+    -------
+    times (T,) s, what was guessed, and what is wrong with them. A missing stamp is interpolated.
+    """
+    known = np.isfinite(stamps)
+    warnings: list[str] = []
+    if not known.any():
+        return even_times(len(stamps), None)[0], (), ("there are no times: took 30 Hz",)
+    if not known.all():
+        warnings.append(f"{int((~known).sum())} time stamps are no numbers: interpolated")
+        places = np.arange(len(stamps))
+        stamps = np.interp(places, places[known], stamps[known])
+    steps = np.diff(stamps)
+    rising = steps[steps > 0]
+    if not rising.size:
+        return even_times(len(stamps), None)[0], (), ("the times do not rise: took 30 Hz instead",)
+    step = float(np.median(rising))
+    unit = min(_UNITS, key=lambda name: abs(np.log(step * _UNITS[name] * USUAL_FPS)))
+    if rising.size < steps.size:
+        warnings.append(f"{int((steps <= 0).sum())} of {len(stamps)} times do not rise")
+    guessed = () if unit == "seconds" else (f"times were taken as {unit}: {1 / (step * _UNITS[unit]):.3g} Hz",)
+    return stamps * _UNITS[unit], guessed, tuple(warnings)
+
+
+def even_times(frames: int, fps: float | None) -> tuple[Floats, tuple[str, ...]]:
+    """(T,) s of a file without times, and a sentence about the rate.
+
+    Raises
+    ------
+    UsageError : a rate that is none.
+    """
+    if fps is not None and not 0 < fps < np.inf:
+        raise UsageError(f"a frame rate above 0 Hz is wanted, came {fps}")
+    said = f"the file has no times: took {fps:g} Hz as given" if fps else "the file has no times: took 30 Hz"
+    return np.arange(frames) / (fps or USUAL_FPS), (said,)
+
+
+def with_absent(positions: Floats, state: Bytes | None) -> Floats:
+    """(T, J, 3) with NaN where a joint has no position: it is not finite, at exactly (0, 0, 0), or not tracked in a
+    frame in which no joint is, which recorders write when nobody is there.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) m.
+    state : (T, J) or None.
+    """
+    absent: Bools = np.asarray(~np.isfinite(positions).all(axis=2) | ~positions.any(axis=2))
+    if state is not None:
+        absent |= (state == NOT_TRACKED).all(axis=1)[:, None]
+    return np.where(absent[:, :, None], np.nan, positions)
+
+
+def states_of(values: Floats) -> tuple[Bytes, tuple[str, ...]]:
+    """Tracking states (T, J) from a file's numbers; what is none of 0, 1, 2 counts as not tracked, and is said."""
+    right = np.isin(values, (0.0, 1.0, 2.0))
+    wrong = int((~right).sum())
+    said = (f"{wrong} tracking states are none of 0, 1, 2: taken as not tracked",) if wrong else ()
+    return np.where(right, values, NOT_TRACKED).astype(np.uint8), said
+
+
+def seen_longest(frames_of: Mapping[object, int], total: int) -> tuple[object, tuple[str, ...]]:
+    """The body that is in most frames (the first of several), and a sentence when there are others.
+
+    Parameters
+    ----------
+    frames_of : by body, in how many frames it is, in the order in which they appear.
+    total : frames of the recording.
+    """
+    best = max(frames_of, key=lambda body: frames_of[body])
+    if len(frames_of) == 1:
+        return best, ()
+    said = f"{len(frames_of)} bodies: took {best}, which is seen longest ({frames_of[best]} of {total} frames)"
+    return best, (said,)
+
+
+def spread_states(present: Bools, state: Bytes | None) -> Bytes | None:
+    """States (T, J) of a recording in which frames without the person are empty: those are not tracked."""
+    return None if state is None else np.where(present, state, NOT_TRACKED).astype(np.uint8)
