@@ -1,0 +1,274 @@
+"""Depth images: holes and noise, what lies on the scene's planes or background, and connected surfaces."""
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Singles
+from .compile import compiled
+
+
+@compiled
+def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) -> None:
+    """Fill holes of one pixel and take the median of what is measured around each pixel.
+
+    Parameters
+    ----------
+    depth : (H, W) m, NaN = no return.
+    radius : of the median's square window, pixels; at most 3.
+    enough : a hole is filled when so many of its 8 neighbours are measured ...
+    jump : ... and lie within this many metres of each other; between two surfaces the nearer is taken.
+    out : (H, W) m, written.
+    """
+    height, width = depth.shape
+    window = np.empty((2 * radius + 1) ** 2, np.float32)
+    ring = np.empty(8, np.float32)
+    filled = depth.copy()
+    for r in range(height):
+        for c in range(width):
+            if not np.isnan(depth[r, c]):
+                continue
+            count = 0
+            for i in range(max(r - 1, 0), min(r + 2, height)):
+                for j in range(max(c - 1, 0), min(c + 2, width)):
+                    if not np.isnan(depth[i, j]):
+                        ring[count] = depth[i, j]
+                        count += 1
+            if count < enough:
+                continue
+            ring[:count].sort()
+            near = 1
+            while near < count and ring[near] - ring[0] < jump:
+                near += 1
+            filled[r, c] = ring[near // 2]
+    for r in range(height):
+        for c in range(width):
+            if np.isnan(filled[r, c]):
+                out[r, c] = np.nan
+                continue
+            if radius == 1 and 0 < r < height - 1 and 0 < c < width - 1:
+                middle = _median_of_nine(filled, r, c)
+                if not np.isnan(middle):
+                    out[r, c] = middle
+                    continue
+            count = 0
+            for i in range(max(r - radius, 0), min(r + radius + 1, height)):
+                for j in range(max(c - radius, 0), min(c + radius + 1, width)):
+                    value = filled[i, j]
+                    if np.isnan(value):
+                        continue
+                    place = count  # insertion: the window is small and nearly sorted
+                    while place > 0 and window[place - 1] > value:
+                        window[place] = window[place - 1]
+                        place -= 1
+                    window[place] = value
+                    count += 1
+            out[r, c] = window[count // 2] if count % 2 else 0.5 * (window[count // 2 - 1] + window[count // 2])
+
+
+@compiled
+def _median_of_nine(image: Singles, r: int, c: int) -> float:
+    """Median of a 3 x 3 window as minima and maxima of its sorted columns (Smith 1996); NaN when one is missing."""
+    a0, a1, a2 = _sorted3(image[r - 1, c - 1], image[r, c - 1], image[r + 1, c - 1])
+    b0, b1, b2 = _sorted3(image[r - 1, c], image[r, c], image[r + 1, c])
+    c0, c1, c2 = _sorted3(image[r - 1, c + 1], image[r, c + 1], image[r + 1, c + 1])
+    if np.isnan(a0 + a1 + a2 + b0 + b1 + b2 + c0 + c1 + c2):
+        return np.nan
+    low = max(a0, max(b0, c0))
+    middle = _sorted3(a1, b1, c1)[1]
+    high = min(a2, min(b2, c2))
+    return _sorted3(low, middle, high)[1]
+
+
+@compiled
+def _sorted3(x: float, y: float, z: float) -> tuple[float, float, float]:
+    if y < x:
+        x, y = y, x
+    if z < y:
+        y, z = z, y
+    if y < x:
+        x, y = y, x
+    return x, y, z
+
+
+@compiled
+def before_scene(
+    depth: Singles,
+    intrinsics: Floats,
+    planes: Floats,
+    background: Singles,
+    near: float,
+    steep: float,
+    out: Bools,
+) -> None:
+    """True where a measured pixel lies in front of the planes and of the background.
+
+    Parameters
+    ----------
+    depth : (H, W) m, NaN = no return.
+    intrinsics : (4,) fx, fy, cx, cy in pixels.
+    planes : (P, 4) unit normal towards the camera and offset: normal . x + offset is the height above it, m.
+    background : (H, W) m, farthest surface known at each pixel, NaN where nothing is known.
+    near, steep : a depth counts only beyond near + steep z^2, in m (a depth camera's noise grows so), a height above
+        a plane beyond near + steep z^2 times the part of the ray along the plane's normal.
+    out : (H, W) written.
+    """
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    for r in range(depth.shape[0]):
+        for c in range(depth.shape[1]):
+            z = depth[r, c]
+            out[r, c] = False
+            if np.isnan(z):
+                continue
+            if background[r, c] - z < near + steep * z * z:
+                continue
+            x, y = (c - cx) * z / fx, (r - cy) * z / fy
+            clear = True
+            for p in range(len(planes)):
+                along = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
+                if along + planes[p, 3] < near + steep * z * abs(along):
+                    clear = False
+                    break
+            out[r, c] = clear
+
+
+@compiled
+def surfaces(depth: Singles, inside: Bools, near: float, steep: float, out: np.ndarray) -> int:
+    """Number the connected surfaces: pixels side by side whose depths differ by less than near + steep z.
+
+    Parameters
+    ----------
+    depth : (H, W) m.
+    inside : (H, W) pixels that count.
+    near : m.
+    steep : m per m.
+    out : (H, W) int32, written: number of the surface, in the order of its first pixel, -1 = none.
+
+    Returns
+    -------
+    How many there are.
+    """
+    height, width = depth.shape
+    parent = np.empty(height * width, np.int32)
+    count = 0
+    for r in range(height):
+        for c in range(width):
+            out[r, c] = -1
+            if not inside[r, c]:
+                continue
+            z = depth[r, c]
+            most = near + steep * z
+            label = -1
+            if c > 0 and inside[r, c - 1] and abs(z - depth[r, c - 1]) < most:
+                label = _root(parent, out[r, c - 1])
+            if r > 0 and inside[r - 1, c] and abs(z - depth[r - 1, c]) < most:
+                above = _root(parent, out[r - 1, c])
+                if label < 0:
+                    label = above
+                elif above != label:
+                    parent[max(above, label)] = min(above, label)
+                    label = min(above, label)
+            if label < 0:
+                label = count
+                parent[count] = count
+                count += 1
+            out[r, c] = label
+    names = np.full(count, -1, np.int32)
+    known = 0
+    for r in range(height):
+        for c in range(width):
+            if out[r, c] >= 0:
+                label = _root(parent, out[r, c])
+                if names[label] < 0:
+                    names[label] = known
+                    known += 1
+                out[r, c] = names[label]
+    return known
+
+
+@compiled
+def _root(parent: np.ndarray, label: int) -> int:
+    while parent[label] != label:
+        parent[label] = parent[parent[label]]
+        label = parent[label]
+    return label
+
+
+@compiled
+def measures(depth: Singles, labels: np.ndarray, moved: Bytes, intrinsics: Floats, out: Floats) -> None:
+    """Size and place of each surface.
+
+    Parameters
+    ----------
+    depth : (H, W) m.
+    labels : (H, W) int32 number of the surface, -1 = none.
+    moved : (H, W) 1 where something else was seen behind before.
+    intrinsics : (4,) fx, fy, cx, cy.
+    out : (S, 13) written: pixels, area in m^2 as if facing the camera, least and greatest x, y, z in m, mean x, y, z,
+        share of moved pixels, share of pixels on the image's border.
+    """
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    height, width = depth.shape
+    for s in range(len(out)):
+        for k in range(13):
+            out[s, k] = 0.0
+        for k in range(3):
+            out[s, 2 + 2 * k], out[s, 3 + 2 * k] = np.inf, -np.inf
+    for r in range(height):
+        for c in range(width):
+            s = labels[r, c]
+            if s < 0:
+                continue
+            z = depth[r, c]
+            x, y = (c - cx) * z / fx, (r - cy) * z / fy
+            out[s, 0] += 1.0
+            out[s, 1] += z * z / (fx * fy)
+            out[s, 2], out[s, 3] = min(out[s, 2], x), max(out[s, 3], x)
+            out[s, 4], out[s, 5] = min(out[s, 4], y), max(out[s, 5], y)
+            out[s, 6], out[s, 7] = min(out[s, 6], z), max(out[s, 7], z)
+            out[s, 8] += x
+            out[s, 9] += y
+            out[s, 10] += z
+            out[s, 11] += moved[r, c]
+            if r == 0 or c == 0 or r == height - 1 or c == width - 1:
+                out[s, 12] += 1.0
+    for s in range(len(out)):
+        if out[s, 0] > 0.0:
+            for k in range(8, 13):
+                out[s, k] /= out[s, 0]
+
+
+@compiled
+def sampled(
+    depth: Singles,
+    labels: np.ndarray,
+    slot: np.ndarray,
+    step: np.ndarray,
+    intrinsics: Floats,
+    out: Floats,
+    counts: np.ndarray,
+) -> None:
+    """Some points of some surfaces, in one pass over the image.
+
+    Parameters
+    ----------
+    depth, labels, intrinsics : as of `measures`.
+    slot : (S,) int64 where a surface's points go, -1 = not wanted.
+    step : (S,) int64 every n-th pixel of the surface.
+    out : (K, P, 3) m, written.
+    counts : (K,) int64 how many points, written.
+    """
+    counts[:] = 0
+    passed = np.zeros(len(slot), np.int64)
+    for r in range(depth.shape[0]):
+        for c in range(depth.shape[1]):
+            s = labels[r, c]
+            if s < 0 or slot[s] < 0:
+                continue
+            passed[s] += 1
+            k = slot[s]
+            if (passed[s] - 1) % step[s] or counts[k] == out.shape[1]:
+                continue
+            z = depth[r, c]
+            out[k, counts[k], 0] = (c - intrinsics[2]) * z / intrinsics[0]
+            out[k, counts[k], 1] = (r - intrinsics[3]) * z / intrinsics[1]
+            out[k, counts[k], 2] = z
+            counts[k] += 1

@@ -1,0 +1,449 @@
+"""Which pixels of a depth image are the person: scene planes, a background that is learned, the body-like surface.
+
+A `Scene` is what is known of the room so far. Each frame, `find_person` takes away what lies on the room's floor and
+walls and on the background seen before, and of the connected surfaces that are left keeps the one that is most like
+a body with the pieces that hang together with it. `remember` then learns the background from everything else, the
+farthest depth of each pixel, so that a mistake heals as soon as something farther is seen there.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Bools, Floats, Ints, Singles, frozen
+from ..bodies.camera import Camera, DepthFrame
+from ..errors import MismatchError
+
+Labels: TypeAlias = NDArray[np.int32]
+
+# A structured-light camera's axial noise is about 1.9 mm at 1 m and grows with the square of the depth (Nguyen et al.
+# 2012); three standard deviations, and the width of a depth step of its 11 bits.
+NOISE_NEAR, NOISE_STEEP = 0.015, 0.007
+
+# Neighbouring pixels of one limb differ by its slope; of two limbs by more than a hand's thickness.
+JUMP_NEAR, JUMP_STEEP = 0.05, 0.01
+
+# What a body may measure, in m and m^2 as seen from one side, from a seated child to a tall man in a coat.
+LONGEST, SHORTEST = 2.5, 0.55
+LARGEST, SMALLEST = 1.8, 0.04
+USUAL_AREA = 0.5
+
+PLANE_AREA = 1.3  # m^2, of a floor or a wall: more than a person's front
+_REACH = 0.35  # m, between two pieces of one body
+BEYOND = 0.02  # share of the points that may lie behind a floor or a wall
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is known of a room seen by a camera that stands still.
+
+    Attributes
+    ----------
+    planes : (P, 4) unit normal towards the camera and offset in m, in camera axes: normal · x + offset is the height
+        of a point above the plane.
+    background : (H, W) float32 m, the farthest surface seen at each pixel, NaN where none was.
+    """
+
+    planes: Floats
+    background: Singles
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "planes", frozen(self.planes))
+        object.__setattr__(self, "background", frozen(self.background, np.float32))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Foreground:
+    """The person in one frame.
+
+    Attributes
+    ----------
+    depth : (H, W) float32 m, holes of one pixel filled, smoothed by a median; NaN everywhere but on the person.
+    found : False for a frame with nobody in it; `depth` is then NaN throughout.
+    place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
+    cut : pixels on the border of the image over the square root of all: a body that is partly out of view.
+    free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
+        recording whose background was taken away, nothing is. Dropout in a room is neither person nor free.
+    """
+
+    depth: Singles
+    found: bool
+    place: Floats
+    cut: float
+    free: Bools
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "depth", frozen(self.depth, np.float32))
+        object.__setattr__(self, "place", frozen(self.place))
+        object.__setattr__(self, "free", frozen(self.free, np.bool_))
+
+
+def clean(depth: Singles, radius: int = 1) -> Singles:
+    """Depth without holes of one pixel and without speckle.
+
+    A hole is filled when six of its eight neighbours are measured: dropout inside a surface would otherwise look
+    like an edge. Then every pixel becomes the median of what is measured in the window around it.
+
+    Parameters
+    ----------
+    depth : (H, W) m, NaN = no return.
+    radius : of the median's window in pixels, 1 for 3 x 3; 0 fills holes only.
+
+    Returns
+    -------
+    (H, W) float32 m.
+    """
+    from ..kernels import regions
+
+    depth = np.ascontiguousarray(depth, np.float32)
+    out = np.full_like(depth, np.nan)
+    rows, columns = _box(np.isfinite(depth), depth.shape, radius + 1)
+    part = np.ascontiguousarray(depth[rows, columns])
+    mended = np.empty_like(part)
+    if part.size:
+        regions.mend(part, radius, 6, JUMP_NEAR, mended)
+    out[rows, columns] = mended
+    return out
+
+
+def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:
+    """The room from one frame: its floor and walls; of the background nothing is known yet.
+
+    A plane belongs to the room when it is larger than a person and nearly nothing lies behind it. Candidates are
+    drawn from points close to each other (RANSAC, Fischler & Bolles 1981) and fitted to what supports them.
+
+    Parameters
+    ----------
+    frame : with or without a person in it, with or without a background.
+    seed : of the draws; the same frame and seed give the same planes.
+    """
+    unknown = np.full(frame.depth.shape, np.nan, np.float32)
+    return Scene(_bounding_planes(frame.camera, frame.depth, seed), unknown)
+
+
+def empty_scene(frames: list[DepthFrame], seed: int = 0) -> Scene:
+    """The room from frames with nobody in them: planes from the first, and the background, the farthest of all.
+
+    Raises
+    ------
+    MismatchError : when there is no frame, or frames of several sizes.
+    """
+    if not frames:
+        raise MismatchError("a background needs at least one frame, came none")
+    scene = scene_of(frames[0], seed)
+    nobody = _nobody(np.isfinite(frames[0].depth))
+    for frame in frames:
+        scene = remember(scene, frame, nobody)
+    return scene
+
+
+def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, radius: int = 1) -> Foreground:
+    """The person's pixels of one frame.
+
+    Parameters
+    ----------
+    scene : the room as known so far.
+    frame : the depth image.
+    last : (3,) m, where the person was in the frame before, if known.
+    radius : of the median's window (see `clean`).
+
+    Raises
+    ------
+    MismatchError : a frame of another size than the scene.
+    """
+    from ..kernels import regions
+
+    depth = _sized(scene, frame)
+    intrinsics = _intrinsics(frame.camera)
+    before = np.empty(depth.shape, np.bool_)
+    regions.before_scene(depth, intrinsics, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
+    labels = np.empty(depth.shape, np.int32)
+    count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
+    measures = np.empty((count, 13))
+    moved = (before & np.isfinite(scene.background)).view(np.uint8)
+    regions.measures(depth, labels, moved, intrinsics, measures)
+    mask = _body(depth, labels, measures, intrinsics, last)
+    if mask is None:
+        return _nobody(np.isfinite(depth))
+    mask |= _enclosed(depth, mask, scene, frame.camera)
+    person = clean(np.where(mask, depth, np.float32(np.nan)), radius)
+    rows, columns = np.nonzero(np.isfinite(person))
+    some = slice(None, None, 1 + len(rows) // 2000)
+    z = person[rows[some], columns[some]].astype(np.float64)
+    x = (columns[some] - intrinsics[2]) * z / intrinsics[0]
+    y = (rows[some] - intrinsics[3]) * z / intrinsics[1]
+    middle = np.array([np.median(x), np.median(y), np.median(z)])
+    height, width = depth.shape
+    border = (rows == 0) | (columns == 0) | (rows == height - 1) | (columns == width - 1)
+    free = _free(depth, before, mask, np.isfinite(person))
+    return Foreground(person, True, middle, float(border.sum() / np.sqrt(len(rows))), free)
+
+
+def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
+    """The scene with this frame's background learned: all that is measured, but the person and what is beside it.
+
+    Raises
+    ------
+    MismatchError : a frame of another size than the scene.
+    """
+    import cv2
+
+    depth = _sized(scene, frame)
+    body = np.isfinite(person.depth)
+    seen = np.isfinite(depth) & ~body
+    if not seen.any():
+        return scene
+    known = scene.background
+    if person.found:
+        # What was learned at the person's own depth was a piece of them.
+        slack = NOISE_NEAR + NOISE_STEEP * depth**2
+        known = np.where(body & (known - depth < slack), np.float32(np.nan), known)
+        # Beside the person only what is clearly behind them: a piece of them that was missed must not be learned.
+        margin = int(np.ceil(0.15 * frame.camera.fx / person.place[2]))
+        rows, columns = _box(body, depth.shape, margin)
+        beside = np.where(body[rows, columns], person.depth[rows, columns], np.float32(-1.0))
+        beside = cv2.dilate(beside, np.ones((1, 2 * margin + 1), np.uint8))
+        beside = cv2.dilate(beside, np.ones((2 * margin + 1, 1), np.uint8))
+        seen[rows, columns] &= depth[rows, columns] > beside + 0.25
+    farthest = np.fmax(known, np.where(seen, depth, np.float32(np.nan)))
+    return replace(scene, background=farthest)
+
+
+def _nobody(free: Bools) -> Foreground:
+    return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), 0.0, free)
+
+
+def _free(depth: Singles, before: Bools, mask: Bools, person: Bools) -> Bools:
+    """Pixels where the person surely is not."""
+    measured = np.isfinite(depth)
+    if np.mean(measured & ~mask) > 0.05:
+        return np.asarray(measured & ~before & ~person)
+    # Next to nothing is measured beside the person: the background was taken away. Holes in the person stay unknown.
+    import cv2
+
+    closed = cv2.morphologyEx(person.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+    return np.asarray(closed == 0)
+
+
+def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bools:
+    """Pixels amid the person, as deep as they are, that a background learned from them by mistake has taken away."""
+    import cv2
+
+    if np.isnan(scene.background).all():
+        return np.zeros_like(mask)
+    rows, columns = _box(mask, depth.shape, 2)
+    part, inside = depth[rows, columns], mask[rows, columns]
+    middle = float(np.median(part[inside]))
+    window = np.ones((2 * int(np.ceil(0.08 * camera.fx / middle)) + 1,) * 2, np.uint8)
+    near = cv2.erode(np.where(inside, part, np.float32(np.inf)), window)
+    far = cv2.dilate(np.where(inside, part, np.float32(-np.inf)), window)
+    closed = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_CLOSE, window) > 0
+    out = np.zeros_like(mask)
+    out[rows, columns] = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
+    return out
+
+
+def _sized(scene: Scene, frame: DepthFrame) -> Singles:
+    if frame.depth.shape != scene.background.shape:
+        raise MismatchError(f"the scene is {scene.background.shape}, came a frame of {frame.depth.shape}")
+    return np.ascontiguousarray(frame.depth, np.float32)
+
+
+def _intrinsics(camera: Camera) -> Floats:
+    return np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float64)
+
+
+def _box(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
+    """Rows and columns that hold all of `inside`, and a margin."""
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+    if not len(rows):
+        return slice(0, 0), slice(0, 0)
+    return (
+        slice(max(rows[0] - margin, 0), min(rows[-1] + margin + 1, shape[0])),
+        slice(max(columns[0] - margin, 0), min(columns[-1] + margin + 1, shape[1])),
+    )
+
+
+# ---- the room -------------------------------------------------------------------------------
+
+
+def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
+    """(P, 4) floors and walls, the largest first."""
+    step = max(1, round(np.sqrt(depth.size / 5000)))
+    grid = np.asarray(depth[::step, ::step], np.float64)
+    rows, columns = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
+    points = np.stack([(columns - camera.cx) * grid / camera.fx, (rows - camera.cy) * grid / camera.fy, grid], axis=-1)
+    area = grid**2 / (camera.fx * camera.fy) * step**2
+    rng = np.random.default_rng(seed)
+    free = np.isfinite(grid)
+    every = points[free]
+    planes: list[Floats] = []
+    for _ in range(most):
+        if area[free].sum() < PLANE_AREA:
+            break
+        candidates = _drawn(points, free, rng, draws)
+        if not len(candidates):
+            break
+        cloud, weight = points[free], area[free]
+        supported = _support(cloud, weight, candidates)
+        best = None
+        for i in np.argsort(-supported)[:20]:
+            if supported[i] < 0.5 * PLANE_AREA:
+                break
+            plane = _refitted(cloud, weight, candidates[i])
+            heights = every @ plane[:3] + plane[3]
+            slack = _slack(every, plane)
+            on = np.abs(cloud @ plane[:3] + plane[3]) < _slack(cloud, plane)
+            towards = np.abs(cloud[on] @ plane[:3]) / np.linalg.norm(cloud[on], axis=1)
+            size = float((weight[on] / np.maximum(towards, 0.1)).sum())
+            # Behind a floor or a wall is nothing: what lies behind a table top or a person's front is much.
+            if size >= PLANE_AREA and np.mean(heights < -2.0 * slack) < BEYOND and (best is None or size > best[0]):
+                best = (size, plane)
+        if best is None:
+            break
+        planes.append(best[1])
+        off = np.abs(points @ best[1][:3] + best[1][3])
+        with np.errstate(invalid="ignore"):
+            free &= off >= _slack(points, best[1])
+    return np.array(planes).reshape(-1, 4)
+
+
+def _slack(points: Floats, plane: Floats) -> Floats:
+    """How far from a plane its own points may be measured, m."""
+    along = np.abs(points @ plane[:3])
+    return np.asarray(NOISE_NEAR + NOISE_STEEP * points[..., 2] * along)
+
+
+def _drawn(points: Floats, free: Bools, rng: np.random.Generator, draws: int) -> Floats:
+    """(N, 4) planes through three free points near each other in the image."""
+    rows, columns = np.nonzero(free)
+    if len(rows) < 3:
+        return np.empty((0, 4))
+    pick = rng.integers(len(rows), size=draws)
+    shift = rng.integers(-12, 13, size=(2, 2, draws))
+    corners = [points[rows[pick], columns[pick]]]
+    good = np.ones(draws, bool)
+    for dr, dc in shift:
+        r = np.clip(rows[pick] + dr, 0, free.shape[0] - 1)
+        c = np.clip(columns[pick] + dc, 0, free.shape[1] - 1)
+        good &= free[r, c]
+        corners.append(points[r, c])
+    a, b, c = (corner[good] for corner in corners)
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1)
+    normal, a = normal[length > 1e-3] / length[length > 1e-3, None], a[length > 1e-3]
+    offset = -np.einsum("ij,ij->i", normal, a)
+    towards = np.where(offset < 0, -1.0, 1.0)  # the camera, at 0, lies above every plane
+    return np.column_stack([normal * towards[:, None], offset * towards])
+
+
+def _support(cloud: Floats, weight: Floats, planes: Floats) -> Floats:
+    """(N,) m^2 of points on each plane."""
+    along = cloud @ planes[:, :3].T
+    return np.asarray(weight @ (np.abs(along + planes[:, 3]) < NOISE_NEAR + NOISE_STEEP * cloud[:, 2:] * np.abs(along)))
+
+
+def _refitted(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
+    """The plane fitted to what lies on it."""
+    for _ in range(3):
+        on = np.abs(cloud @ plane[:3] + plane[3]) < _slack(cloud, plane)
+        if on.sum() < 10:
+            break
+        # Each point counts by the area it stands for over the variance of its depth.
+        trust = weight[on] / cloud[on, 2] ** 4
+        middle = np.average(cloud[on], axis=0, weights=trust)
+        spread = (cloud[on] - middle).T @ ((cloud[on] - middle) * trust[:, None])
+        normal = np.linalg.eigh(spread)[1][:, 0]
+        offset = -float(normal @ middle)
+        plane = np.append(normal, offset) * (1.0 if offset >= 0 else -1.0)
+    return plane
+
+
+# ---- the body -------------------------------------------------------------------------------
+
+
+def _body(depth: Singles, labels: Labels, measures: Floats, intrinsics: Floats, last: Floats | None) -> Bools | None:
+    """(H, W) True on the surface most like a body and on the pieces that hang together with it; None = nobody."""
+    size = measures[:, 1]
+    order = np.argsort(-size, kind="stable")[:24]
+    order = order[(size[order] > 0.0005) & (measures[order, 0] >= 8)]
+    clouds = _clouds(depth, labels, measures, order, intrinsics)
+    scores = {s: _likeness(measures[s], cloud, last) for s, cloud in clouds.items()}
+    main = max(scores, key=lambda s: scores[s], default=-1)
+    if main < 0 or scores[main] <= 0.0:
+        return None
+    keep = np.zeros(len(measures) + 1, bool)  # the last for pixels of no surface
+    keep[_joined(main, clouds, measures)] = True
+    return np.asarray(keep[labels])
+
+
+def _joined(main: int, clouds: dict[int, Floats], measures: Floats) -> list[int]:
+    """The surfaces that belong to a body whose largest one is `main`."""
+    from scipy.spatial import cKDTree
+
+    size, lows, highs = measures[:, 1], measures[:, 2:8:2], measures[:, 3:9:2]
+    kept, low, high, total = [main], lows[main], highs[main], size[main]
+    gaps = {s: np.inf for s in clouds if s != main}
+    newest = main
+    while gaps:
+        tree = cKDTree(clouds[newest])
+        for s in gaps:
+            apart = np.maximum(lows[s] - highs[newest], lows[newest] - highs[s])
+            if apart.max() < _REACH:
+                gap, _ = tree.query(clouds[s], distance_upper_bound=_REACH)
+                gaps[s] = min(gaps[s], float(np.min(gap)))
+        fitting = []
+        for s, gap in gaps.items():
+            # A limb behind or before another one is apart by less than an arm's length, and small.
+            near = gap < (_REACH if size[s] < 0.25 * size[main] else 0.12)
+            wide = (np.maximum(high, highs[s]) - np.minimum(low, lows[s])).max()
+            # Where the person walks over known ground, a piece that has always been there is none of theirs.
+            stays = measures[main, 11] > 0.5 > measures[s, 11]
+            if near and not stays and total + size[s] < LARGEST and wide < LONGEST and size[s] < 0.6 * size[main]:
+                fitting.append((gap, s))
+        if not fitting:
+            break
+        newest = min(fitting)[1]
+        del gaps[newest]
+        kept.append(newest)
+        total += size[newest]
+        low, high = np.minimum(low, lows[newest]), np.maximum(high, highs[newest])
+    return kept
+
+
+def _clouds(
+    depth: Singles, labels: Labels, measures: Floats, wanted: Ints, intrinsics: Floats, most: int = 300
+) -> dict[int, Floats]:
+    """Points (N, 3) in m of each wanted surface, N at most `most`."""
+    from ..kernels import regions
+
+    slot = np.full(len(measures), -1, np.int64)
+    slot[wanted] = np.arange(len(wanted))
+    step = np.maximum(np.ceil(measures[:, 0] / most), 1).astype(np.int64)
+    points, counts = np.empty((len(wanted), most, 3)), np.zeros(len(wanted), np.int64)
+    regions.sampled(depth, labels, slot, step, intrinsics, points, counts)
+    return {int(s): points[k, : counts[k]] for k, s in enumerate(wanted)}
+
+
+def _likeness(measure: Floats, cloud: Floats, last: Floats | None) -> float:
+    """How much a surface is like a body; 0 = not at all."""
+    area = measure[1]
+    extent = measure[3:9:2] - measure[2:8:2]
+    # A person's size is bounded; of one who is partly out of view less is asked.
+    if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < SHORTEST * (measure[12] == 0):
+        return 0.0
+    spread = np.cov(cloud.T)
+    flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
+    if flat < NOISE_NEAR + 0.3 * NOISE_STEEP * measure[10] ** 2:
+        return 0.0  # a board, a table top
+    score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
+    score *= 1.0 + 50.0 * measure[11]  # what moves before a known background is no furniture
+    score /= 1.0 + (measure[10] / 4.0) ** 2  # who is filmed stands in front
+    if last is not None and np.isfinite(last).all():
+        gap = float(np.min(np.linalg.norm(cloud - last, axis=1)))
+        score *= 0.1 + 0.9 / (1.0 + (gap / 0.5) ** 2)
+    return float(score)
