@@ -112,6 +112,11 @@ def image(kind: str, size: tuple[int, ...]) -> Callable[[Path], None]:
     return put
 
 
+def empty(folder: Path) -> None:
+    shutil.rmtree(folder / "depth")
+    (folder / "depth").mkdir()
+
+
 BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "no camera": (lambda f: (f / "camera.json").unlink(), "no camera.json"),
     "camera is no json": (lambda f: (f / "camera.json").write_text("width: 3"), "wanted JSON"),
@@ -122,7 +127,7 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "half a pixel": (lambda f: change(f, width=16.5), "whole pixels"),
     "another size than said": (lambda f: change(f, width=32), "wanted 32 x 12"),
     "no images": (lambda f: shutil.rmtree(f / "depth"), "none"),
-    "empty folder": (lambda f: [os.remove(file) for file in (f / "depth").iterdir()], "empty"),
+    "empty folder": (empty, "empty"),
     "a number missing": (lambda f: (f / "depth/000001.png").unlink(), r"000001\.png is missing"),
     "a number twice": (lambda f: shutil.copy(f / "depth/000001.png", f / "depth/1.png"), "again"),
     "another name": (lambda f: (f / "depth/000001.png").rename(f / "depth/b.png"), "named 000000"),

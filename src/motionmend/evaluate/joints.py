@@ -1,0 +1,229 @@
+"""How close joint positions come to the truth: distances, their tail, what is missing and what is too much."""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..bodies.joint_sets import correspondence
+from ..bodies.postures import Postures
+from ..errors import MismatchError
+from .metrics import bone_drift, jitter, position_error
+
+FAR = 0.15  # m; a joint farther from the truth than this is lost
+UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere
+_GAP = 2.5  # frames; between samples farther apart than this nothing is interpolated
+_LAPSE = 0.5  # of a frame; rows whose times differ by more are worth a sentence
+
+
+@dataclass(frozen=True, eq=False)
+class JointComparison:
+    """What `compare_joints` found; None stands where there is nothing to measure.
+
+    Attributes
+    ----------
+    frames, fps : compared; fps in Hz, of the truth.
+    mean_cm : mean distance over joints and frames, over the samples both have, cm.
+    mean_cm_counting_missing : the same, each missing joint scored as if it were at the mean of the frame's true joints.
+    median_cm, p95_cm, max_cm : median, 95 % quantile and largest of those distances, cm.
+    share_above_15cm : of those samples farther than 15 cm.
+    share_above_15cm_counting_missing : of the truth's samples, farther than 15 cm or missing.
+    frames_above_15cm : share of the frames whose joints are farther than 15 cm on average, or all missing.
+    mean_cm_by_joint, p95_cm_by_joint : by the truth's names.
+    jitter : `truth`, `other` in m/s^3 over the samples both have, and `ratio`.
+    bone_drift_cm, bone_drift_truth_cm : as for markers, cm.
+    missing : `samples` that the truth has and the other lacks, their `share`, and `by_channel`.
+    extra : `samples` that the other claims where the truth has nothing (deviations of 0.10 m or more claim nothing),
+        and their `share` of the truth's empty ones.
+    notes : one sentence for all that had to be supposed.
+    """
+
+    frames: int
+    fps: float
+    mean_cm: float | None
+    mean_cm_counting_missing: float | None
+    median_cm: float | None
+    p95_cm: float | None
+    max_cm: float | None
+    share_above_15cm: float | None
+    share_above_15cm_counting_missing: float | None
+    frames_above_15cm: float | None
+    mean_cm_by_joint: dict[str, float | None]
+    p95_cm_by_joint: dict[str, float | None]
+    jitter: dict[str, float | None]
+    bone_drift_cm: float | None
+    bone_drift_truth_cm: float | None
+    missing: dict[str, Any]
+    extra: dict[str, Any]
+    notes: tuple[str, ...] = ()
+    kind: str = field(default="joints")
+
+    def to_json(self) -> dict[str, Any]:
+        """Every field under its own name, ready for `json.dumps`; None becomes null."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {"kind": values.pop("kind"), **values, "notes": list(self.notes)}
+
+
+def compare_joints(truth: Postures, other: Postures) -> JointComparison:
+    """Compare joint positions with the truth, sample by sample.
+
+    Joints are matched by name; where no name is the same, by what they mean on a body. A joint of the truth that the
+    other lacks counts as missing. As many rows on both sides are compared row by row; otherwise both are taken at the
+    times of the slower one, between samples on a straight line.
+
+    Parameters
+    ----------
+    truth, other : positions in the same axes.
+
+    Raises
+    ------
+    MismatchError
+        No joint or no time in common.
+    """
+    place, notes = _matching(truth.names, other.names)
+    truth, other, said = _in_step(truth, other)
+    notes += said
+    true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
+    other_at = np.where((place >= 0)[None, :, None], other.positions[:, place], np.nan)
+    there, seen = truth.present, np.asarray(np.isfinite(other_at).all(axis=2))
+    claimed = seen if other.std is None else seen & ~(other.std[:, place] >= UNSURE)
+    both = np.where((there & seen)[:, :, None], other_at, np.nan)
+    centre = _centre(true_at)
+    distance = position_error(true_at, both)
+    filled = position_error(true_at, np.where((there & ~seen)[:, :, None], centre, both))
+    far = np.where(there, np.where(seen, distance > FAR, True), False)
+    held = there.any(axis=1)
+    of_frame = np.array([_mean(row) for row in distance])
+    lost = held & ~(of_frame <= FAR)
+    still, moved = (jitter(at, truth.fps) for at in (np.where(np.isfinite(both), true_at, np.nan), both))
+    return JointComparison(
+        frames=truth.frames,
+        fps=truth.fps,
+        mean_cm=_cm(_mean(distance)),
+        mean_cm_counting_missing=_cm(_mean(filled)),
+        median_cm=_cm(_quantile(distance, 0.5)),
+        p95_cm=_cm(_quantile(distance, 0.95)),
+        max_cm=_cm(_quantile(distance, 1.0)),
+        share_above_15cm=_known(_mean(np.where(np.isfinite(distance), distance > FAR, np.nan))),
+        share_above_15cm_counting_missing=_ratio(far.sum(), there.sum()),
+        frames_above_15cm=_ratio(lost.sum(), held.sum()),
+        mean_cm_by_joint=_by_name(truth.names, [_mean(column) for column in distance.T]),
+        p95_cm_by_joint=_by_name(truth.names, [_quantile(column, 0.95) for column in distance.T]),
+        jitter={
+            "truth": _known(still),
+            "other": _known(moved),
+            "ratio": _known(moved / still) if still > 0 else None,
+        },
+        bone_drift_cm=_cm(bone_drift(true_at, both)),
+        bone_drift_truth_cm=_cm(bone_drift(true_at, true_at)),
+        missing=_missing(truth.names, there, there & ~seen),
+        extra={"samples": int((claimed & ~there).sum()), "share": _ratio((claimed & ~there).sum(), (~there).sum())},
+        notes=notes,
+    )
+
+
+def _matching(wanted: tuple[str, ...], came: tuple[str, ...]) -> tuple[Ints, tuple[str, ...]]:
+    """(J,) where each joint of the truth stands in the other, -1 for nowhere; and what is worth a sentence."""
+    place = np.array([came.index(name) if name in came else -1 for name in wanted], dtype=np.int64)
+    notes: tuple[str, ...] = ()
+    if (place < 0).all():
+        place = correspondence(came, wanted)
+        if (place < 0).all():
+            raise MismatchError(
+                f"a comparison needs joints of the same names, came {_few(came)} where the truth has {_few(wanted)}"
+            )
+        notes += ("no joint is named alike: matched by what the names mean, which each sensor places elsewhere",)
+    lacking = [name for name, p in zip(wanted, place, strict=True) if p < 0]
+    if lacking:
+        notes += (f"{len(lacking)} joints of the truth have no column and count as missing: {_few(lacking)}",)
+    return place, notes
+
+
+def _few(names: tuple[str, ...] | list[str]) -> str:
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+
+
+def _in_step(truth: Postures, other: Postures) -> tuple[Postures, Postures, tuple[str, ...]]:
+    """Both with one row for each time that is compared."""
+    if not truth.frames or not other.frames:
+        raise MismatchError("a comparison needs frames on both sides")
+    step = [float(np.median(np.diff(one.times))) if one.frames > 1 else 0.0 for one in (truth, other)]
+    if truth.frames == other.frames:
+        lapse = float(np.abs(truth.times - other.times).max())
+        if lapse <= _LAPSE * step[0] or truth.frames == 1:
+            return truth, other, ()
+        return truth, other, (f"as many rows on both sides: compared row by row, though times differ by {lapse:.3g} s",)
+    grid = truth.times
+    if truth.frames > 1 and other.frames > 1 and step[1] > 1.25 * step[0]:
+        before = np.arange(other.times[0], truth.times[0] - 1e-9, -step[1])[1:][::-1]
+        after = np.arange(other.times[-1], truth.times[-1] + 1e-9, step[1])[1:]
+        grid = np.concatenate([before, other.times, after])
+        grid = grid[(grid >= truth.times[0] - 1e-9) & (grid <= truth.times[-1] + 1e-9)]
+    if not len(grid) or grid[0] > other.times[-1] + 1e-9 or grid[-1] < other.times[0] - 1e-9:
+        raise MismatchError(
+            f"a comparison needs common times, came {other.times[0]:g} to {other.times[-1]:g} s where the truth "
+            f"has {truth.times[0]:g} to {truth.times[-1]:g} s"
+        )
+    note = f"{other.frames} rows where the truth has {truth.frames}: compared at {len(grid)} times, between samples"
+    return _at(truth, grid), _at(other, grid), (f"{note} on a straight line",)
+
+
+def _at(postures: Postures, times: Floats) -> Postures:
+    """The joints at other times, on straight lines between samples; missing beyond them and in gaps."""
+    order = np.argsort(postures.times, kind="stable")
+    known, xyz = postures.times[order], postures.positions[order]
+    std = None if postures.std is None else postures.std[order]
+    upper = np.clip(np.searchsorted(known, times - 1e-9), 0, len(known) - 1)
+    lower = np.clip(upper - 1, 0, len(known) - 1)
+    lower = np.where(np.abs(known[upper] - times) <= 1e-6, upper, lower)
+    span = known[upper] - known[lower]
+    usual = float(np.median(np.diff(known))) if len(known) > 1 else 0.0
+    outside = (times > known[-1] + 1e-6) | (times < known[0] - 1e-6) | (span > _GAP * usual + 1e-6)
+    share = np.where(span > 0, (times - known[lower]) / np.where(span > 0, span, 1.0), 0.0)
+    between = xyz[lower] + share[:, None, None] * (xyz[upper] - xyz[lower])
+    between[outside] = np.nan
+    whole = replace(postures, positions=between, times=times, state=None, std=None, reliability=None)
+    return whole if std is None else replace(whole, std=np.maximum(std[lower], std[upper]))
+
+
+def _centre(points: Floats) -> Floats:
+    """(T, 1, 3) m: the mean of each frame's joints, NaN in an empty frame."""
+    there = np.isfinite(points).all(axis=2, keepdims=True)
+    count = there.sum(axis=1, keepdims=True)
+    total = np.where(there, points, 0.0).sum(axis=1, keepdims=True)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _missing(names: tuple[str, ...], there: Bools, lost: Bools) -> dict[str, Any]:
+    return {
+        "samples": int(lost.sum()),
+        "share": float(lost.sum() / max(1, there.sum())),
+        "by_channel": dict(zip(names, lost.sum(axis=0).tolist(), strict=True)),
+    }
+
+
+def _by_name(names: tuple[str, ...], metres: list[float]) -> dict[str, float | None]:
+    return {name: _cm(value) for name, value in zip(names, metres, strict=True)}
+
+
+def _mean(values: Floats) -> float:
+    there = np.isfinite(values)
+    return float(values[there].mean()) if there.any() else float("nan")
+
+
+def _quantile(values: Floats, share: float) -> float:
+    there = values[np.isfinite(values)]
+    return float(np.quantile(there, share)) if there.size else float("nan")
+
+
+def _ratio(part: Any, whole: Any) -> float | None:
+    return float(part / whole) if whole else None
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _cm(metres: float) -> float | None:
+    return _known(100.0 * metres)
