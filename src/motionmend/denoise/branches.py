@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats
 
 FLIP = 200.0  # degrees, of three angles together: two branches lie 360 apart, so that shorter steps change none
 HOLD = 1.0  # s after which it counts as much to be far from the centre as it counts once to step so far
@@ -15,13 +15,15 @@ def nearest_turn(angles: Floats, meant: Floats) -> Floats:
     return angles - np.where(np.isfinite(shift), shift, 0.0)
 
 
-def nearest_triple(angles: Floats, meant: Floats) -> Floats:
+def nearest_triple(angles: Floats, meant: Floats, counted: Bools | None = None) -> Floats:
     """Of the triples of degrees (T, 3) that mean the same rotation, the one nearest `meant` (3,) or (T, 3).
 
-    Rotations by (a, b, c) and (a + 180, 180 - b, c + 180) about axes at right angles are the same.
+    Rotations by (a, b, c) and (a + 180, 180 - b, c + 180) about axes at right angles are the same. Which of the two is
+    nearer is judged by the angles that are `counted` (T, 3), None = all.
     """
     first, second = nearest_turn(angles, meant), nearest_turn(_twin(angles), meant)
-    away = np.abs(second - meant).sum(axis=1) < np.abs(first - meant).sum(axis=1)
+    share = 1.0 if counted is None else counted.astype(float)
+    away = (share * np.abs(second - meant)).sum(axis=1) < (share * np.abs(first - meant)).sum(axis=1)
     return np.where(away[:, None], second, first)
 
 

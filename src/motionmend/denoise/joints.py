@@ -98,7 +98,9 @@ def motion_of(channels: JointChannels, repaired: Floats, trusted: Bools, motion:
     meant = _branch_reference(file_values, trusted)
     rotations = np.flatnonzero(skeleton.dof_kind == ROTATION)
     for triple in [*triples(skeleton), *([turns] if channels.travel is not None else [])]:
-        result[:, triple] = nearest_triple(result[:, triple], meant[:, triple])
+        sure = trusted[:, triple] & np.isfinite(file_values[:, triple])
+        counted = sure | ~sure.any(axis=1, keepdims=True)  # where the file itself flips, a line across it says nothing
+        result[:, triple] = nearest_triple(result[:, triple], meant[:, triple], counted)
     result[:, rotations] = nearest_turn(result[:, rotations], meant[:, rotations])
     return motion.with_q(result / unit(skeleton))
 
