@@ -1,0 +1,303 @@
+"""Frames and twists down a tree of bones that turn by rotation vectors.
+
+Throughout: B bones, J joint coordinates, D = 6 + J degrees of freedom. Bone 0 is the root, free in space. `parents`
+(B,) int64, parents before children; `offsets` (B, 3) m, where a bone begins in its parent's frame; `rests` (B, 3, 3),
+its frame in its parent's while its coordinates are 0; `first` (B + 1,) int64: bone b owns the coordinates first[b] to
+first[b + 1], which turn it by exp(sum of axes · coordinates), `axes` (J, 3) orthonormal within a bone, in the bone's
+own frame. Degrees of freedom are 3 of the root's place, 3 of its rotation, then the J coordinates.
+"""
+
+from math import cos, sin, sqrt
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from .compile import compiled
+
+_SMALL = 1e-4  # rad; below, series to the fourth order are exact to rounding
+
+
+@compiled
+def exponential(w: Floats, rotation: Floats) -> None:
+    """The rotation (3, 3) about the vector w (3,) by its length in rad."""
+    square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    angle = sqrt(square)
+    if angle < _SMALL:
+        a, b = 1.0 - square / 6.0, 0.5 - square / 24.0
+    else:
+        a, b = sin(angle) / angle, (1.0 - cos(angle)) / square
+    x, y, z = w[0], w[1], w[2]
+    rotation[0, 0] = 1.0 - b * (y * y + z * z)
+    rotation[0, 1] = b * x * y - a * z
+    rotation[0, 2] = b * x * z + a * y
+    rotation[1, 0] = b * x * y + a * z
+    rotation[1, 1] = 1.0 - b * (x * x + z * z)
+    rotation[1, 2] = b * y * z - a * x
+    rotation[2, 0] = b * x * z - a * y
+    rotation[2, 1] = b * y * z + a * x
+    rotation[2, 2] = 1.0 - b * (x * x + y * y)
+
+
+@compiled
+def left_jacobian(w: Floats, slope: Floats) -> None:
+    """The (3, 3) that turns a change of the rotation vector w into the angular velocity of exp(w), in fixed axes."""
+    square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    angle = sqrt(square)
+    if angle < _SMALL:
+        a, b = 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
+    else:
+        a, b = (1.0 - cos(angle)) / square, (angle - sin(angle)) / (square * angle)
+    x, y, z = w[0], w[1], w[2]
+    slope[0, 0] = 1.0 - b * (y * y + z * z)
+    slope[0, 1] = b * x * y - a * z
+    slope[0, 2] = b * x * z + a * y
+    slope[1, 0] = b * x * y + a * z
+    slope[1, 1] = 1.0 - b * (x * x + z * z)
+    slope[1, 2] = b * y * z - a * x
+    slope[2, 0] = b * x * z - a * y
+    slope[2, 1] = b * y * z + a * x
+    slope[2, 2] = 1.0 - b * (x * x + y * y)
+
+
+@compiled
+def frames(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+    placed: Floats,
+) -> None:
+    """One pose, `translation` (3,), `root` (3, 3) and `joints` (J,), to `placed` (B, 4, 4), world from bone."""
+    vector, turn, rested = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    for b in range(parents.shape[0]):
+        p = parents[b]
+        for i in range(3):
+            placed[b, 3, i] = 0.0
+            if p < 0:
+                placed[b, i, 3] = translation[i]
+                for k in range(3):
+                    placed[b, i, k] = root[i, k]
+            else:
+                placed[b, i, 3] = placed[p, i, 3]
+                for k in range(3):
+                    placed[b, i, 3] += placed[p, i, k] * offsets[b, k]
+        placed[b, 3, 3] = 1.0
+        if p < 0:
+            continue
+        vector[:] = 0.0
+        for c in range(first[b], first[b + 1]):
+            for i in range(3):
+                vector[i] += axes[c, i] * joints[c]
+        exponential(vector, turn)
+        for i in range(3):
+            for k in range(3):
+                rested[i, k] = (
+                    placed[p, i, 0] * rests[b, 0, k]
+                    + placed[p, i, 1] * rests[b, 1, k]
+                    + placed[p, i, 2] * rests[b, 2, k]
+                )
+        for i in range(3):
+            for k in range(3):
+                placed[b, i, k] = rested[i, 0] * turn[0, k] + rested[i, 1] * turn[1, k] + rested[i, 2] * turn[2, k]
+
+
+@compiled
+def twists(
+    parents: Ints, rests: Floats, first: Ints, axes: Floats, joints: Floats, placed: Floats, moving: Floats
+) -> None:
+    """Rows [angular velocity, velocity of the origin] (D, 6) of every degree of freedom, in world axes.
+
+    A point x carried by the row d moves at cross(moving[d, :3], x) + moving[d, 3:]. The root turns about its own
+    place in world axes (an increment from the left); `placed` is what `frames` gives for the same pose.
+    """
+    moving[:6] = 0.0
+    for i in range(3):
+        moving[i, 3 + i] = 1.0
+        moving[3 + i, i] = 1.0
+        _about(placed[0], moving[3 + i])
+    vector, slope, local = np.empty(3), np.empty((3, 3)), np.empty((2, 3))
+    for b in range(1, parents.shape[0]):
+        p = parents[b]
+        vector[:] = 0.0
+        for c in range(first[b], first[b + 1]):
+            for i in range(3):
+                vector[i] += axes[c, i] * joints[c]
+        left_jacobian(vector, slope)
+        for c in range(first[b], first[b + 1]):
+            for i in range(3):
+                local[0, i] = slope[i, 0] * axes[c, 0] + slope[i, 1] * axes[c, 1] + slope[i, 2] * axes[c, 2]
+            for i in range(3):
+                local[1, i] = rests[b, i, 0] * local[0, 0] + rests[b, i, 1] * local[0, 1] + rests[b, i, 2] * local[0, 2]
+            for i in range(3):
+                moving[6 + c, i] = (
+                    placed[p, i, 0] * local[1, 0] + placed[p, i, 1] * local[1, 1] + placed[p, i, 2] * local[1, 2]
+                )
+            _about(placed[b], moving[6 + c])
+
+
+@compiled
+def _about(placed: Floats, row: Floats) -> None:
+    """Fill the second half of a twist that turns about the origin of `placed` (4, 4): place x angular velocity."""
+    x, y, z = placed[0, 3], placed[1, 3], placed[2, 3]
+    row[3] = y * row[2] - z * row[1]
+    row[4] = z * row[0] - x * row[2]
+    row[5] = x * row[1] - y * row[0]
+
+
+@compiled
+def points(placed: Floats, bones: Ints, local: Floats, world: Floats) -> None:
+    """Points (N, 3) in m fixed to bones, `local` (N, 3) in the frame of bone `bones` (N,), to `world` (N, 3)."""
+    for n in range(bones.shape[0]):
+        b = bones[n]
+        for i in range(3):
+            world[n, i] = (
+                placed[b, i, 0] * local[n, 0]
+                + placed[b, i, 1] * local[n, 1]
+                + placed[b, i, 2] * local[n, 2]
+                + placed[b, i, 3]
+            )
+
+
+@compiled
+def advance(translation: Floats, root: Floats, joints: Floats, delta: Floats) -> None:
+    """Add `delta` (D,) to a pose in place: the root's rotation is turned from the left, all else is added to."""
+    turn, before = np.empty((3, 3)), root.copy()
+    exponential(delta[3:6], turn)
+    for i in range(3):
+        translation[i] += delta[i]
+        for k in range(3):
+            root[i, k] = turn[i, 0] * before[0, k] + turn[i, 1] * before[1, k] + turn[i, 2] * before[2, k]
+    _orthonormal(root)
+    for c in range(joints.shape[0]):
+        joints[c] += delta[6 + c]
+
+
+@compiled
+def _orthonormal(rotation: Floats) -> None:
+    """One Newton step towards the nearest rotation, in place: rounding never adds up over many increments."""
+    before = rotation.copy()
+    for i in range(3):
+        for k in range(3):
+            gram = 0.0
+            for j in range(3):
+                for n in range(3):
+                    gram += before[i, j] * before[n, j] * before[n, k]
+            rotation[i, k] = 1.5 * before[i, k] - 0.5 * gram
+
+
+@compiled
+def reach(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    moves: Bools,
+    bones: Ints,
+    local: Floats,
+    wanted: Floats,
+    weights: Floats,
+    rest_weights: Floats,
+    limits: Floats,
+    iterations: int,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+) -> float:
+    """Bring points of one body to wanted places by damped Gauss-Newton; the pose is changed in place.
+
+    Minimises the sum of weights² · |point - wanted|² plus rest_weights² · (coordinate - start)².
+
+    Parameters
+    ----------
+    moves : (B, D) which degrees of freedom move which bone.
+    bones, local : (N,), (N, 3) m, the points.
+    wanted : (N, 3) m; weights : (N,) 1 where it counts, 0 where the place is not known (may be NaN then).
+    rest_weights : (D,) m/rad and m/m, what holds each degree of freedom where it starts.
+    limits : (D, 2) of the joint coordinates; the root's rows are not looked at.
+    iterations : at most so many.
+
+    Returns
+    -------
+    float : the cost, m².
+    """
+    bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
+    placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
+    held_translation, held_root, held_joints = translation.copy(), root.copy(), joints.copy()
+    start = joints.copy()
+    turned = np.zeros(6)  # of the root, as a sum of increments since the start
+    held_turned = np.zeros(6)
+    hessian, gradient = np.zeros((dofs, dofs)), np.zeros(dofs)
+    slope = np.zeros((3, dofs))
+    damping, cost = 1e-4, np.inf
+    for step in range(iterations + 1):
+        frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
+        points(placed, bones, local, world)
+        now = 0.0
+        for n in range(count):
+            if weights[n] > 0.0:
+                for i in range(3):
+                    now += (weights[n] * (world[n, i] - wanted[n, i])) ** 2
+        for d in range(dofs):
+            away = turned[d] if d < 6 else joints[d - 6] - start[d - 6]
+            now += (rest_weights[d] * away) ** 2
+        if now < cost:
+            saved = cost - now
+            cost = now
+            held_translation[:], held_root[:, :], held_joints[:] = translation, root, joints
+            held_turned[:] = turned
+            damping = max(damping * 0.1, 1e-9)
+            if step == iterations or saved < 1e-7 * cost + 1e-14:
+                break
+            twists(parents, rests, first, axes, joints, placed, moving)
+            hessian[:, :] = 0.0
+            gradient[:] = 0.0
+            for n in range(count):
+                if weights[n] <= 0.0:
+                    continue
+                square = weights[n] * weights[n]
+                x, y, z = world[n, 0], world[n, 1], world[n, 2]
+                for d in range(dofs):
+                    if moves[bones[n], d]:
+                        slope[0, d] = moving[d, 1] * z - moving[d, 2] * y + moving[d, 3]
+                        slope[1, d] = moving[d, 2] * x - moving[d, 0] * z + moving[d, 4]
+                        slope[2, d] = moving[d, 0] * y - moving[d, 1] * x + moving[d, 5]
+                for d in range(dofs):
+                    if not moves[bones[n], d]:
+                        continue
+                    for i in range(3):
+                        gradient[d] += square * slope[i, d] * (world[n, i] - wanted[n, i])
+                    for e in range(d + 1):
+                        if moves[bones[n], e]:
+                            hessian[d, e] += square * (
+                                slope[0, d] * slope[0, e] + slope[1, d] * slope[1, e] + slope[2, d] * slope[2, e]
+                            )
+            for d in range(dofs):
+                away = turned[d] if d < 6 else joints[d - 6] - start[d - 6]
+                hessian[d, d] += rest_weights[d] ** 2
+                gradient[d] += rest_weights[d] ** 2 * away
+                for e in range(d):
+                    hessian[e, d] = hessian[d, e]
+        else:
+            if step == iterations or damping > 1e6:
+                break
+            damping *= 10.0
+        lifted = hessian.copy()
+        for d in range(dofs):
+            lifted[d, d] += damping * (1e-3 + hessian[d, d])
+        change = -np.linalg.solve(lifted, gradient)
+        translation[:], root[:, :], joints[:] = held_translation, held_root, held_joints
+        turned[:] = held_turned
+        size = np.sqrt((change[3:] ** 2).sum())
+        if size > 1.0:
+            change *= 1.0 / size
+        for c in range(joints.shape[0]):  # a coordinate at its limit stays there
+            change[6 + c] = min(max(joints[c] + change[6 + c], limits[6 + c, 0]), limits[6 + c, 1]) - joints[c]
+        advance(translation, root, joints, change)
+        turned += change[:6]
+    translation[:], root[:, :], joints[:] = held_translation, held_root, held_joints
+    return cost

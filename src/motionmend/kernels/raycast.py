@@ -1,0 +1,226 @@
+"""Depth images of elliptic cones and ellipsoids by casting one ray a pixel: exact, each solid within its own box.
+
+Throughout: P solids, each an ellipsoid (`kinds` 0) or an elliptic cone with flat ends (`kinds` 1, a cylinder where its
+taper is 0), about its own axes: `placed` (P, 3, 4) m, world from solid; `sizes` (P, 3) m, half extents along them;
+`tapers` (P,), the cone's radii at its +y end are 1 + taper, at its -y end 1 - taper times those of `sizes`. The world
+is the camera's: x right, y down, z forward; a camera is (fx, fy, cx, cy) in px; a ray is z · ((u - cx)/fx, (v - cy)/fy,
+1).
+"""
+
+from math import ceil, floor, sqrt
+
+import numpy as np
+
+from ..arrays import Bytes, Floats, Ints, Singles
+from .compile import compiled
+
+NEAR = 0.05  # m; what comes nearer than this is not seen
+PARTS = 18  # numbers kept of a solid while rays are cast: 9 slopes, 3 of the camera's place, taper, kind, box 4
+
+
+@compiled
+def place(frames: Floats, bones: Ints, centers: Floats, turns: Floats, placed: Floats) -> None:
+    """Solids on bones: `frames` (B, 4, 4), `bones` (P,), `centers` (P, 3) and `turns` (P, 3, 3) to (P, 3, 4)."""
+    for s in range(bones.shape[0]):
+        frame = frames[bones[s]]
+        for i in range(3):
+            placed[s, i, 3] = frame[i, 3]
+            for k in range(3):
+                placed[s, i, 3] += frame[i, k] * centers[s, k]
+                placed[s, i, k] = (
+                    frame[i, 0] * turns[s, 0, k] + frame[i, 1] * turns[s, 1, k] + frame[i, 2] * turns[s, 2, k]
+                )
+
+
+@compiled
+def prepare(
+    placed: Floats, kinds: Bytes, sizes: Floats, tapers: Floats, camera: Floats, width: int, height: int, parts: Floats
+) -> None:
+    """What casting needs of each solid, `parts` (P, 18); an empty box where it is out of view."""
+    fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
+    span = np.empty((2, 2))
+    for s in range(kinds.shape[0]):
+        frame, part = placed[s], parts[s]
+        for k in range(3):  # in units of the half extents
+            scale = 1.0 / sizes[s, k]
+            part[k] = scale * (frame[2, k] - frame[0, k] * cx / fx - frame[1, k] * cy / fy)
+            part[3 + k] = scale * frame[0, k] / fx
+            part[6 + k] = scale * frame[1, k] / fy
+            part[9 + k] = scale * (frame[0, k] * frame[0, 3] + frame[1, k] * frame[1, 3] + frame[2, k] * frame[2, 3])
+        part[12], part[13] = tapers[s], kinds[s]
+        span[0, 0] = span[1, 0] = np.inf
+        span[0, 1] = span[1, 1] = -np.inf
+        if kinds[s] == 0:
+            _widen(frame, sizes[s], 0.0, 1.0, 1.0, span)
+        else:
+            _widen(frame, sizes[s], -1.0, 1.0 - tapers[s], 0.0, span)
+            _widen(frame, sizes[s], 1.0, 1.0 + tapers[s], 0.0, span)
+        part[14] = max(ceil(fx * max(span[0, 0], -1e6) + cx), 0.0)
+        part[15] = min(floor(fx * min(span[0, 1], 1e6) + cx), width - 1.0)
+        part[16] = max(ceil(fy * max(span[1, 0], -1e6) + cy), 0.0)
+        part[17] = min(floor(fy * min(span[1, 1], 1e6) + cy), height - 1.0)
+
+
+@compiled
+def _widen(frame: Floats, size: Floats, along: float, radius: float, depth: float, span: Floats) -> None:
+    """Widen `span` (2, 2) of x/z and y/z by an ellipse across the y axis (depth 0) or an ellipsoid (depth 1).
+
+    The plane x = u·z touches where (c_x - u·c_z)² is the sum over the half axes p of (p_x - u·p_z)²: a quadratic in u
+    (the dual conic). What reaches behind the camera has no bounds; what lies wholly behind it is not seen.
+    """
+    reach = (
+        (radius * size[0] * frame[2, 0]) ** 2
+        + (radius * size[2] * frame[2, 2]) ** 2
+        + (depth * size[1] * frame[2, 1]) ** 2
+    )
+    z = frame[2, 3] + along * size[1] * frame[2, 1]
+    if z - sqrt(reach) < NEAR:
+        span[0, 0] = span[1, 0] = -np.inf
+        span[0, 1] = span[1, 1] = np.inf
+        return
+    for i in range(2):
+        c = frame[i, 3] + along * size[1] * frame[i, 1]
+        square = (
+            (radius * size[0] * frame[i, 0]) ** 2
+            + (radius * size[2] * frame[i, 2]) ** 2
+            + (depth * size[1] * frame[i, 1]) ** 2
+        )
+        mixed = (
+            (radius * size[0]) ** 2 * frame[i, 0] * frame[2, 0]
+            + (radius * size[2]) ** 2 * frame[i, 2] * frame[2, 2]
+            + (depth * size[1]) ** 2 * frame[i, 1] * frame[2, 1]
+        )
+        a, b = z * z - reach, c * z - mixed
+        root = sqrt(max(b * b - a * (c * c - square), 0.0))
+        span[i, 0] = min(span[i, 0], (b - root) / a)
+        span[i, 1] = max(span[i, 1], (b + root) / a)
+
+
+@compiled
+def _enters(x: float, y: float, w: float, kx: float, ky: float, kw: float, taper: float) -> float:
+    """Where the ray z·(x, y, w) - k first meets the cone |axis| <= 1 of unit radius; 0 where it misses."""
+    level = 1.0 - taper * ky
+    a = x * x + w * w - taper * taper * y * y
+    b = x * kx + w * kw + taper * y * level
+    c = kx * kx + kw * kw - level * level
+    square = b * b - a * c
+    if square < 0.0:
+        return 0.0
+    root = sqrt(square)
+    if a > 1e-12:
+        enter, leave = (b - root) / a, (b + root) / a
+        if y > 1e-12 or y < -1e-12:
+            one, other = (ky - 1.0) / y, (ky + 1.0) / y
+            if one > other:
+                one, other = other, one
+            if one > enter:
+                enter = one
+            if other < leave:
+                leave = other
+        elif ky > 1.0 or ky < -1.0:
+            return 0.0
+        return enter if enter <= leave else 0.0
+    # Steeper than the cone's own side: the first of what it meets between the ends.
+    best = np.inf
+    if a < -1e-12:
+        for z in ((b - root) / a, (b + root) / a):
+            if z > 0.0 and z < best and abs(z * y - ky) <= 1.0:
+                best = z
+    elif b != 0.0:
+        z = 0.5 * c / b
+        if z > 0.0 and abs(z * y - ky) <= 1.0:
+            best = z
+    for end in (-1.0, 1.0):
+        z = (ky + end) / y if y != 0.0 else 0.0
+        radius = 1.0 + taper * end
+        if z > 0.0 and z < best and (z * x - kx) ** 2 + (z * w - kw) ** 2 <= radius * radius:
+            best = z
+    return best if best < np.inf else 0.0
+
+
+@compiled
+def cast(parts: Floats, depth: Singles, solid: np.ndarray) -> None:
+    """The nearest solid along each ray: `depth` (H, W) m along z, NaN = none, and `solid` (H, W) int16, -1 = none."""
+    depth[:] = np.nan
+    solid[:] = -1
+    for s in range(parts.shape[0]):
+        part = parts[s]
+        kx, ky, kw, taper, cone = part[9], part[10], part[11], part[12], part[13] > 0.5
+        left, right = int(part[14]), int(part[15])
+        constant = kx * kx + ky * ky + kw * kw - 1.0
+        for v in range(int(part[16]), int(part[17]) + 1):
+            x0, y0, w0 = part[0] + v * part[6], part[1] + v * part[7], part[2] + v * part[8]
+            for u in range(left, right + 1):
+                x, y, w = x0 + u * part[3], y0 + u * part[4], w0 + u * part[5]
+                if cone:
+                    z = _enters(x, y, w, kx, ky, kw, taper)
+                else:
+                    a, b = x * x + y * y + w * w, x * kx + y * ky + w * kw
+                    square = b * b - a * constant
+                    z = (b - sqrt(square)) / a if square >= 0.0 else 0.0
+                if z >= NEAR and not z >= depth[v, u]:
+                    depth[v, u] = z
+                    solid[v, u] = s
+
+
+@compiled
+def normals(
+    placed: Floats,
+    kinds: Bytes,
+    sizes: Floats,
+    tapers: Floats,
+    camera: Floats,
+    depth: Singles,
+    solid: np.ndarray,
+    normal: Singles,
+) -> None:
+    """Outward unit normals (H, W, 3) of what `cast` found, NaN where it found nothing."""
+    local, slope = np.empty(3), np.empty(3)
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            s = solid[v, u]
+            if s < 0:
+                normal[v, u, :] = np.nan
+                continue
+            z = np.float64(depth[v, u])
+            x, y = (u - camera[2]) / camera[0] * z, (v - camera[3]) / camera[1] * z
+            outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, slope)
+            for i in range(3):
+                normal[v, u, i] = slope[i]
+
+
+@compiled
+def outward(
+    frame: Floats,
+    kind: int,
+    size: Floats,
+    taper: float,
+    x: float,
+    y: float,
+    z: float,
+    local: Floats,
+    normal: Floats,
+) -> None:
+    """The point (x, y, z) in a solid's own axes, in half extents, to `local` (3,); its unit normal to `normal` (3,)."""
+    for k in range(3):
+        local[k] = (
+            frame[0, k] * (x - frame[0, 3]) + frame[1, k] * (y - frame[1, 3]) + frame[2, k] * (z - frame[2, 3])
+        ) / size[k]
+    gx, gy, gw = local[0], local[1], local[2]
+    if kind == 1:
+        side = sqrt(gx * gx + gw * gw)
+        radius = 1.0 + taper * local[1]
+        # Which of the two surfaces the point lies on: the side, or an end.
+        if abs(side - radius) * min(size[0], size[2]) <= (1.0 - abs(local[1])) * size[1]:
+            gy = -taper * radius
+        else:
+            gx, gw = 0.0, 0.0
+            gy = 1.0 if local[1] > 0.0 else -1.0
+    gx, gy, gw = gx / size[0], gy / size[1], gw / size[2]
+    length = 0.0
+    for i in range(3):
+        normal[i] = frame[i, 0] * gx + frame[i, 1] * gy + frame[i, 2] * gw
+        length += normal[i] * normal[i]
+    length = 1.0 / sqrt(max(length, 1e-30))
+    for i in range(3):
+        normal[i] *= length
