@@ -67,7 +67,7 @@ def _app() -> "App":
     from cyclopts import App, Parameter
 
     from .. import __version__
-    from . import compare, corrupt, demo, denoise, fit, inspect, report, reproduce
+    from . import compare, corrupt, demo, denoise, fit, inspect, report, reproduce, serve, stream
 
     app = App(
         name="motionmend",
@@ -85,6 +85,8 @@ def _app() -> "App":
     _add(app, corrupt.corrupt)
     _add(app, compare.compare)
     _add(app, report.report)
+    _add(app, stream.stream)
+    _add(app, serve.serve)
     _add(app, reproduce.reproduce)
     return app
 
