@@ -4,7 +4,11 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 from commands import Command
+
+from motionmend.bodies.postures import Postures
+from motionmend.io.joint_table import write_joint_table
 
 
 def test_a_recording_is_itself(cli: Command, library: Path) -> None:
@@ -43,3 +47,41 @@ def test_what_cannot_be_compared_is_one_line(cli: Command, library: Path, takes:
     lengths = cli("compare", library / "clean.amc", library / "amc" / "walk_0.amc")
     assert (lengths.code, len(lengths.failures)) == (1, 1)
     assert cli("compare", library / "clean.amc", takes).code == 2
+
+
+def joints(path: Path, shift: float, frames: int = 20, std: float | None = None) -> Path:
+    rng = np.random.default_rng(0)
+    xyz = rng.normal(size=(1, 3, 3)) + 0.1 * np.sin(np.arange(frames) / 5)[:, None, None]
+    spread = None if std is None else np.full((frames, 3), std)
+    names = ("pelvis", "head", "l_wrist")
+    write_joint_table(path, Postures(names, xyz + np.array([shift, 0.0, 0.0]), np.arange(frames) / 30, std=spread))
+    return path
+
+
+def test_tables_of_joints(cli: Command, tmp_path: Path) -> None:
+    truth, other = joints(tmp_path / "truth.csv", 0.0), joints(tmp_path / "other.csv", 0.03, std=0.01)
+    facts = json.loads(cli("compare", truth, other, "--json").out)
+    assert facts["kind"] == "joints"
+    assert round(facts["mean_cm"], 6) == round(facts["p95_cm"], 6) == 3
+    assert (facts["share_above_15cm"], facts["missing"]["samples"]) == (0, 0)
+    assert set(facts["mean_cm_by_joint"]) == {"pelvis", "head", "l_wrist"}
+    ran = cli("compare", truth, other)
+    assert ran.code == 0
+    assert "3 cm" in ran.out
+    assert "0 %" in ran.out
+
+
+def test_a_folder_of_tables(cli: Command, tmp_path: Path) -> None:
+    for folder, shift in (("truth", 0.0), ("other", 0.2)):
+        (tmp_path / folder).mkdir()
+        joints(tmp_path / folder / "a.csv", shift)
+        (tmp_path / folder / "a.mend.json").write_text("{}")
+    ran = cli("compare", tmp_path / "truth", tmp_path / "other", "--json")
+    assert ran.code == 0
+    assert json.loads(ran.out)["share_above_15cm"] == 1
+
+
+def test_joints_are_not_compared_with_angles(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("compare", library / "clean.c3d", joints(tmp_path / "other.csv", 0.0))
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert "other.csv" in ran.failures[0] or "clean.c3d" in ran.failures[0]

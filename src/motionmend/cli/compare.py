@@ -38,12 +38,17 @@ def compare(
 ) -> int:
     """Compare recordings with the truth: errors in degrees and centimetres, jitter, bone drift, foot skate.
 
+    Joint angles (.amc, .bvh), markers (.c3d, .trc, .csv), or joints: the tables `track` and `correct` write and what
+    sensors report; of joints also the 95 % quantile and the share farther off than 15 cm.
+
     What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
     missing angle as the truth's mean over time and a missing marker as the middle of the others.
     """
     from ..io import READABLE
+    from .compare_joints import SENSORS
 
-    pairs, refused = _pairs(working.reachable(truth), working.reachable(other), READABLE)
+    endings = (*READABLE, *(() if truth.is_dir() else SENSORS))
+    pairs, refused = _pairs(working.reachable(truth), working.reachable(other), endings)
     task = partial(judge, fps=fps, skeleton=skeleton and working.reachable(skeleton))
     return work(task, pairs, name=_other, working=working, as_json=as_json, refused=refused)
 
@@ -65,10 +70,13 @@ def _pairs(truth: Path, other: Path, endings: "tuple[str, ...]") -> tuple[list[P
 
 
 def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
-    """What `evaluate.compare` finds for one pair."""
+    """What `evaluate.compare` or `evaluate.compare_joints` finds for one pair."""
     from ..evaluate import compare
     from ..io import read
+    from .compare_joints import holds_joints, judge_joints
 
+    if holds_joints(pair.truth) or holds_joints(pair.other):
+        return judge_joints(pair.truth, pair.other, fps=fps)
     truth = read(pair.truth, fps=fps, skeleton=skeleton)
     other = read(pair.other, fps=fps, skeleton=skeleton)
     guesses = tuple(dict.fromkeys((*truth.guesses, *other.guesses)))

@@ -1,0 +1,105 @@
+"""What `compare` does with joint positions: tables of joints and what sensors report, against each other."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .inputs import ending
+from .output import Done
+
+if TYPE_CHECKING:
+    from ..bodies.postures import Postures
+
+SENSORS = (".skl", ".skeleton", ".gz", ".mat", ".json")  # endings that only recordings of joints have
+_WORST = 5  # joints listed for people; JSON has them all
+
+
+def holds_joints(path: Path) -> bool:
+    """Whether a file holds joints over time rather than joint angles or markers.
+
+    A table without deviations, reliabilities or states holds joints when most of its names are those of joints.
+    """
+    from ..bodies.joint_sets import meanings
+    from ..io.joint_table import beside_of, read_joint_table
+    from ..io.sensor import kind_of
+
+    if not path.is_file() or ending(path) not in (*SENSORS, ".csv", ".txt"):
+        return False
+    kind = kind_of(path)
+    if kind == "joints":
+        if beside_of(path):
+            return True
+        named = meanings(read_joint_table(path).names)
+        return 2 * sum(map(bool, named)) > len(named)
+    return kind in ("table", "ntu", "uiprmd", "utdmhad", "keraal", "azure")
+
+
+def judge_joints(truth: Path, other: Path, *, fps: float | None) -> Done:
+    """What `evaluate.compare_joints` finds for one pair of files.
+
+    Raises
+    ------
+    FileError, MismatchError : a file that cannot be read, or two that have nothing in common.
+    """
+    from ..evaluate.joints import compare_joints
+
+    true, judged = _read(truth, fps), _read(other, fps)
+    guesses = tuple(dict.fromkeys((*true.guesses, *judged.guesses)))
+    found = compare_joints(true, judged).to_json()
+    facts = {"input": other, "truth": truth, **found, "guesses": guesses}
+    return Done(facts, _table(facts), guesses=guesses)
+
+
+def _read(path: Path, fps: float | None) -> "Postures":
+    from ..errors import MismatchError
+    from ..io.joint_table import read_joint_table
+    from ..io.sensor import kind_of, read_postures
+
+    if ending(path) not in (*SENSORS, ".csv", ".txt", ".trc"):
+        raise MismatchError(
+            f"{path}: joints are compared with joints: a table (.csv) or what a sensor reports was wanted, came "
+            f"'{path.suffix}'"
+        )
+    return read_joint_table(path) if kind_of(path) == "joints" else read_postures(path, fps=fps)
+
+
+def _table(facts: Mapping[str, Any]) -> str:
+    """The main numbers with their units, and where the error is largest."""
+    missing, extra, jitter = facts["missing"], facts["extra"], facts["jitter"]
+    rows = [
+        ("truth", str(facts["truth"])),
+        ("other", str(facts["input"])),
+        ("kind", f"joints, {facts['frames']} frames at {facts['fps']:g} Hz"),
+        (
+            "distance, mean",
+            f"{_value(facts['mean_cm'], 'cm')} ({_value(facts['mean_cm_counting_missing'], 'cm')} counting what is "
+            "missing)",
+        ),
+        (
+            "median, 95 %, largest",
+            ", ".join(_value(facts[name], "cm") for name in ("median_cm", "p95_cm", "max_cm")),
+        ),
+        (
+            "above 15 cm",
+            f"{_share(facts['share_above_15cm'])} of joints "
+            f"({_share(facts['share_above_15cm_counting_missing'])} counting what is missing), "
+            f"{_share(facts['frames_above_15cm'])} of frames",
+        ),
+        ("jitter", f"{_value(jitter['other'], 'm/s3')} (truth {_value(jitter['truth'], 'm/s3')})"),
+        ("missing", f"{missing['samples']} samples, {_share(missing['share'])}"),
+    ]
+    if extra["samples"]:
+        rows.append(("claimed in vain", f"{extra['samples']} samples where the truth has nothing"))
+    worst = sorted(((v, name) for name, v in facts["mean_cm_by_joint"].items() if v is not None), reverse=True)
+    rows.append(("worst joints", ", ".join(f"{name} {_value(v, 'cm')}" for v, name in worst[:_WORST])))
+    rows += [("note", note) for note in facts["notes"]]
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}}  {value}" for name, value in rows if value)
+
+
+def _value(value: float | None, unit: str) -> str:
+    return "unknown" if value is None else f"{value:.3g} {unit}"
+
+
+def _share(value: float | None) -> str:
+    return "unknown" if value is None else f"{100 * value:.3g} %"
