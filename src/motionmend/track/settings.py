@@ -23,13 +23,16 @@ class TrackSettings:
     every : every n-th pixel of that raster is a sample of the surface.
     window, edge_window : side of the square in which the nearest point is looked for, px of the raster.
     two_way : observed points look for the model's too, not only the model's for observed ones.
-    along_normal : share of a surface residual that counts along the model's normal only.
+    along_normal, along_back : share of a surface residual that counts along the model's normal only, of rendered
+        points and of observed ones.
     canny : edges by Canny on depth; else by steps in depth.
     scale : of the Geman-McClure estimator; infinite = least squares.
     gate : matches farther than this are none.
+    free_scale : as `scale`, of points where nobody is.
     color_weight : of a squared difference of intensity (0 to 255) beside one of 1 mm in depth while matching.
     edge, prior, limits, freespace, smooth : weights of the terms, the surface's being 1.
     neighbors, following, energy : K, w and the share of energy of the local PCA.
+    spread : rad, of a pose about its neighbours' that costs nothing much; 0 = the dissertation's projection.
     velocity : share of the last change of pose that is expected again.
     damping : of Levenberg-Marquardt, relative to the diagonal.
     search : limbs that do not fit are looked for among other poses of theirs.
@@ -44,9 +47,11 @@ class TrackSettings:
     edge_window: int = 11
     two_way: bool = True
     along_normal: float = 1.0
+    along_back: float = 0.9
     canny: bool = False
     scale: float = 0.05
     gate: float = 0.25
+    free_scale: float = 0.15
     color_weight: float = 0.0
     edge: float = 0.3
     prior: float = 0.03
@@ -56,6 +61,7 @@ class TrackSettings:
     neighbors: int = 50
     following: int = 3
     energy: float = 0.95
+    spread: float = 0.1
     velocity: float = 0.5
     damping: float = 1e-3
     search: bool = True
@@ -80,6 +86,7 @@ PRESETS = {
         edge=10.0,
         prior=1e-3,
         smooth=1e-5,
+        spread=0.0,
         velocity=0.0,
         damping=0.0,
         search=False,

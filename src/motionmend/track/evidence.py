@@ -1,0 +1,153 @@
+"""One frame as the terms want it: cropped, thinned, as points, with its edges and its outline."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints, Singles
+from ..bodies.camera import Camera
+from .observation import Observation
+from .settings import TrackSettings
+
+MARGIN = 0.45  # m about the person's pixels that are worked on: no limb gets farther between two frames
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What is observed, on a raster of h x w pixels about the person.
+
+    Attributes
+    ----------
+    camera : of the raster.
+    intrinsics : (4,) the same as numbers.
+    depth, free : (h, w) as in `Observation`.
+    points : (h, w, 3) m, NaN off the person.
+    pixels, samples : (N, 2) row and column and (N, 3) m of the sampled points of the person.
+    nearest : (h, w) flat index of the nearest pixel that is not free.
+    edge_pixels, edge_samples : (E, 2) and (E, 3) of the observed edges; empty when edges do not count.
+    tones : (h, w) intensities, or (0, 0).
+    weight : of one surface sample: all samples together count as much as `STANDARD`, whatever the distance.
+    """
+
+    camera: Camera
+    intrinsics: Floats
+    depth: Singles
+    free: Bools
+    points: Singles
+    pixels: Ints
+    samples: Singles
+    nearest: Ints
+    edge_pixels: Ints
+    edge_samples: Singles
+    tones: Singles
+    weight: float
+
+
+STANDARD = 400.0
+
+
+def raster_step(settings: TrackSettings, camera: Camera) -> int:
+    """How many pixels of a frame of this camera apart those of the raster are."""
+    return max(1, round(settings.raster * camera.width / 320.0))
+
+
+def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence | None:
+    """The evidence in one frame; None when the person has no pixel."""
+    from ..kernels import match, rendered
+
+    seen = observation.every(raster_step(settings, observation.camera))
+    box = _box(seen)
+    if box is None:
+        return None
+    top, bottom, left, right = box
+    cam = seen.camera
+    camera = Camera(right - left, bottom - top, cam.fx, cam.fy, cam.cx - left, cam.cy - top)
+    depth = np.ascontiguousarray(seen.depth[top:bottom, left:right])
+    free = np.ascontiguousarray(seen.free[top:bottom, left:right])
+    tones = np.empty((0, 0), np.float32)
+    if "color" in settings.terms and seen.intensity is not None:
+        tones = np.ascontiguousarray(seen.intensity[top:bottom, left:right])
+    points = np.empty((*depth.shape, 3), np.float32)
+    match.unproject(depth, camera.fx, camera.fy, camera.cx, camera.cy, points)
+    pixels, samples = _listed(depth, points, settings.every)
+    nearest = np.empty(depth.shape, np.int64)
+    if "freespace" in settings.terms:
+        rendered.nearest_allowed(free, nearest)
+    edge_pixels, edge_samples = np.empty((0, 2), np.int64), np.empty((0, 3), np.float32)
+    if "edge" in settings.terms:
+        edges = edges_of(depth, ~free & ~np.isfinite(depth), settings.canny)
+        edge_pixels, edge_samples = _listed(np.where(edges, depth, np.float32(np.nan)), points, 1)
+    weight = 1.0 if settings.preset == "paper" else STANDARD / max(len(pixels), 1)
+    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+    return Evidence(
+        camera, intrinsics, depth, free, points, pixels, samples, nearest, edge_pixels, edge_samples, tones, weight
+    )
+
+
+def edges_of(depth: Singles, unknown: Bools, canny: bool, jump: float = 0.06) -> Bools:
+    """(h, w) True on edges of a depth image: near sides of steps, or Canny's edges moved to the foreground.
+
+    Parameters
+    ----------
+    depth : (h, w) m, NaN off the person.
+    unknown : (h, w) True where NaN proves nothing.
+    canny : which of the two; Canny as in section 3.4.2.
+    jump : m, the least step.
+    """
+    from ..kernels import match
+
+    if not canny:
+        edge = np.empty(depth.shape, np.bool_)
+        match.steps(depth, unknown, jump, edge)
+        return edge
+    import cv2
+
+    on = np.isfinite(depth)
+    if not on.any():
+        return np.zeros(depth.shape, np.bool_)
+    near, far = float(np.nanmin(depth)), float(np.nanmax(depth))
+    # The background stands a metre behind the person: beyond any step on the body, yet within the range of a byte.
+    scene = np.where(on, depth, np.float32(far + 1.0))
+    scaled = np.clip((scene - near) * (255.0 / (far + 1.0 - near)), 0, 255).astype(np.uint8)
+    step = 255.0 / (far + 1.0 - near) * jump
+    edge = cv2.Canny(scaled, 2.0 * step, 4.0 * step) > 0  # Sobel sums to four times a step
+    return _to_foreground(edge, on)
+
+
+def _to_foreground(edge: Bools, on: Bools) -> Bools:
+    """Background pixels of an edge give way to their immediate foreground neighbours, if there are any (3.4.2)."""
+    off = edge & ~on
+    moved = np.zeros_like(edge)
+    moved[1:] |= off[:-1]
+    moved[:-1] |= off[1:]
+    moved[:, 1:] |= off[:, :-1]
+    moved[:, :-1] |= off[:, 1:]
+    return np.asarray((edge | moved) & on)
+
+
+def _box(seen: Observation) -> tuple[int, int, int, int] | None:
+    on = np.isfinite(seen.depth)
+    rows, columns = np.flatnonzero(on.any(axis=1)), np.flatnonzero(on.any(axis=0))
+    if not len(rows):
+        return None
+    nearest = float(np.nanmin(seen.depth[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]))
+    margin = int(np.ceil(MARGIN * seen.camera.fx / max(nearest, 0.3)))
+    height, width = seen.depth.shape
+    return (
+        max(0, int(rows[0]) - margin),
+        min(height, int(rows[-1]) + margin + 1),
+        max(0, int(columns[0]) - margin),
+        min(width, int(columns[-1]) + margin + 1),
+    )
+
+
+def _listed(depth: Singles, points: Singles, every: int) -> tuple[Ints, Singles]:
+    from ..kernels import rendered
+
+    pixels = np.empty((depth.size, 2), np.int64)
+    count = rendered.listed(depth, every, pixels)
+    samples = np.empty((count, 3), np.float32)
+    rendered.samples_of(pixels, count, points, samples)
+    return pixels[:count].copy(), samples

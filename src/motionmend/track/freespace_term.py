@@ -1,0 +1,46 @@
+"""The body is not where nobody is seen."""
+
+from dataclasses import dataclass
+from typing import final
+
+from .evidence import Evidence
+from .settings import TrackSettings
+from .terms import Share, cost_of
+from .view import Sums, View
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FreespaceTerm:
+    """Rendered points on free pixels are drawn sideways to the nearest pixel that may hold them."""
+
+    evidence: Evidence
+    settings: TrackSettings
+    name: str = "freespace"
+
+    def residual(self, view: View) -> float:
+        """The weighted cost at a pose."""
+        return cost_of(self, view)
+
+    def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
+        """One residual per rendered point outside: in the image's plane, scaled to metres at the point's depth."""
+        from ..kernels import match
+
+        seen = self.evidence
+        fx, fy, cx, cy = seen.intrinsics
+        cost, outside = match.push_out(
+            view.pixels,
+            view.sample_bones,
+            view.samples,
+            seen.nearest,
+            fx,
+            fy,
+            cx,
+            cy,
+            seen.depth.shape[1],
+            self.settings.free_scale,
+            self.settings.freespace * seen.weight,
+            sums.hessian,
+            sums.gradient,
+        )
+        return Share(cost, 0, outside)

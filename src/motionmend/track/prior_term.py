@@ -1,0 +1,72 @@
+"""Poses like those that followed similar ones in a library of motion (section 3.5)."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ..arrays import Floats, frozen
+from ..bodies.performer import Pose
+from ..numerics.local_pca import LocalPca, local_pca
+from .database import PoseDatabase
+from .settings import TrackSettings
+from .terms import Share
+from .view import Sums, View
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PriorTerm:
+    """A quadratic about a mean pose; the root is left out.
+
+    Attributes
+    ----------
+    mean : (28,) rad. form : (28, 28), the quadratic form, weight included.
+    """
+
+    mean: Floats
+    form: Floats
+    name: str = "prior"
+
+    def residual(self, view: View) -> float:
+        """The weighted cost at a pose."""
+        away = view.pose.joints - self.mean
+        return float(away @ self.form @ away)
+
+    def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
+        """Equation 3.13."""
+        away = view.pose.joints - self.mean
+        pull = self.form @ away
+        sums.normal[6:, 6:] += self.form
+        sums.right[6:] -= pull
+        return Share(float(away @ pull))
+
+
+def prior_term(
+    database: PoseDatabase, pose: Pose, settings: TrackSettings, trust: Floats | None = None
+) -> PriorTerm | None:
+    """The local model of what follows poses like `pose`; None without a database.
+
+    Parameters
+    ----------
+    database : poses in the order of their clips.
+    pose : of the frame before.
+    trust : (28,) in [0, 1], how well each joint coordinate of the pose is known; all alike when not given.
+    """
+    if not len(database):
+        return None
+    weights = None if trust is None else np.maximum(trust, 0.02)
+    index, distance = database.search.nearest(pose.joints, settings.neighbors, weights)
+    follow = database.following(index, settings.following)
+    samples = database.joints[follow.ravel()]
+    if settings.spread <= 0.0:
+        model: LocalPca = local_pca(samples, settings.energy)
+        return PriorTerm(frozen(model.mean), frozen(settings.prior * model.rest()))  # (U Uᵀ - I)² = I - U Uᵀ
+    # Near neighbours count more; and where even they are far, the library has little to say of this pose.
+    near = distance**2 / max(1.0 if weights is None else float(weights.sum()) / len(weights), 1e-9) / len(pose.joints)
+    scale = near[len(near) // 2] + settings.spread**2
+    share = np.repeat(1.0 / (1.0 + near / scale), follow.shape[1])
+    model = local_pca(samples, settings.energy, share)
+    floor2 = settings.spread**2 + float(near[0])
+    form = settings.prior * settings.spread**2 * model.precision(float(np.sqrt(floor2)))
+    return PriorTerm(frozen(model.mean), frozen(form))

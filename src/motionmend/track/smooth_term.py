@@ -1,0 +1,46 @@
+"""The pose stays near the one expected (equation 3.14's last term)."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ..arrays import Floats
+from ..bodies.performer import DOFS, Pose
+from .terms import Share
+from .view import Sums, View
+
+
+def difference(to: Pose, origin: Pose) -> Floats:
+    """(34,) the increment that takes `origin` to `to`, as `advance` understands it."""
+    from ..bodies.performer import rotation_vector
+
+    turn = rotation_vector(to.root @ origin.root.T)
+    return np.concatenate((to.translation - origin.translation, turn, to.joints - origin.joints))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SmoothTerm:
+    """A weighted sum of squares of what separates the pose from the expected one.
+
+    Attributes
+    ----------
+    expected : the pose before, or what its motion leads to.
+    weights : (34,) per m² and rad².
+    """
+
+    expected: Pose
+    weights: Floats
+    name: str = "smooth"
+
+    def residual(self, view: View) -> float:
+        """The weighted cost at a pose."""
+        return float(self.weights @ difference(view.pose, self.expected) ** 2)
+
+    def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
+        """A = weights, b = weights · (expected - pose): below equation 3.15."""
+        away = difference(view.pose, self.expected)
+        sums.normal[np.arange(DOFS), np.arange(DOFS)] += self.weights
+        sums.right -= self.weights * away
+        return Share(float(self.weights @ away**2))
