@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 def stream(
     file: Annotated[Path, Parameter(help="A recorded sensor skeleton, in any form that `motionmend correct` reads.")],
+    /,
     *,
     to: Annotated[str, Parameter(help="The server, ws://HOST:PORT.")],
     out: Annotated[
@@ -57,7 +58,7 @@ def stream(
 
 
 def _read(file: Path, fps: float | None) -> "Postures":
-    from ..io.sensor import read_sensor
+    from ..io.sensor import read_postures
 
     postures = read_postures(file, fps=fps)
     if not postures.frames:
