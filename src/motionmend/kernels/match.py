@@ -31,6 +31,7 @@ def nearest_in_window(
     target: Singles,
     half: int,
     gate: float,
+    apart: float,
     tones: Singles,
     target_tones: Singles,
     tone_weight: float,
@@ -38,13 +39,16 @@ def nearest_in_window(
 ) -> int:
     """For each point the nearest one of an image within a window about its pixel (section 3.4.1).
 
+    The window is searched ring by ring and left when no farther ring can hold anything nearer.
+
     Parameters
     ----------
-    pixels : (N, 2) row and column about which to look; may lie outside of the image.
+    pixels : (N, 2) row and column at which the points are seen, to half a pixel.
     points : (N, 3) m.
-    target : (H, W, 3) where to look, NaN = no point.
+    target : (H, W, 3) where to look, NaN = no point; each lies on its pixel's ray.
     half : the window is 2 half + 1 pixels wide and high.
     gate : m; points farther than this are not found.
+    apart : a point at depth 1 that is seen one pixel from a ray is at least so far from it, m.
     tones, target_tones : (N,) and (H, W) intensities, read when `tone_weight` > 0.
     tone_weight : m per unit of intensity, added to the distance. An unknown (NaN) intensity adds nothing.
     found : (N,) gets row * W + column, or -1.
@@ -59,23 +63,31 @@ def nearest_in_window(
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         best, at = np.float32(gate * gate), -1
         toned = tone_weight > 0.0 and not np.isnan(tones[i])
-        for row in range(max(0, pixels[i, 0] - half), min(height, pixels[i, 0] + half + 1)):
-            for column in range(max(0, pixels[i, 1] - half), min(width, pixels[i, 1] + half + 1)):
-                dz = target[row, column, 2] - z
-                squared = dz * dz
-                if not squared < best:  # also where there is none
-                    continue
-                dx = target[row, column, 0] - x
-                dy = target[row, column, 1] - y
-                squared += dx * dx + dy * dy
-                if toned and squared < best:
-                    difference = abs(target_tones[row, column] - tones[i])
-                    if not np.isnan(difference):
-                        distance = sqrt(squared) + tone_weight * difference
-                        squared = np.float32(distance * distance)
-                if squared < best:
-                    best = squared
-                    at = row * width + column
+        middle, centre = pixels[i, 0], pixels[i, 1]
+        for ring in range(half + 1):
+            if ring > 0 and ((ring - 0.5) * apart * z) ** 2 > best:
+                break
+            for row in range(max(0, middle - ring), min(height, middle + ring + 1)):
+                ends = ring > 0 and row != middle - ring and row != middle + ring
+                stride = 2 * ring if ends else 1
+                for column in range(centre - ring, centre + ring + 1, stride):
+                    if column < 0 or column >= width:
+                        continue
+                    dz = target[row, column, 2] - z
+                    squared = dz * dz
+                    if not squared < best:  # also where there is none
+                        continue
+                    dx = target[row, column, 0] - x
+                    dy = target[row, column, 1] - y
+                    squared += dx * dx + dy * dy
+                    if toned and squared < best:
+                        difference = abs(target_tones[row, column] - tones[i])
+                        if not np.isnan(difference):
+                            distance = sqrt(squared) + tone_weight * difference
+                            squared = np.float32(distance * distance)
+                    if squared < best:
+                        best = squared
+                        at = row * width + column
         found[i] = at
         count += at >= 0
     return count
@@ -324,20 +336,21 @@ def assemble(
 
 
 @compiled
-def steps(depth: Singles, unknown: Bools, jump: float, edge: Bools) -> None:
+def steps(depth: Singles, unknown: Bools, jump: float, points: Singles, edge: Singles) -> None:
     """Near sides of steps in depth: pixels beside one that is empty, or farther by more than `jump` m.
 
     Parameters
     ----------
     depth : (H, W) m, NaN = empty.
     unknown : (H, W) True where an empty pixel proves nothing. The image's border proves nothing either.
-    edge : (H, W) gets True on edges.
+    points : (H, W, 3) m.
+    edge : (H, W, 3) gets the points on edges, NaN elsewhere.
     """
     height, width = depth.shape
     for row in range(height):
         for column in range(width):
             z = depth[row, column]
-            edge[row, column] = False
+            edge[row, column, 2] = np.nan
             if np.isnan(z):
                 continue
             for k in range(4):
@@ -346,7 +359,9 @@ def steps(depth: Singles, unknown: Bools, jump: float, edge: Bools) -> None:
                 if r < 0 or c < 0 or r >= height or c >= width or unknown[r, c]:
                     continue
                 if np.isnan(depth[r, c]) or depth[r, c] > z + jump:
-                    edge[row, column] = True
+                    edge[row, column, 0] = points[row, column, 0]
+                    edge[row, column, 1] = points[row, column, 1]
+                    edge[row, column, 2] = z
                     break
 
 

@@ -98,17 +98,14 @@ def solve(normal: Floats, right: Floats, damping: float = 0.0) -> Floats:
 
     A symmetric, positive semi-definite (D, D) and (D,); damping is relative to the diagonal.
     """
-    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+    from ..kernels.dense import factor_and_solve
 
     diagonal = np.diagonal(normal)
-    lifted = normal.copy()
-    lifted[np.diag_indices_from(lifted)] += damping * diagonal + 1e-12 * max(float(diagonal.max()), 1e-300)
-    try:
-        factor = cho_factor(lifted, lower=True, overwrite_a=True, check_finite=False)
-        step = cho_solve(factor, right, check_finite=False)
-    except LinAlgError:
+    lifted, step = normal.copy(), right.copy()
+    lifted.ravel()[:: len(lifted) + 1] += damping * diagonal + 1e-12 * max(float(diagonal.max()), 1e-300)
+    if not factor_and_solve(lifted, step):
         step = np.linalg.pinv(normal, hermitian=True) @ right
-    return np.asarray(step)
+    return step
 
 
 def inverse(normal: Floats) -> Floats:

@@ -31,12 +31,20 @@ class EdgeTerm:
         seen, wish = self.evidence, self.settings
         if not len(seen.edge_pixels):
             return Share(0.0)
-        edges = edges_of(view.depth, np.zeros(view.depth.shape, np.bool_), wish.canny)
-        target = np.where(edges[..., None], view.points, np.float32(np.nan))
+        target = edges_of(view.depth, view.points, np.zeros(view.depth.shape, np.bool_), wish.canny)
         found = np.empty(len(seen.edge_pixels), np.int64)
         none = np.empty(0, np.float32)
         match.nearest_in_window(
-            seen.edge_pixels, seen.edge_samples, target, wish.edge_window // 2, wish.gate, none, seen.tones, 0.0, found
+            seen.edge_pixels,
+            seen.edge_samples,
+            target,
+            wish.edge_window // 2,
+            wish.gate,
+            seen.apart,
+            none,
+            seen.tones,
+            0.0,
+            found,
         )
         weight = wish.edge if wish.preset == "paper" else wish.edge * 250.0 / len(seen.edge_pixels)
         cost, inliers = match.gather(

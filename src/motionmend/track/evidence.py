@@ -28,6 +28,7 @@ class Evidence:
     nearest : (h, w) flat index of the nearest pixel that is not free.
     edge_pixels, edge_samples : (E, 2) and (E, 3) of the observed edges; empty when edges do not count.
     tones : (h, w) intensities, or (0, 0).
+    apart : m, at least so far is a point at depth 1 from a ray one pixel beside the one it is on.
     weight : of one surface sample: all samples together count as much as `STANDARD`, whatever the distance.
     """
 
@@ -42,6 +43,7 @@ class Evidence:
     edge_pixels: Ints
     edge_samples: Singles
     tones: Singles
+    apart: float
     weight: float
 
 
@@ -77,43 +79,61 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
         rendered.nearest_allowed(free, nearest)
     edge_pixels, edge_samples = np.empty((0, 2), np.int64), np.empty((0, 3), np.float32)
     if "edge" in settings.terms:
-        edges = edges_of(depth, ~free & ~np.isfinite(depth), settings.canny)
-        edge_pixels, edge_samples = _listed(np.where(edges, depth, np.float32(np.nan)), points, 1)
+        edges = edges_of(depth, points, ~free & ~np.isfinite(depth), settings.canny)
+        edge_pixels, edge_samples = _listed(edges[..., 2], edges, settings.edge_every)
     weight = 1.0 if settings.preset == "paper" else STANDARD / max(len(pixels), 1)
     intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+    corners = (
+        [(u - camera.cx) / camera.fx for u in (0, camera.width)],
+        [(v - camera.cy) / camera.fy for v in (0, camera.height)],
+    )
+    widest = 1.0 + max(x * x for axis in corners for x in axis)
+    apart = 1.0 / (max(camera.fx, camera.fy) * np.sqrt(widest))
     return Evidence(
-        camera, intrinsics, depth, free, points, pixels, samples, nearest, edge_pixels, edge_samples, tones, weight
+        camera,
+        intrinsics,
+        depth,
+        free,
+        points,
+        pixels,
+        samples,
+        nearest,
+        edge_pixels,
+        edge_samples,
+        tones,
+        apart,
+        weight,
     )
 
 
-def edges_of(depth: Singles, unknown: Bools, canny: bool, jump: float = 0.06) -> Bools:
-    """(h, w) True on edges of a depth image: near sides of steps, or Canny's edges moved to the foreground.
+def edges_of(depth: Singles, points: Singles, unknown: Bools, canny: bool, jump: float = 0.06) -> Singles:
+    """(h, w, 3) points on edges of a depth image, NaN elsewhere: near sides of steps, or Canny's edges.
 
     Parameters
     ----------
-    depth : (h, w) m, NaN off the person.
+    depth : (h, w) m, NaN off the person. points : (h, w, 3) m, the same.
     unknown : (h, w) True where NaN proves nothing.
-    canny : which of the two; Canny as in section 3.4.2.
+    canny : which of the two; Canny's background pixels are moved to the foreground as in section 3.4.2.
     jump : m, the least step.
     """
     from ..kernels import match
 
     if not canny:
-        edge = np.empty(depth.shape, np.bool_)
-        match.steps(depth, unknown, jump, edge)
+        edge = np.empty(points.shape, np.float32)
+        match.steps(depth, unknown, jump, points, edge)
         return edge
     import cv2
 
     on = np.isfinite(depth)
     if not on.any():
-        return np.zeros(depth.shape, np.bool_)
+        return np.full(points.shape, np.nan, np.float32)
     near, far = float(np.nanmin(depth)), float(np.nanmax(depth))
     # The background stands a metre behind the person: beyond any step on the body, yet within the range of a byte.
     scene = np.where(on, depth, np.float32(far + 1.0))
     scaled = np.clip((scene - near) * (255.0 / (far + 1.0 - near)), 0, 255).astype(np.uint8)
     step = 255.0 / (far + 1.0 - near) * jump
-    edge = cv2.Canny(scaled, 2.0 * step, 4.0 * step) > 0  # Sobel sums to four times a step
-    return _to_foreground(edge, on)
+    sharp = cv2.Canny(scaled, 2.0 * step, 4.0 * step) > 0  # Sobel sums to four times a step
+    return np.where(_to_foreground(sharp, on)[..., None], points, np.float32(np.nan))
 
 
 def _to_foreground(edge: Bools, on: Bools) -> Bools:

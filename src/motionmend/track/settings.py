@@ -21,6 +21,7 @@ class TrackSettings:
     iterations : of Gauss-Newton, at most, each frame.
     raster : every n-th pixel of the frame is worked on, at the 320 x 240 resolution.
     every : every n-th pixel of that raster is a sample of the surface.
+    edge_every : every n-th row and column is looked at for observed edges.
     window, edge_window : side of the square in which the nearest point is looked for, px of the raster.
     two_way : observed points look for the model's too, not only the model's for observed ones.
     along_normal, along_back : share of a surface residual that counts along the model's normal only, of rendered
@@ -43,6 +44,7 @@ class TrackSettings:
     iterations: int = 10
     raster: int = 2
     every: int = 1
+    edge_every: int = 1
     window: int = 9
     edge_window: int = 11
     two_way: bool = True

@@ -13,9 +13,10 @@ from .view import Sums, View
 
 def difference(to: Pose, origin: Pose) -> Floats:
     """(34,) the increment that takes `origin` to `to`, as `advance` understands it."""
-    from ..bodies.performer import rotation_vector
+    from ..kernels.dense import turn_between
 
-    turn = rotation_vector(to.root @ origin.root.T)
+    turn = np.empty(3)
+    turn_between(to.root, origin.root, turn)
     return np.concatenate((to.translation - origin.translation, turn, to.joints - origin.joints))
 
 
@@ -41,6 +42,6 @@ class SmoothTerm:
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """A = weights, b = weights · (expected - pose): below equation 3.15."""
         away = difference(view.pose, self.expected)
-        sums.normal[np.arange(DOFS), np.arange(DOFS)] += self.weights
+        sums.normal.ravel()[:: DOFS + 1] += self.weights
         sums.right -= self.weights * away
         return Share(float(self.weights @ away**2))

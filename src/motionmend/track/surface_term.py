@@ -44,7 +44,7 @@ class SurfaceTerm:
         tones, color = self._tones(view)
         found = np.empty(len(view.pixels), np.int64)
         match.nearest_in_window(
-            view.pixels, view.samples, seen.points, half, wish.gate, tones, seen.tones, color, found
+            view.pixels, view.samples, seen.points, half, wish.gate, seen.apart, tones, seen.tones, color, found
         )
         hessian, gradient = sums.hessian, sums.gradient
         cost, inliers = match.gather(
@@ -64,7 +64,7 @@ class SurfaceTerm:
         if wish.two_way:
             found = np.empty(len(seen.pixels), np.int64)
             match.nearest_in_window(
-                seen.pixels, seen.samples, view.points, half, wish.gate, _NO_TONES, seen.tones, 0.0, found
+                seen.pixels, seen.samples, view.points, half, wish.gate, seen.apart, _NO_TONES, seen.tones, 0.0, found
             )
             more, good = match.gather(
                 found,
