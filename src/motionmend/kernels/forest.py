@@ -11,13 +11,10 @@ from .compile import compiled
 
 
 @compiled
-def probed(
-    depth: Singles, row: int, column: int, fx: float, fy: float, far: float, across: float, down: float
-) -> float:
-    """Depth at (across, down) metres beside a pixel, on the plane through its point; `far` outside the image."""
-    z = depth[row, column]
-    r = row + int(np.floor(down * fy / z + 0.5))
-    c = column + int(np.floor(across * fx / z + 0.5))
+def probed(depth: Singles, row: int, column: int, down: float, across: float, far: float) -> float:
+    """Depth (down, across) pixels beside a pixel; `far` outside the image."""
+    r = row + int(np.floor(down + 0.5))
+    c = column + int(np.floor(across + 0.5))
     if r < 0 or c < 0 or r >= depth.shape[0] or c >= depth.shape[1]:
         return far
     return float(depth[r, c])
@@ -48,9 +45,12 @@ def differences(
     out : (N, F) m, written.
     """
     for i in range(len(rows)):
+        row, column = rows[i], columns[i]
+        z = float(depth[row, column])
+        x, y = fx / z, fy / z
         for f in range(len(probes)):
-            one = probed(depth, rows[i], columns[i], fx, fy, far, probes[f, 0], probes[f, 1])
-            other = probed(depth, rows[i], columns[i], fx, fy, far, probes[f, 2], probes[f, 3])
+            one = probed(depth, row, column, probes[f, 1] * y, probes[f, 0] * x, far)
+            other = probed(depth, row, column, probes[f, 3] * y, probes[f, 2] * x, far)
             out[i, f] = min(max(one - other, -clip), clip)
 
 
@@ -82,14 +82,69 @@ def leaves(
     """
     for i in range(len(rows)):
         row, column = rows[i], columns[i]
+        z = float(depth[row, column])
+        x, y = fx / z, fy / z
         for tree in range(len(roots)):
             node = roots[tree]
             while children[node, 0] >= 0:
-                one = probed(depth, row, column, fx, fy, far, probes[node, 0], probes[node, 1])
-                other = probed(depth, row, column, fx, fy, far, probes[node, 2], probes[node, 3])
+                one = probed(depth, row, column, probes[node, 1] * y, probes[node, 0] * x, far)
+                other = z
+                if probes[node, 2] != 0.0 or probes[node, 3] != 0.0:
+                    other = probed(depth, row, column, probes[node, 3] * y, probes[node, 2] * x, far)
                 feature = np.float32(min(max(one - other, -clip), clip))
                 node = children[node, 0] if feature <= thresholds[node] else children[node, 1]
             out[i, tree] = -1 - children[node, 0]
+
+
+@compiled
+def votes(
+    reached: np.ndarray,
+    parts: Singles,
+    offsets: Singles,
+    points: Floats,
+    area: Floats,
+    joint: int,
+    least: float,
+    places: Floats,
+    weights: Floats,
+) -> int:
+    """Where the pixels say that a joint is: the mean of their leaves' votes, each as likely as the leaf says.
+
+    Parameters
+    ----------
+    reached : (N, R) int32 leaves.
+    parts : (L, C) probabilities of the parts.
+    offsets : (L, C, 3) m, from a pixel to the joint of the part.
+    points : (N, 3) m, of the pixels.
+    area : (N,) m^2 that a pixel stands for.
+    joint : which part.
+    least : pixels that are less likely of the part have no vote.
+    places : (N, 3) m, written.
+    weights : (N,) m^2, written: area times squared probability.
+
+    Returns
+    -------
+    How many voted.
+    """
+    count = 0
+    trees = reached.shape[1]
+    for i in range(len(points)):
+        total, x, y, z = 0.0, 0.0, 0.0, 0.0
+        for tree in range(trees):
+            leaf = reached[i, tree]
+            share = parts[leaf, joint]
+            total += share
+            x += share * offsets[leaf, joint, 0]
+            y += share * offsets[leaf, joint, 1]
+            z += share * offsets[leaf, joint, 2]
+        if total <= least * trees:
+            continue
+        places[count, 0] = points[i, 0] + x / total
+        places[count, 1] = points[i, 1] + y / total
+        places[count, 2] = points[i, 2] + z / total
+        weights[count] = area[i] * (total / trees) ** 2
+        count += 1
+    return count
 
 
 @compiled
