@@ -146,7 +146,7 @@ class Repair:
             return self
         stored = load_model(model)
         facts = {"file": model.name, "sha256": stored.sha256}
-        return replace(self, model=restore(stored, model), model_facts=facts)
+        return replace(self, model=restore(stored, model, "denoiser"), model_facts=facts)
 
     def __call__(self, job: Job, /) -> Done:
         from ..io import read

@@ -1,6 +1,6 @@
 """What `denoise` and `corrupt` share: recordings in, recordings of the same shape out, a file beside each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ def transform(
     as_json: bool,
     working: Working,
     writing: Writing,
+    forms: "Forms | None" = None,
 ) -> int:
     """Run a task on every recording and write what it makes; return the exit code.
 
@@ -30,14 +31,16 @@ def transform(
     task : reads `job.source`, writes `job.target` and its sidecars.
     files, out : as on the command line.
     sidecars : endings of the files beside each output.
+    forms : what is read and written; joint angles and markers when None.
     """
     from ..io import READABLE, WRITABLE
 
+    forms = forms or Forms(READABLE, WRITABLE, OTHERWISE)
     files, out = [working.reachable(file) for file in files], working.reachable(out)
-    inputs, refused = gather(files, READABLE)
+    inputs, refused = gather(files, forms.readable, forms.what, forms.meant)
     inputs = _without(out, inputs, files)
     jobs = []
-    for planned in plan(inputs, files, out, WRITABLE, OTHERWISE):
+    for planned in plan(forms.placed(inputs), files, out, forms.writable, forms.otherwise):
         job = ready(planned, inputs, sidecars, force=writing.force, resume=writing.resume)
         if isinstance(job, Refusal):
             refused.append(job)
@@ -50,6 +53,27 @@ def transform(
                 continue
             jobs.append(job)
     return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused)
+
+
+@dataclass(frozen=True)
+class Forms:
+    """What a command reads and writes.
+
+    Attributes
+    ----------
+    readable, writable : endings, lower case with the dot.
+    otherwise : the ending of an output whose input's own cannot be written.
+    what : what one such recording is called.
+    meant : whether a file found in a folder is one; `io.looks_meant` when None.
+    placed : gives each input the place its output has below a folder.
+    """
+
+    readable: Collection[str]
+    writable: Collection[str]
+    otherwise: str
+    what: str = "recording"
+    meant: Callable[[Path], bool] | None = None
+    placed: Callable[[list[Input]], list[Input]] = list
 
 
 @dataclass(frozen=True)
