@@ -9,7 +9,19 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Singles
 from ..bodies.camera import Camera
-from ..bodies.performer import BONES, LANDMARKS, MIRROR, Performer, Pose, Poses, landmarks, rotation
+from ..bodies.performer import (
+    BONES,
+    DOF_AXES,
+    FIRST,
+    LANDMARKS,
+    LIMITS,
+    MIRROR,
+    Performer,
+    Pose,
+    Poses,
+    landmarks,
+    rotation,
+)
 from ..bodies.surface import render
 from .foreground import clean
 
@@ -72,6 +84,40 @@ class Picture:
     facing: bool
 
 
+_ARMS = tuple(
+    np.concatenate(
+        [
+            np.arange(FIRST[b], FIRST[b + 1])
+            for b in map(BONES.index, (f"{s}_clavicle", f"{s}_upperarm", f"{s}_forearm"))
+        ]
+    )
+    for s in "lr"
+)
+
+
+def mixed(poses: Poses, rng: np.random.Generator) -> Pose:
+    """A pose with, two times in three, arms of its own: of other poses, of the other side, or anywhere at all.
+
+    Recordings hold few of the things that people do, and arms are where they differ most.
+    """
+    pose = poses[int(rng.integers(len(poses)))]
+    joints = np.array(pose.joints)
+    for side in (0, 1):
+        way = rng.uniform()
+        if way < 0.33:
+            continue
+        if way < 0.75:
+            source = int(rng.integers(2))
+            arm = np.array(poses[int(rng.integers(len(poses)))].joints[_ARMS[source]])
+            if source != side:
+                arm *= np.where((DOF_AXES[6:][_ARMS[side], 0] == 0.0), -1.0, 1.0)
+        else:
+            low, high = LIMITS[6:][_ARMS[side]].T
+            arm = rng.uniform(low, high) * rng.uniform(0.2, 0.8)
+        joints[_ARMS[side]] = arm
+    return Pose(pose.translation, pose.root, joints)
+
+
 def varied(performer: Performer, rng: np.random.Generator) -> Performer:
     """Someone else: all lengths by up to a tenth, every bone by a few percent, widths by up to a quarter."""
     size, wide = np.exp(rng.normal(0.0, 0.06)), np.exp(rng.normal(0.0, 0.10))
@@ -103,8 +149,8 @@ def pictures(poses: Poses, performers: Sequence[Performer], count: int, seed: in
     made = 0
     while made < count:
         performer = varied(performers[int(rng.integers(len(performers)))], rng)
-        pose = poses[int(rng.integers(len(poses)))]
-        for _ in range(4):  # seen from a few sides: a new body costs more than a new picture
+        pose = mixed(poses, rng)
+        for _ in range(3):  # seen from a few sides: a new body costs more than a new picture
             picture = pictured(performer, viewed(pose, rng, KINECT), rng)
             if picture is not None and made < count:
                 made += 1
