@@ -96,16 +96,16 @@ def foot_joints(skeleton: Skeleton) -> Feet:
     guesses: tuple[str, ...] = ()
     if min(ankles) < 0:
         ankles = _lowest_ends(skeleton)
-        toes = (_child(skeleton, ankles[0]), _child(skeleton, ankles[1]))
+        toes = (first_child(skeleton, ankles[0]), first_child(skeleton, ankles[1]))
         guesses = (
             f"no joint is named as an ankle: the two lowest chain ends at rest are taken as feet, left "
             f"'{skeleton.names[ankles[0]]}', right '{skeleton.names[ankles[1]]}'",
         )
-    ends = tuple(_child(skeleton, toe) if toe >= 0 else -1 for toe in toes)
-    shared = set(_upwards(skeleton, ankles[0])) & set(_upwards(skeleton, ankles[1]))
+    ends = tuple(first_child(skeleton, toe) if toe >= 0 else -1 for toe in toes)
+    shared = set(upwards(skeleton, ankles[0])) & set(upwards(skeleton, ankles[1]))
     knees, hips = [-1, -1], [-1, -1]
     for side in (0, 1):
-        path = [joint for joint in _upwards(skeleton, ankles[side]) if joint not in shared]
+        path = [joint for joint in upwards(skeleton, ankles[side]) if joint not in shared]
         knees[side], hips[side] = _knee_and_hip(skeleton, path)
     return Feet(
         hips=(hips[0], hips[1]),
@@ -130,7 +130,7 @@ def foot_markers(names: Sequence[str]) -> FootMarkers:
     """
     found: dict[str, list[int]] = {"l": [], "r": []}
     for index, name in enumerate(names):
-        for side, part in _sides(name):
+        for side, part in named_sides(name):
             if re.fullmatch(MARKERS, part) or re.fullmatch(f"foot(?:{MARKERS})", part):
                 found[side].append(index)
                 break
@@ -141,7 +141,7 @@ def _named_feet(skeleton: Skeleton) -> tuple[tuple[int, int], tuple[int, int]]:
     """Ankles and toes by name, left and right; -1 where there is none."""
     by_side: dict[str, dict[str, int]] = {"l": {}, "r": {}}
     for joint, name in enumerate(skeleton.names):
-        for side, part in _sides(name):
+        for side, part in named_sides(name):
             if part in ANKLES + TOES:
                 by_side[side].setdefault(part, joint)
                 break
@@ -152,12 +152,12 @@ def _named_feet(skeleton: Skeleton) -> tuple[tuple[int, int], tuple[int, int]]:
         ankles[index] = parts.get("ankle", parts.get("foot", -1))
         named = [parts[part] for part in TOES if part in parts]
         named += [parts["foot"]] if "ankle" in parts and "foot" in parts else []
-        below = [joint for joint in named if ankles[index] in _upwards(skeleton, joint)[1:]]
-        toes[index] = below[0] if below else _child(skeleton, ankles[index])
+        below = [joint for joint in named if ankles[index] in upwards(skeleton, joint)[1:]]
+        toes[index] = below[0] if below else first_child(skeleton, ankles[index])
     return (ankles[0], ankles[1]), (toes[0], toes[1])
 
 
-def _sides(name: str) -> list[tuple[str, str]]:
+def named_sides(name: str) -> list[tuple[str, str]]:
     """What a name may say: ('l' or 'r', the rest of it in small letters), most literal first."""
     plain = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
     plain = RIG.sub("", re.sub(r"(?:joint|bone|jnt)$", "", plain))
@@ -171,7 +171,7 @@ def _sides(name: str) -> list[tuple[str, str]]:
     return readings
 
 
-def _upwards(skeleton: Skeleton, joint: int) -> list[int]:
+def upwards(skeleton: Skeleton, joint: int) -> list[int]:
     """The joint and all above it, root last."""
     path = []
     while joint >= 0:
@@ -180,14 +180,14 @@ def _upwards(skeleton: Skeleton, joint: int) -> list[int]:
     return path
 
 
-def _child(skeleton: Skeleton, joint: int) -> int:
+def first_child(skeleton: Skeleton, joint: int) -> int:
     """The first joint below that lies elsewhere, -1 where there is none."""
     if joint < 0:
         return -1
     for below in np.flatnonzero(skeleton.parents == joint):
         if np.linalg.norm(skeleton.offsets[below]) > 1e-6:
             return int(below)
-        deeper = _child(skeleton, int(below))
+        deeper = first_child(skeleton, int(below))
         if deeper >= 0:
             return deeper
     return -1
@@ -217,7 +217,7 @@ def _lowest_ends(skeleton: Skeleton) -> tuple[int, int]:
     leaves.sort(key=lambda joint: (height[joint], joint))
     legs: list[list[int]] = []
     for leaf in leaves:
-        path = _upwards(skeleton, leaf)
+        path = upwards(skeleton, leaf)
         # A second toe of the same foot shares most of its path; the other leg leaves it at the pelvis.
         alone = [[joint for joint in path if joint not in other] for other in legs]
         if all(sum(np.linalg.norm(skeleton.offsets[list(own)], axis=1)) > 0.3 * np.ptp(height) for own in alone):
@@ -232,7 +232,7 @@ def _lowest_ends(skeleton: Skeleton) -> tuple[int, int]:
         own = [joint for joint in path if joint not in shared]
         longest = sorted(own, key=lambda joint: -float(np.linalg.norm(skeleton.offsets[joint])))[:2]
         ankles.append(min(longest, key=own.index))  # the lower of the two long bones, shank and thigh, ends there
-    toes = [_child(skeleton, ankle) for ankle in ankles]
+    toes = [first_child(skeleton, ankle) for ankle in ankles]
     forward = sum((rest[toe] - rest[ankle] for ankle, toe in zip(ankles, toes, strict=True) if toe >= 0), np.zeros(3))
     forward = forward - skeleton.up * (skeleton.up @ forward)
     left = np.cross(skeleton.up, forward) if np.linalg.norm(forward) > 1e-6 else np.array([1.0, 0.0, 0.0])

@@ -190,6 +190,38 @@ def _orthonormal(rotation: Floats) -> None:
 
 
 @compiled
+def solve(matrix: Floats, wanted: Floats, solution: Floats) -> bool:
+    """Solve matrix · solution = wanted by Cholesky's method; False, and 0, if the matrix is not positive definite.
+
+    Only the lower half of `matrix` (N, N) is read; it is overwritten by its factor.
+    """
+    count = matrix.shape[0]
+    for i in range(count):
+        for k in range(i + 1):
+            total = matrix[i, k]
+            for j in range(k):
+                total -= matrix[i, j] * matrix[k, j]
+            if i > k:
+                matrix[i, k] = total / matrix[k, k]
+            elif total > 0.0:
+                matrix[i, i] = sqrt(total)
+            else:
+                solution[:] = 0.0
+                return False
+    for i in range(count):
+        total = wanted[i]
+        for j in range(i):
+            total -= matrix[i, j] * solution[j]
+        solution[i] = total / matrix[i, i]
+    for i in range(count - 1, -1, -1):
+        total = solution[i]
+        for j in range(i + 1, count):
+            total -= matrix[j, i] * solution[j]
+        solution[i] = total / matrix[i, i]
+    return True
+
+
+@compiled
 def reach(
     parents: Ints,
     offsets: Floats,
@@ -233,6 +265,7 @@ def reach(
     held_turned = np.zeros(6)
     hessian, gradient = np.zeros((dofs, dofs)), np.zeros(dofs)
     slope = np.zeros((3, dofs))
+    change = np.empty(dofs)
     damping, cost = 1e-4, np.inf
     for step in range(iterations + 1):
         frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
@@ -289,12 +322,14 @@ def reach(
         lifted = hessian.copy()
         for d in range(dofs):
             lifted[d, d] += damping * (1e-3 + hessian[d, d])
-        change = -np.linalg.solve(lifted, gradient)
+        solve(lifted, gradient, change)
         translation[:], root[:, :], joints[:] = held_translation, held_root, held_joints
         turned[:] = held_turned
-        size = np.sqrt((change[3:] ** 2).sum())
-        if size > 1.0:
-            change *= 1.0 / size
+        size = 0.0
+        for d in range(dofs):
+            size += change[d] * change[d]
+        for d in range(dofs):
+            change[d] *= -1.0 / max(sqrt(size), 1.0)  # a radian at most
         for c in range(joints.shape[0]):  # a coordinate at its limit stays there
             change[6 + c] = min(max(joints[c] + change[6 + c], limits[6 + c, 0]), limits[6 + c, 1]) - joints[c]
         advance(translation, root, joints, change)
