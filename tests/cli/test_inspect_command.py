@@ -8,8 +8,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from commands import Command
+
+from motionmend.bodies.camera import Camera, DepthFrame
+from motionmend.bodies.postures import Postures
+from motionmend.io.depth_folder import write_depth_folder
+from motionmend.io.joint_table import write_joint_table
 
 
 def test_joint_angles(cli: Command, library: Path) -> None:
@@ -106,3 +112,35 @@ def test_every_real_recording_can_be_looked_at(cli: Command, data: Path) -> None
     assert [Path(one).name for one in refused] == ["c3dorg_golfswing.c3d"]  # contradicts itself
     assert (ran.code, len(ran.failures)) == (1, 1)
     assert {one["kind"] for one in facts if "kind" in one} == {"markers", "motion", "skeleton"}
+
+
+def test_a_depth_folder_alone_and_within_another(cli: Command, tmp_path: Path) -> None:
+    camera = Camera(16, 12, 14.0, 14.0, 8.0, 6.0)
+    images = [np.full((12, 16), np.nan, np.float32), np.full((12, 16), 2.5, np.float32)]
+    folder = tmp_path / "takes" / "one"
+    write_depth_folder(folder, [DepthFrame(camera, image, None, k / 30) for k, image in enumerate(images)], 30.0)
+    for given in (folder, tmp_path / "takes"):
+        ran = cli("inspect", given, "--json")
+        assert ran.code == 0
+        (line,) = ran.out.splitlines()
+        facts = json.loads(line)
+        assert (facts["kind"], facts["frames"], facts["share_missing"]) == ("depth", 2, 0.5)
+        assert facts["camera"]["width"] == 16
+        assert any("no return" in warning for warning in facts["warnings"])
+    assert "16 x 12" in cli("inspect", folder).out
+    (folder / "camera.json").unlink()
+    ran = cli("inspect", folder)
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert "camera.json" in ran.failures[0]
+
+
+def test_a_table_of_joints(cli: Command, tmp_path: Path) -> None:
+    xyz = np.zeros((5, 2, 3))
+    xyz[2:] += 3.0
+    xyz[4] = np.nan
+    write_joint_table(tmp_path / "a.csv", Postures(("head", "l_wrist"), xyz, np.arange(5) / 30, std=np.ones((5, 2))))
+    facts = json.loads(cli("inspect", tmp_path / "a.csv", "--json").out)
+    assert (facts["kind"], facts["joints"], facts["beside"]) == ("joints", ["head", "l_wrist"], ["std"])
+    assert facts["share_missing"] == pytest.approx(0.2)
+    assert [one["name"] for one in facts["suspicious"]] == ["head", "l_wrist"]
+    assert any("without any joint" in warning for warning in facts["warnings"])

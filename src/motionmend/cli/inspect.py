@@ -1,11 +1,12 @@
 """`motionmend inspect`: what is in a file."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .inputs import Input, ending, gather
+from .compare_joints import SENSORS
+from .inputs import Input, Refusal, ending, gather
 from .options import WORKING, AsJson, Files, Rate, SkeletonFile, Working
 from .output import Done, work
 
@@ -26,19 +27,66 @@ def inspect(
 ) -> int:
     """Say what files hold: kind, channels, rate, gaps, jumps, units, and what to distrust.
 
-    Recordings, skeletons (.asf) and models (.mend). Lengths are in metres, angles in degrees, times in seconds;
-    frames are counted from 0.
+    Recordings, depth folders, joints as sensors and trackers report them, skeletons (.asf) and models (.mend).
+    Lengths are in metres, angles in degrees, times in seconds; frames are counted from 0.
     """
-    from ..io import READABLE
-
-    inputs, refused = gather([working.reachable(file) for file in files], {*READABLE, ".asf", ".mend"})
+    inputs, refused = _inputs([working.reachable(file) for file in files])
     task = partial(look, fps=fps, skeleton=skeleton and working.reachable(skeleton))
     return work(task, inputs, name=_path, working=working, as_json=as_json, refused=refused)
 
 
+def _inputs(given: list[Path]) -> tuple[list[Input], list[Refusal]]:
+    """Files as they are named, and depth folders as one input each, also those found in a folder."""
+    from ..io import READABLE, looks_meant
+    from ..io.depth import looks_like_depth_folder
+
+    def inside(path: Path) -> bool:
+        return any(looks_like_depth_folder(folder) for folder in path.parents)
+
+    depth = [path for path in given if looks_like_depth_folder(path)]
+    rest = [path for path in given if path not in depth]
+    inputs = [Input(path, Path(path.resolve().name)) for path in depth]
+    if not rest and inputs:
+        return inputs, []
+    nested = [
+        Input(one, one)
+        for folder in rest
+        if folder.is_dir()
+        for one in sorted({file.parent for file in folder.rglob("camera.json")})
+    ]
+    files = {*READABLE, ".asf", ".mend", *SENSORS}
+    found, refused = gather(rest, files, meant=lambda path: inside(path) or _meant(path, looks_meant))
+    refused = [refusal for refusal in refused if not any(refusal.path in one.path.parents for one in nested)]
+    return [*inputs, *nested, *(one for one in found if not inside(one.path))], refused
+
+
+def _meant(path: Path, looks_meant: Callable[[Path], bool]) -> bool:
+    """Whether a file found in a folder is to be looked at: reports of our own commands are not."""
+    from ..io.sensor import looks_like_sensor
+
+    if ending(path) in SENSORS:
+        return _is_depth(path) or looks_like_sensor(path)
+    return looks_meant(path)
+
+
+def _is_depth(path: Path) -> bool:
+    from ..io.sensor import kind_of
+
+    return ending(path) == ".mat" and kind_of(path) == "depth"
+
+
 def look(item: Input, *, fps: float | None, skeleton: Path | None) -> Done:
     """Facts about one file."""
+    from .compare_joints import holds_joints
+    from .inspect_camera import depth_facts, joint_facts
+
     kind = ending(item.path)
+    if item.path.is_dir() or (kind == ".mat" and _is_depth(item.path)):
+        facts = depth_facts(item.path)
+        return Done(facts, _table(facts), guesses=facts["guesses"])
+    if kind in SENSORS or holds_joints(item.path):
+        facts = joint_facts(item.path, fps)
+        return Done(facts, _table(facts), guesses=facts["guesses"])
     if kind == ".asf":
         return _skeleton(item.path)
     if kind == ".mend":
@@ -173,11 +221,16 @@ def _table(facts: dict[str, Any]) -> str:
     rows = [("file", str(facts["input"])), ("kind", f"{facts['kind']} (.{facts['format']})")]
     plain = ("model", "learned_from", "bones", "dofs", "model_fps", "window", "energy", "bases", "clips")
     rows += [(name.replace("_", " "), _number(facts[name])) for name in plain if name in facts]
-    if "fps" in facts:
+    if facts.get("fps"):
         rows.append(("rate", f"{facts['fps']:g} Hz"))
     if "frames" in facts:
         duration = f" ({facts['duration']:.2f} s)" if "duration" in facts else ""
         rows.append(("frames", f"{facts['frames']}{duration}"))
+    if "camera" in facts:
+        camera = facts["camera"]
+        span = " to ".join(f"{value:.3g}" for value in facts["depth_range"] or ()) or "nothing at any"
+        rows.append(("camera", f"{camera['width']} x {camera['height']}, fx {camera['fx']:g}, fy {camera['fy']:g}"))
+        rows.append(("depth", f"{span} m, {'with' if facts['color'] else 'no'} colour"))
     for name in ("joints", "channels", "markers"):
         if name in facts:
             rows.append((name, f"{len(facts[name])}: {', '.join(facts[name])}"))

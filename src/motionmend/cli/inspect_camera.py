@@ -1,0 +1,123 @@
+"""What `inspect` finds in recordings of depth cameras and in joints over time."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats
+
+LOOKED_AT = 60  # depth images, spread evenly over the recording
+_NEAR, _FAR = 0.3, 15.0  # m; most depth sensors see nothing beyond
+FAST = 15.0  # m/s; no joint of a person goes so fast
+
+
+def depth_facts(path: Path) -> dict[str, Any]:
+    """Facts about a depth folder or a depth file; at most 60 of its images are read.
+
+    Raises
+    ------
+    FileError : it is not what it should be.
+    """
+    from ..io.depth import read_depth
+
+    recording = read_depth(path)
+    numbers = np.unique(np.linspace(0, recording.frames - 1, min(recording.frames, LOOKED_AT)).astype(int))
+    images = [recording.frame(int(number)).depth for number in numbers]
+    present = np.array([np.isfinite(image).mean() for image in images])
+    some = np.concatenate([image[np.isfinite(image)][::17] for image in images])
+    span: list[float] = np.quantile(some, (0.01, 0.99)).tolist() if some.size else []
+    camera = recording.camera
+    warnings = _lapses(recording.times)
+    empty = int((present == 0).sum())
+    if empty:
+        warnings.append(f"{empty} of {len(numbers)} depth images looked at hold no return at all")
+    if span and (span[1] < _NEAR or span[0] > _FAR):
+        warnings.append(f"depths go from {span[0]:.3g} to {span[1]:.3g} m: is depth_scale right?")
+    return {
+        "input": path,
+        "kind": "depth",
+        "format": "depth folder" if path.is_dir() else "mat",
+        "fps": recording.fps,
+        "frames": recording.frames,
+        "duration": float(recording.times[-1] - recording.times[0]) + 1 / recording.fps,
+        "units": {"length": "m", "duration": "s", "camera": "px"},
+        "camera": {name: getattr(camera, name) for name in ("width", "height", "fx", "fy", "cx", "cy")},
+        "color": recording.has_color,
+        "depth_range": span or None,
+        "looked_at": len(numbers),
+        "share_missing": float(1 - present.mean()),
+        "missing": {},
+        "suspicious": [],
+        "warnings": warnings,
+        "guesses": recording.guesses,
+    }
+
+
+def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
+    """Facts about joints over time: a table of joints, or what a sensor reports.
+
+    Raises
+    ------
+    FileError : it is not what it should be.
+    """
+    from ..io.joint_table import read_joint_table
+    from ..io.sensor import kind_of, read_postures
+    from ..io.sensor_source import warnings_of
+
+    own = kind_of(path) == "joints"
+    postures = read_joint_table(path) if own else read_postures(path, fps=fps)
+    present = postures.present
+    share = 1.0 - present.mean(axis=0) if postures.frames else np.zeros(len(postures.names))
+    beside = [name for name in ("std", "reliability", "state") if getattr(postures, name) is not None]
+    warnings = [*warnings_of(postures.source), *_lapses(postures.times)]
+    nobody = int((~present.any(axis=1)).sum())
+    if nobody:
+        warnings.append(f"{nobody} frames without any joint")
+    rate = postures.fps if np.isfinite(postures.fps) else None
+    return {
+        "input": path,
+        "kind": "joints",
+        "format": path.suffix.lower().removeprefix("."),
+        "fps": rate,
+        "frames": postures.frames,
+        "duration": float(postures.times[-1] - postures.times[0]) + (1 / rate if rate else 0.0),
+        "units": {"length": "m", "duration": "s"},
+        "joints": postures.names,
+        "beside": beside,
+        "share_missing": float(1 - present.mean()) if present.size else 0.0,
+        "missing": dict(zip(postures.names, share.tolist(), strict=True)),
+        "suspicious": _fast(postures.names, postures.positions, postures.times),
+        "warnings": warnings,
+        "guesses": postures.guesses,
+    }
+
+
+def _lapses(times: Floats) -> list[str]:
+    """Sentences about steps in time that are far from the usual one."""
+    if len(times) < 3:
+        return [f"{len(times)} frame: nothing moves in it"] if len(times) < 2 else []
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    long = int((steps > 1.5 * usual).sum())
+    back = int((steps <= 0).sum())
+    said = []
+    if long:
+        said.append(f"{long} steps in time longer than 1.5 frames, up to {steps.max():.3g} s: frames were dropped")
+    if back:
+        said.append(f"{back} steps in time that do not go forward")
+    return said
+
+
+def _fast(names: tuple[str, ...], positions: Floats, times: Floats) -> list[dict[str, str]]:
+    """Joints that go faster than people do."""
+    step = np.diff(times)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = np.linalg.norm(np.diff(positions, axis=0), axis=2) / np.where(step > 0, step, np.nan)[:, None]
+    found = []
+    for j, name in enumerate(names):
+        fast = speed[:, j] > FAST
+        if fast.any():
+            most = float(np.nanmax(speed[:, j]))
+            found.append({"name": name, "what": "extreme speed", "detail": f"{int(fast.sum())} frames, {most:.0f} m/s"})
+    return found
