@@ -20,6 +20,7 @@ from .mending import Mended, mend_channels
 from .outcome import repaired_recording
 from .own_bends import first_bends, own_bends
 from .poles import pole_crossings
+from .second_opinion import doubtful, of_one_mind
 
 CENTIMETRES = 100.0
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
@@ -108,13 +109,21 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
         patterns, stride = at_rate(known.bases, known.fps, recording.fps)
-        return mended(Prior(known.library.usual_bends(recording.fps), patterns, stride), near)
-    first = mended(Prior(first_bends(values), None))
+        first = mended(Prior(known.library.usual_bends(recording.fps), patterns, stride), near)
+        if not doubtful(first):
+            return first
+        own = _own_prior(first, recording, known.fps)
+        return first if own.bases is None else of_one_mind(first, mended(own))
+    again = mended(_own_prior(mended(Prior(first_bends(values), None)), recording, known.fps))
+    return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+
+
+def _own_prior(first: Mended, recording: Motion | Markers, rate: float) -> Prior:
+    """What a first repair shows of a recording; its patterns only where it is a motion without a sample left open."""
     smooth = first.found.values
     whole = isinstance(recording, Motion) and bool(np.isfinite(smooth).all())
-    own, pace = _own_bases(smooth, recording.fps, known.fps) if whole else (None, 1)
-    again = mended(Prior(own_bends(smooth, first.unseen_bends), own, pace))
-    return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+    own, pace = _own_bases(smooth, recording.fps, rate) if whole else (None, 1)
+    return Prior(own_bends(smooth, first.unseen_bends), own, pace)
 
 
 def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | None, int]:

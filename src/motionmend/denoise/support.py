@@ -80,11 +80,11 @@ def support(
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
     missed = np.maximum(
-        np.square(median_filter(_bridged(measured - values), size=(span, 1), mode="mirror")) - left, 0.0
+        np.square(median_filter(bridged(measured - values), size=(span, 1), mode="mirror")) - left, 0.0
     )
     if smooth is not None:
         # in a gap the estimate is no evidence against the library: what is missed on both sides counts
-        missed = np.maximum(missed, np.square(_bridged(np.where(believed, smooth - values, np.nan))))
+        missed = np.maximum(missed, np.square(bridged(np.where(believed, smooth - values, np.nan))))
     kept = max(1, round((1.0 - TRIMMED) * len(missed)))
     usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
     # what a sample says of itself through the bases is no support for it
@@ -103,7 +103,7 @@ def line_support(believed: Floats, present: Bools) -> Support:
     """
     known = np.isfinite(believed)
     strays = [np.var(believed[known[:, c], c]) if known[:, c].any() else np.inf for c in range(known.shape[1])]
-    return Support(_bridged(believed), np.where(present, np.inf, CARRIED * (np.array(strays) + LEAST**2)))
+    return Support(bridged(believed), np.where(present, np.inf, CARRIED * (np.array(strays) + LEAST**2)))
 
 
 def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
@@ -112,7 +112,7 @@ def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
     return float(np.sqrt(apart[believed].mean())) if believed.any() else 0.0
 
 
-def _bridged(values: Floats) -> Floats:
+def bridged(values: Floats) -> Floats:
     """(T, C) with gaps bridged by straight lines; an empty channel is 0."""
     bridged, frames = values.copy(), np.arange(len(values))
     for c in np.flatnonzero(~np.isfinite(values).all(axis=0)):
