@@ -67,7 +67,20 @@ def _app() -> "App":
     from cyclopts import App, Parameter
 
     from .. import __version__
-    from . import compare, corrupt, demo, denoise, fit, inspect, report, reproduce, serve, stream
+    from . import (
+        compare,
+        correct,
+        corrupt,
+        demo,
+        denoise,
+        fit,
+        fit_corrector,
+        inspect,
+        report,
+        reproduce,
+        serve,
+        stream,
+    )
 
     app = App(
         name="motionmend",
@@ -81,7 +94,9 @@ def _app() -> "App":
     _add(app, inspect.inspect)
     app.command(learning)
     _add(learning, fit.denoiser)
+    _add(learning, fit_corrector.corrector)
     _add(app, denoise.denoise)
+    _add(app, correct.correct)
     _add(app, corrupt.corrupt)
     _add(app, compare.compare)
     _add(app, report.report)

@@ -1,0 +1,283 @@
+"""`motionmend correct`: put right what a depth sensor says of a person."""
+
+from collections import Counter
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from .. import __version__
+from ..errors import UsageError
+from .inputs import Input, Job
+from .options import WORKING, WRITING, AsJson, Files, Out, Rate, Working, Writing
+from .output import Done
+from .transform import Forms, transform, write_json
+
+if TYPE_CHECKING:
+    from ..bodies.postures import Postures
+    from ..correct.corrector import CorrectorModel
+
+WRITTEN = (".csv", ".bvh")
+DIGITS = 3  # significant digits of what .mend.json says of each joint
+
+
+def correct(
+    *files: Files,
+    model: Annotated[Path, Parameter(name=["-m", "--model"], help="Model (.mend) from `motionmend fit corrector`.")],
+    out: Out,
+    online: Annotated[
+        bool,
+        Parameter(show_default=False, help="Go on learning, from frames that are reliable and certain, as if live."),
+    ] = False,
+    method: Annotated[str, Parameter(help="How to correct; `default`, or one of the methods it is compared with.")] = (
+        "default"
+    ),
+    fps: Rate = None,
+    format: Annotated[
+        str | None, Parameter(help="csv or bvh: what to write for a folder or several files; csv when not given.")
+    ] = None,
+    as_json: AsJson = False,
+    working: Working = WORKING,
+    writing: Writing = WRITING,
+) -> int:
+    """Correct what depth sensors report: positions of joints, frame by frame.
+
+    Reads Kinect tables (.skl, .csv), KIMORE and LabanotationSuite .csv, NTU .skeleton, UI-PRMD text, UTD-MHAD .mat,
+    Keraal text, Azure Kinect bodies (.json), TRC of Pose2Sim, and tables of joints. The output keeps the sensor's axes,
+    place, times, joints and their names, with a standard deviation (m) and a reliability (0 to 1) of each joint. Beside
+    it stands NAME.mend.json.
+    """
+    from ..correct.corrector import METHODS
+    from ..io.sensor import SENSOR_ENDINGS, looks_like_sensor
+
+    if method not in METHODS:
+        raise UsageError(f"--method: one of {', '.join(METHODS)} was wanted, came {method!r}")
+    if format is not None and f".{format}" not in WRITTEN:
+        raise UsageError(f"--format: one of {', '.join(e[1:] for e in WRITTEN)} was wanted, came {format!r}")
+    task = Correction(method=method, online=online, fps=fps).knowing(model)
+    ending = f".{format or 'csv'}"
+    forms = Forms(
+        SENSOR_ENDINGS,
+        WRITTEN,
+        ending,
+        "sensor's recording of joints",
+        looks_like_sensor,
+        partial(placed, ending=ending),
+    )
+    return transform(
+        task, files, out, sidecars=[".mend.json"], as_json=as_json, working=working, writing=writing, forms=forms
+    )
+
+
+def placed(inputs: list[Input], *, ending: str) -> list[Input]:
+    """Each input with the place of its output: its own without its endings; with them where two would be the same."""
+    short = [replace(one, place=one.place.with_name(_stem(one.place.name) + ending)) for one in inputs]
+    shared = Counter(str(one.place).lower() for one in short)
+    return [
+        new if shared[str(new.place).lower()] == 1 else replace(old, place=old.place.with_name(old.place.name + ending))
+        for old, new in zip(inputs, short, strict=True)
+    ]
+
+
+def _stem(name: str) -> str:
+    """A file's name without its endings: `x_positions.txt.gz` is `x_positions`."""
+    whole = Path(name)
+    return Path(whole.stem).stem if whole.suffix.lower() == ".gz" and Path(whole.stem).suffix else whole.stem
+
+
+@dataclass(frozen=True)
+class Correction:
+    """The options of one command line, and the model they name; called with each file."""
+
+    method: str = "default"
+    online: bool = False
+    fps: float | None = None
+    model: "CorrectorModel | None" = None
+    model_facts: dict[str, str] | None = None
+
+    def knowing(self, path: Path) -> "Correction":
+        """The same options with the model read from its file."""
+        from ..io.model import load_model
+        from ..models import restore
+
+        stored = load_model(path)
+        facts = {"file": path.name, "sha256": stored.sha256}
+        return replace(self, model=restore(stored, path, "corrector"), model_facts=facts)
+
+    def __call__(self, job: Job, /) -> Done:
+        from ..io.sensor import read_postures
+        from ..io.sensor_source import warnings_of
+
+        assert self.model is not None
+        start = perf_counter()
+        sensor = read_postures(job.source, fps=self.fps)
+        was_read = perf_counter()
+        corrected = self.model.correct(sensor, online=self.online, method=self.method)
+        seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
+        warnings = (*warnings_of(sensor.source), *getattr(corrected.source, "warnings", ()))
+        return self._save(job, sensor, corrected, warnings, seconds)
+
+    def _save(
+        self,
+        job: Job,
+        sensor: "Postures",
+        corrected: "Postures",
+        warnings: tuple[str, ...],
+        seconds: dict[str, float],
+    ) -> Done:
+        """Write the output and what is said of it."""
+        start = perf_counter()
+        counts = counted(sensor, corrected)
+        reliability = _spread(corrected.reliability, sensor.names, corrected.present)
+        facts = {
+            "version": __version__,
+            "input": job.source.name,
+            "output": job.target.name,
+            "model": self.model_facts,
+            "options": {"method": self.method, "online": self.online, "fps": self.fps},
+            "method": self.method,
+            "frames": sensor.frames,
+            "fps": sensor.fps,
+            "counts": counts,
+            "channels": channels(sensor, corrected),
+            "reliability": reliability,
+            "std": _spread(corrected.std, sensor.names, corrected.present),
+            "warnings": warnings,
+            "guesses": sensor.guesses,
+        }
+        frame_ms = _frame_ms(corrected, seconds["correct"])
+        with ExitStack() as whole:  # both files appear together, or none
+            from ..io.atomic import atomic
+
+            table = whole.enter_context(atomic(job.target))
+            _write(table, corrected)
+            seconds = {**seconds, "write": perf_counter() - start}
+            seconds["total"] = sum(seconds.values())
+            rounded = {name: round(value, 4) for name, value in seconds.items()}
+            write_json(job.beside(".mend.json"), {**facts, "seconds": {**rounded, "frame_ms": frame_ms}})
+        said = {
+            "input": job.source,
+            "output": job.target,
+            "frames": sensor.frames,
+            "joints": len(sensor.names),
+            "seconds": seconds,
+            "frame_ms": frame_ms,
+            "counts": counts,
+            "reliability": reliability["all"],
+            "refused_frames": refused(corrected),
+            "warnings": warnings,
+            "guesses": sensor.guesses,
+        }
+        empty = f", {counts['empty_frames']} without the person" if counts["empty_frames"] else ""
+        mean = reliability["all"]["mean"]
+        line = (
+            f"{job.source}: {sensor.frames} frames{empty}, moved by {counts['moved_cm']} cm, "
+            f"reliability {mean if mean is not None else 'unknown'}: {job.target}"
+        )
+        return Done(said, line=line, warnings=warnings, guesses=sensor.guesses)
+
+
+def counted(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
+    """How many samples (frames x joints) the sensor tracked, inferred and lacked, and how far they were moved (cm)."""
+    there, now = sensor.present, corrected.present
+    moved = np.linalg.norm(corrected.positions - sensor.positions, axis=2)[there & now]
+    counts: dict[str, Any] = {
+        "samples": int(there.size),
+        "measured": int(there.sum()),
+        "filled": int((now & ~there).sum()),
+        "left_open": int((~now).sum()),
+        "empty_frames": int((~now.any(axis=1)).sum()),
+    }
+    if sensor.state is not None:
+        counts |= {"tracked": int((sensor.state == 2).sum()), "inferred": int((sensor.state == 1).sum())}
+        counts["not_tracked"] = int((sensor.state == 0).sum())
+    counts["refused_frames"] = len(refused(corrected))
+    counts["moved_cm"] = round(100 * float(np.median(moved)), 2) if moved.size else None
+    for name, frames in flagged(corrected).items():
+        counts.setdefault(f"{name}_frames", len(frames))
+    return counts
+
+
+def channels(sensor: "Postures", corrected: "Postures") -> dict[str, dict[str, int]]:
+    """Of each joint how many frames the sensor gave, and how many were moved by more than their own deviation,
+    filled and left open."""
+    there, now = sensor.present, corrected.present
+    moved = np.linalg.norm(
+        np.where(there & now, 1.0, 0.0)[:, :, None] * np.nan_to_num(corrected.positions - sensor.positions), axis=2
+    )
+    repaired = there & now & (moved > 0)
+    return {
+        name: {
+            "measured": int((there[:, k] & now[:, k] & ~repaired[:, k]).sum()),
+            "repaired": int(repaired[:, k].sum()),
+            "filled": int((now[:, k] & ~there[:, k]).sum()),
+            "left_open": int((~now[:, k]).sum()),
+        }
+        for k, name in enumerate(sensor.names)
+    }
+
+
+def flagged(corrected: "Postures") -> dict[str, list[int]]:
+    """Frames by what the corrector noted about them: swapped sides, turned around, refused."""
+    flags, names = getattr(corrected.source, "flags", None), getattr(corrected.source, "flag_names", ())
+    if flags is None:
+        return {}
+    whole = np.asarray(flags).reshape(corrected.frames, -1)
+    return {name: np.flatnonzero(((whole >> bit) & 1).any(axis=1)).tolist() for bit, name in enumerate(names) if name}
+
+
+def refused(corrected: "Postures") -> list[int]:
+    """Frames that the corrector was not sure enough of to change."""
+    return flagged(corrected).get("refused", [])
+
+
+def _spread(values: Any, names: tuple[str, ...], present: Any) -> dict[str, dict[str, float | None]]:
+    """Mean and 5th percentile of a quantity of all joints and of each, where the joint has a position."""
+
+    def of(some: Any) -> dict[str, float | None]:
+        if not some.size:
+            return {"mean": None, "p05": None, "p95": None}
+        return {
+            "mean": _short(float(some.mean())),
+            "p05": _short(float(np.percentile(some, 5))),
+            "p95": _short(float(np.percentile(some, 95))),
+        }
+
+    if values is None:
+        return {"all": of(np.empty(0))}
+    known = present & np.isfinite(values)
+    each = {name: of(values[known[:, k], k]) for k, name in enumerate(names)}
+    return {"all": of(values[known]), **each}
+
+
+def _frame_ms(corrected: "Postures", whole: float) -> dict[str, float | None]:
+    """Milliseconds of a frame: of each, where the corrector took the time of each, else of all by their number."""
+    each = getattr(corrected.source, "seconds", None)
+    mean = 1000 * whole / corrected.frames if corrected.frames else None
+    if each is None or not len(each):
+        return {"mean": mean, "p50": mean, "p95": mean, "max": mean}
+    times = 1000 * np.asarray(each, dtype=np.float64)
+    times = times[1:] if len(times) > 1 else times  # the first loads and compiles
+    p50, p95 = (float(value) for value in np.percentile(times, [50, 95]))
+    return {"mean": mean, "p50": p50, "p95": p95, "max": float(times.max())}
+
+
+def _write(path: Path, corrected: "Postures") -> None:
+    if path.suffix.lower() == ".bvh":
+        from ..bodies.posed_skeleton import motion_of
+        from ..io.bvh import write_bvh
+
+        write_bvh(path, motion_of(corrected))
+        return
+    from ..io.joint_table import write_joint_table
+
+    write_joint_table(path, corrected)
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,147 @@
+"""`motionmend fit corrector`: learn what a sensor gets wrong from pairs of its recordings and the truth."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from ..batch import Failure, one_blas_thread, run
+from ..errors import FileError, UsageError
+from .options import WORKING, AsJson, Force, Rate, SkeletonFile, Working
+from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
+
+if TYPE_CHECKING:
+    from ..correct.pairs import Matched
+    from ..io.pairs_list import Listed
+
+
+def corrector(
+    pairs: Annotated[
+        Path,
+        Parameter(help="List of pairs (.csv) with the columns sensor, truth, offset_s; paths relative to the list."),
+    ],
+    /,
+    *,
+    out: Annotated[Path, Parameter(name=["-o", "--out"], help="The model to write; ends in .mend.")],
+    fps: Rate = None,
+    skeleton: SkeletonFile = None,
+    keep_strange: Annotated[
+        bool,
+        Parameter(show_default=False, help="Learn also from pairs whose truth does not look like what was sensed."),
+    ] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    working: Working = WORKING,
+) -> int:
+    """Learn a corrector from pairs of a sensor's recording and the truth, recorded at the same time.
+
+    offset_s: the sensor's time + offset = the truth's time, in seconds; where it is blank it is estimated. The truth
+    may be markers, joints or joint angles, in axes of its own: each is brought to the sensor's frame by one rigid
+    motion. A pair that cannot be read is reported and left out; so is one that does not belong together.
+    """
+    from ..correct.corrector import Corrector
+    from ..correct.pairing import Pair
+    from ..io.pairs_list import read_pairs_list
+    from ..models import save_model
+
+    if out.suffix.lower() != ".mend":
+        raise UsageError(f"-o: a model's name ends in .mend, came {out}")
+    if out.exists() and not force:
+        raise FileError(f"{out} is there already: --force overwrites it")
+    start = perf_counter()
+    listed = read_pairs_list(working.reachable(pairs))
+    found, failures, guesses = _read(listed, fps, skeleton and working.reachable(skeleton), working)
+    tell_guesses(guesses)
+    for one in found:
+        for warning in one.matched.warnings:
+            say(f"warning ({one.listed.sensor}): {warning}")
+    left_out = [] if keep_strange else _left_out(found)
+    apart = {one["line"] for one in left_out}
+    used = [one for one in found if one.listed.line not in apart]
+    for entry in left_out:
+        say(f"{entry['sensor']} is left out: {entry['why']}")
+    if not used:
+        raise FileError(f"{out} not written: no pair of {pairs} can be learned from")
+    was_read = perf_counter()
+    with one_blas_thread():
+        model = Corrector().fit([Pair(one.matched.sensor, one.matched.truth) for one in used])
+    was_fitted = perf_counter()
+    out.parent.mkdir(parents=True, exist_ok=True)
+    sha256 = save_model(out, model)
+    notes = tuple(getattr(model, "notes", ()))
+    for note in notes:
+        say(f"note: {note}")
+    frames = sum(one.matched.sensor.frames for one in used)
+    facts: dict[str, Any] = {
+        "output": out,
+        "kind": "corrector",
+        "sha256": sha256,
+        "pairs": len(used),
+        "frames": frames,
+        "joints": used[0].matched.sensor.names,
+        "offsets_s": {str(one.listed.sensor): round(one.matched.offset, 4) for one in used},
+        "error_cm": {str(one.listed.sensor): round(100 * one.matched.mean_error, 2) for one in used},
+        "left_out": left_out,
+        "failed": len(failures),
+        "warnings": [*notes, *(w for one in found for w in one.matched.warnings)],
+        "guesses": list(guesses),
+        "seconds": {"read": was_read - start, "fit": was_fitted - was_read, "total": perf_counter() - start},
+    }
+    if as_json:
+        print(json_line(facts))
+    aside = f", {len(left_out)} left out" if left_out else ""
+    say(f"{len(used)} pairs, {frames} frames{aside}: {out}")
+    return exit_code(failures)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A row of the list and its recordings, brought together."""
+
+    listed: "Listed"
+    matched: "Matched"
+
+
+def together(listed: "Listed", /, *, fps: float | None, skeleton: Path | None) -> "Matched":
+    """Read a pair and bring it together; a task for `batch.run`."""
+    from ..correct.pairs import match
+    from ..io.sensor import read_postures
+    from ..io.truth import read_truth
+
+    sensor = read_postures(listed.sensor, fps=fps)
+    return match(sensor, read_truth(listed.truth, skeleton=skeleton), listed.offset)
+
+
+def _read(
+    listed: "tuple[Listed, ...]", fps: float | None, skeleton: Path | None, working: Working
+) -> tuple[list[_Found], list[Failure], dict[str, list[Path]]]:
+    """All pairs that can be read, why the others cannot, and what was guessed of which file."""
+    task = partial(together, fps=fps, skeleton=skeleton)
+    with progress(len(listed)) as advance:
+        outcomes = run(task, listed, jobs=working.width, cluster=working.cluster, on_done=lambda outcome: advance())
+    found, failures = [], []
+    guesses: dict[str, list[Path]] = {}
+    for outcome in outcomes:
+        if outcome.failure is not None:
+            tell_failure(outcome.item.sensor, outcome.failure, as_json=False, debug=working.debug)
+            failures.append(outcome.failure)
+        elif outcome.value is not None:
+            found.append(_Found(outcome.item, outcome.value))
+            for guess in (*outcome.value.sensor.guesses, *outcome.value.truth.guesses):
+                guesses.setdefault(guess, []).append(outcome.item.sensor)
+    return found, failures, guesses
+
+
+def _left_out(found: list[_Found]) -> list[dict[str, Any]]:
+    """The pairs that do not belong together, and why."""
+    from ..correct.pairs import strange
+
+    reasons = strange([one.matched for one in found])
+    return [
+        {"line": one.listed.line, "sensor": str(one.listed.sensor), "truth": str(one.listed.truth), "why": why}
+        for one, why in zip(found, reasons, strict=True)
+        if why
+    ]
