@@ -1,0 +1,107 @@
+"""What correction needs to know of a joint set: its tree, its two sides, its trunk."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..bodies.joint_sets import correspondence, meanings, mirrored, parents
+
+TRUNK = ("pelvis", "spine", "chest", "neck_base", "l_clavicle", "r_clavicle", "l_shoulder", "r_shoulder")
+TRUNK = (*TRUNK, "l_hip", "r_hip")
+ACROSS = ("clavicle", "shoulder", "hip")
+
+
+@dataclass(frozen=True, eq=False)
+class Anatomy:
+    """A joint set as correction sees it.
+
+    Attributes
+    ----------
+    names : (J,).
+    parents : (J,) -1 for a root.
+    mirror : (J,) the joint on the other side, its own number in the middle.
+    bones : (B, 2) parent and child.
+    across : (P, 2) left and right joints of the trunk, which show where the person faces.
+    trunk : (J,) joints of the trunk.
+    upper, lower : joints that lie above and below one another in a person who stands or sits.
+    """
+
+    names: tuple[str, ...]
+    parents: Ints
+    mirror: Ints
+    bones: Ints
+    across: Ints
+    trunk: Bools
+    upper: Ints
+    lower: Ints
+
+    @property
+    def pairs(self) -> Ints:
+        """(M, 2) left and right joints, each pair once."""
+        return np.array([(k, m) for k, m in enumerate(self.mirror) if k < m], dtype=np.int64).reshape(-1, 2)
+
+    def neighbours(self, joint: int) -> list[int]:
+        """The joint itself and those that share a bone with it (section 4.1)."""
+        near = {joint, *self.bones[self.bones[:, 0] == joint, 1], *self.bones[self.bones[:, 1] == joint, 0]}
+        return sorted(int(one) for one in near)
+
+
+def anatomy(names: Sequence[str]) -> Anatomy:
+    """The anatomy of a joint set, by what its names mean."""
+    above, meant, other = parents(names), meanings(names), mirrored(names)
+    place = {meaning: k for k, meaning in enumerate(meant) if meaning}
+    bones = [(int(p), k) for k, p in enumerate(above) if p >= 0]
+    across = [(place[f"l_{one}"], place[f"r_{one}"]) for one in ACROSS if {f"l_{one}", f"r_{one}"} <= place.keys()]
+    trunk = np.array([meaning in TRUNK for meaning in meant], dtype=np.bool_)
+    return Anatomy(
+        tuple(names),
+        above,
+        other,
+        np.array(bones, dtype=np.int64).reshape(-1, 2),
+        np.array(across, dtype=np.int64).reshape(-1, 2),
+        trunk if trunk.any() else np.ones(len(trunk), dtype=np.bool_),
+        _places(place, "head", "neck", "neck_base", "l_shoulder", "r_shoulder"),
+        _places(place, "pelvis", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle"),
+    )
+
+
+def following(names: Sequence[str], known: Bools) -> Floats:
+    """How joints without a value of their own take it from their neighbours in the tree.
+
+    Parameters
+    ----------
+    names : (J,).
+    known : (J,) joints that have a value.
+
+    Returns
+    -------
+    (J, J) rows that average over known joints: each unknown joint is the mean of its neighbours, solved together; a
+    part of the tree without any known joint takes the mean of all.
+    """
+    count = len(names)
+    laplacian = np.zeros((count, count))
+    for child, parent in enumerate(parents(names)):
+        if parent >= 0:
+            laplacian[[child, parent], [child, parent]] += 1.0
+            laplacian[[child, parent], [parent, child]] -= 1.0
+    rows = np.zeros((count, count))
+    have, lack = np.flatnonzero(known), np.flatnonzero(~known)
+    if not len(have):
+        return rows
+    rows[have, have] = 1.0
+    if len(lack):
+        inner = laplacian[np.ix_(lack, lack)] + 1e-9 * np.eye(len(lack))
+        outer = 1e-9 / len(have) - laplacian[np.ix_(lack, have)]
+        rows[np.ix_(lack, have)] = np.linalg.solve(inner, outer)
+    return rows
+
+
+def matched(source: Sequence[str], target: Sequence[str]) -> Ints:
+    """(J of target,) the joint of `source` that means the same; -1 where none does."""
+    return correspondence(source, target)
+
+
+def _places(place: dict[str, int], *wanted: str) -> Ints:
+    return np.array([place[one] for one in wanted if one in place], dtype=np.int64)

@@ -1,0 +1,328 @@
+"""The corrector: settings, learning, and the fitted model that corrects live frames and recordings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Ints
+from ..bodies.postures import Postures
+from ..errors import MismatchError, UsageError
+from ..numerics.factors import Factors
+from .anatomy import anatomy, following, matched
+from .follow import Followed
+from .learning import going_well, learned_factors, lessons, model_anatomy, usual_unsteadiness
+from .normalise import Standard
+from .pairing import Pair
+from .reliability import Detector
+from .spatial import Committee, fit_committee, shape_features
+from .watching import Sight, Watcher, acquainted, fresh, look, rows_of
+
+METHODS = ("default",)
+
+
+@dataclass(frozen=True)
+class Corrector:
+    """How to learn a corrector.
+
+    Attributes
+    ----------
+    members : Gaussian processes of the committee.
+    size : samples of each.
+    seed : of the choice of samples.
+    """
+
+    members: int = 4
+    size: int = 400
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.members < 1 or self.size < 2:
+            raise UsageError(f"a committee needs members with samples, came {self.members} with {self.size}")
+
+    def fit(self, pairs: Sequence[Pair]) -> "CorrectorModel":
+        """Learn from pairs of a sensor's recordings and the truth.
+
+        Raises
+        ------
+        MismatchError : no pairs, or none in which the sensor shows a person.
+        """
+        body = model_anatomy(pairs)
+        taught, standard = lessons(pairs, body)
+        good = going_well(taught)
+        known = [
+            np.isfinite(one.standard).all(axis=(1, 2)) & np.isfinite(one.offsets).any(axis=(1, 2)) for one in taught
+        ]
+        samples = np.concatenate(
+            [one.standard[k & g.all(axis=1)] for one, k, g in zip(taught, known, good, strict=True)]
+        )
+        offsets = np.concatenate(
+            [one.offsets[k & g.all(axis=1)] for one, k, g in zip(taught, known, good, strict=True)]
+        )
+        if not len(samples):
+            raise MismatchError("wanted frames with all of the sensor's joints and some truth, came none")
+        return CorrectorModel(
+            self,
+            body.names,
+            standard,
+            learned_factors(taught, good, body),
+            usual_unsteadiness(taught, good, body),
+            fit_committee(samples, offsets, body, self.members, self.size, self.seed),
+            np.isfinite(offsets).all(axis=2).mean(axis=0) > 0.05,
+            len(pairs),
+            len(samples),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Joining:
+    """How a recording's joints go with the model's: by meaning, and what has no partner follows its neighbours.
+
+    Attributes
+    ----------
+    to_model : (J of model,) the recording's joint of each of the model's, -1 = none.
+    spread : (J, J of model) how the model's shifts move the recording's joints.
+    """
+
+    names: tuple[str, ...]
+    to_model: Ints
+    spread: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectorState:
+    """One client's correction between two frames."""
+
+    joining: Joining
+    fps: float
+    sight: Sight
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """One corrected frame of J joints.
+
+    Attributes
+    ----------
+    positions : (J, 3) m, finite where anything is known.
+    std : (J,) m, of a coordinate.
+    reliability : (J,) in [0, 1], of what the sensor said.
+    flags : words about the frame: "swapped", "refused", "held".
+    """
+
+    positions: Floats
+    std: Floats
+    reliability: Floats
+    flags: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectorModel:
+    """A fitted corrector.
+
+    Attributes
+    ----------
+    settings : it was learned with.
+    names : (J,) joints of the sensor it was learned on.
+    standard : the body that others are brought to.
+    factors : how the sensor sees people stand and move.
+    detector : how its failures look.
+    committee : the offsets.
+    paired : (J,) joints of which some truth was known.
+    pairs, frames : how many it was learned from.
+    """
+
+    settings: Corrector
+    names: tuple[str, ...]
+    standard: Standard
+    factors: Factors
+    detector: Detector
+    committee: Committee
+    paired: Bools
+    pairs: int
+    frames: int
+
+    def __post_init__(self) -> None:
+        body = anatomy(self.names)
+        object.__setattr__(self, "_watcher", Watcher(body, self.standard, self.factors, self.detector))
+        object.__setattr__(self, "_following", following(self.names, self.paired))
+
+    @property
+    def watcher(self) -> Watcher:
+        """What looks at frames."""
+        found: Watcher = self.__dict__["_watcher"]
+        return found
+
+    def start(self, names: Sequence[str], fps: float = 30.0) -> CorrectorState:
+        """The state before a client's first frame.
+
+        Parameters
+        ----------
+        names : of the client's joints.
+        fps : Hz, nominal.
+
+        Raises
+        ------
+        MismatchError : the joints have too little in common with the model's.
+        UsageError : fps is not above 0.
+        """
+        if not fps > 0:
+            raise UsageError(f"a rate above 0 Hz was wanted, came {fps}")
+        return CorrectorState(self._joining(tuple(names)), float(fps), fresh(self.watcher))
+
+    def _joining(self, names: tuple[str, ...]) -> Joining:
+        to_model = matched(names, self.names)
+        if (to_model >= 0).sum() < 4:
+            raise MismatchError(
+                f"wanted at least 4 joints that the model knows ({', '.join(self.names[:6])}, ...), came "
+                f"{int((to_model >= 0).sum())} among {', '.join(names[:6])}, ..."
+            )
+        back = np.full(len(names), -1, dtype=np.int64)
+        for k, joint in enumerate(to_model):
+            if joint >= 0:
+                back[joint] = k
+        own = np.zeros((len(names), len(self.names)))
+        have = np.flatnonzero(back >= 0)
+        own[have, back[have]] = 1.0
+        return Joining(names, to_model, following(names, back >= 0) @ own)
+
+    def step(
+        self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
+    ) -> tuple[CorrectorState, Corrected]:
+        """Correct one frame.
+
+        Parameters
+        ----------
+        state : after the frame before.
+        positions : (J, 3) m; what is not finite is missing.
+        states : (J,) 2 tracked, 1 inferred, 0 not tracked; None where the sensor does not say.
+        time : s.
+
+        Returns
+        -------
+        The state after this frame, and the corrected frame.
+        """
+        joining = state.joining
+        given = np.asarray(positions, dtype=np.float64)
+        rows = rows_of(joining.to_model, given)
+        told = None if states is None else _states_of(joining, np.asarray(states))
+        sight = look(self.watcher, state.sight, rows, told, float(time))
+        moved, std = self._moved(sight)
+        corrected = self._outward(joining, given[None], [sight], moved[None], std[None])
+        flags = _words(sight)
+        return replace(state, sight=sight), Corrected(corrected[0][0], corrected[1][0], corrected[2][0], flags)
+
+    def correct(self, postures: Postures, online: bool = False, method: str = "default") -> Postures:
+        """Correct a recording.
+
+        Parameters
+        ----------
+        postures : any joint set that has joints in common with the model's.
+        online : learn from the recording while correcting it.
+        method : one of `METHODS`.
+
+        Returns
+        -------
+        The same joints, frames and times, with `std` and `reliability`.
+
+        Raises
+        ------
+        UsageError : unknown method.
+        """
+        if method not in METHODS:
+            raise UsageError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}")
+        fps = postures.fps if np.isfinite(postures.fps) and postures.fps > 0 else 30.0
+        state = self.start(postures.names, fps)
+        rows = rows_of(state.joining.to_model, postures.positions)
+        state = replace(state, sight=acquainted(self.watcher, rows, state.sight))
+        positions = np.array(postures.positions)
+        std, reliability = np.zeros(positions.shape[:2]), np.zeros(positions.shape[:2])
+        for t in range(postures.frames):
+            told = None if postures.state is None else postures.state[t]
+            state, frame = self.step(state, postures.positions[t], told, float(postures.times[t]))
+            positions[t], std[t], reliability[t] = frame.positions, frame.std, frame.reliability
+        return replace(postures, positions=positions, std=std, reliability=reliability)
+
+    def _moved(self, sight: Sight) -> tuple[Floats, Floats]:
+        """(J, 3) the corrected posture in standard form and (J,) its standard deviation."""
+        followed = sight.followed
+        offsets, variance = self.committee.predict(shape_features(followed.posture[None], self.watcher.body))
+        whole = self.__dict__["_following"] @ offsets[0]
+        return followed.posture + whole, np.sqrt(variance[0] + followed.std**2)
+
+    def _outward(
+        self, joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        positions, deviations, reliability = [], [], []
+        for raw, sight, posture, sigma in zip(given, sights, moved, std, strict=True):
+            here = sight.placement.outward(posture[None])[0]
+            if sight.upright is not None:
+                here = here @ sight.upright
+            old = rows_of(joining.to_model, raw)
+            joint = np.where((joining.to_model >= 0) & np.isfinite(old).all(axis=1), True, False)
+            shift = np.where(joint[:, None], here - old, 0.0)
+            placed = np.array(raw)
+            own = joining.spread @ shift
+            placed = np.where(np.isfinite(raw), raw + own, np.nan)
+            for k, j in enumerate(joining.to_model):
+                if j >= 0:
+                    placed[j] = here[k]
+            trust = np.where(joint, 1.0 - sight.followed.failing, 0.0)
+            share = np.abs(joining.spread)
+            positions.append(placed)
+            deviations.append(share @ (sigma * sight.placement.scale[0]))
+            reliability.append(np.where(np.isfinite(raw).all(axis=1), np.clip(share @ trust, 0.0, 1.0), 0.0))
+        return np.stack(positions), np.stack(deviations), np.stack(reliability)
+
+    def to_arrays(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Arrays and a JSON-able header from which `from_arrays` makes the model again."""
+        arrays: dict[str, Any] = {
+            "standard.lengths": self.standard.lengths,
+            "standard.trunk": self.standard.trunk,
+            "paired": self.paired,
+        }
+        arrays |= {f"factors.{name}": getattr(self.factors, name) for name in ("mean", "loadings", "rates", "noise")}
+        arrays |= {f"detector.{name}": value for name, value in self.detector.to_arrays().items()}
+        arrays |= {f"committee.{name}": value for name, value in self.committee.to_arrays().items()}
+        header = {
+            "names": list(self.names),
+            "pairs": self.pairs,
+            "frames": self.frames,
+            "members": self.settings.members,
+            "size": self.settings.size,
+            "seed": self.settings.seed,
+        }
+        return arrays, header
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Any], header: Mapping[str, Any]) -> "CorrectorModel":
+        """The model that `to_arrays` took apart."""
+
+        def below(prefix: str) -> dict[str, Any]:
+            return {name[len(prefix) :]: value for name, value in arrays.items() if name.startswith(prefix)}
+
+        return cls(
+            Corrector(header["members"], header["size"], header["seed"]),
+            tuple(header["names"]),
+            Standard(arrays["standard.lengths"], arrays["standard.trunk"]),
+            Factors(**below("factors.")),
+            Detector.from_arrays(below("detector.")),
+            Committee.from_arrays(below("committee.")),
+            arrays["paired"],
+            header["pairs"],
+            header["frames"],
+        )
+
+
+def _states_of(joining: Joining, states: Bytes) -> Bytes:
+    return np.where(joining.to_model >= 0, states[joining.to_model], 0).astype(np.uint8)
+
+
+def _words(sight: Sight) -> tuple[str, ...]:
+    held = bool((sight.followed.failing > 0.5).any())
+    said = {"swapped": bool(sight.swapped.any()), "refused": sight.refused, "held": held}
+    return tuple(word for word, true in said.items() if true)
+
+
+__all__ = ["METHODS", "Corrected", "Corrector", "CorrectorModel", "CorrectorState", "Followed", "Pair"]

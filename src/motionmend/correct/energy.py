@@ -1,0 +1,106 @@
+"""The energy of section 4.5: what the offsets, the past and the reliable joints say, weighed against each other.
+
+Eq. 22 is quadratic in the offset Y, and each joint's coordinates stand alone in it, so its minimum is one division:
+
+    (w_S / v + w_T + w_R r^2) Y = w_S mu / v + w_T (2 M_1 - M_2 - X)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Floats
+
+
+class Weights(NamedTuple):
+    """Of the spatial, the temporal and the reliability term (section 4.5)."""
+
+    spatial: float = 0.6
+    temporal: float = 0.2
+    reliability: float = 0.2
+
+
+class Terms(NamedTuple):
+    """What the energy of one frame is made of.
+
+    observed (J, 3) is the sensor's posture, offset (J, 3) what the spatial term says, steady (J, 3) where the posture
+    would be if it went on as it did (2 M_1 - M_2), reliability (J,) in [0, 1].
+    """
+
+    observed: Floats
+    offset: Floats
+    steady: Floats | None
+    reliability: Floats
+
+
+def energy(offset: Floats, terms: Terms, weights: Weights) -> float:
+    """The value of eq. 22 at an offset (J, 3)."""
+    value = weights.spatial * float(((offset - terms.offset) ** 2).sum())
+    value += weights.reliability * float((terms.reliability[:, None] ** 2 * offset**2).sum())
+    if terms.steady is not None:
+        value += weights.temporal * float(((offset + terms.observed - terms.steady) ** 2).sum())
+    return value
+
+
+def solved(terms: Terms, weights: Weights | tuple[Floats, Floats, Floats]) -> Floats:
+    """(J, 3) the offset at which the energy is least.
+
+    Parameters
+    ----------
+    terms : of the frame.
+    weights : the same for all joints, or three arrays (J,).
+    """
+    spatial, temporal, reliability = (np.broadcast_to(w, terms.reliability.shape)[:, None] for w in weights)
+    matrix = spatial + reliability * terms.reliability[:, None] ** 2
+    right = spatial * terms.offset
+    if terms.steady is not None:
+        matrix = matrix + temporal
+        right = right + temporal * (terms.steady - terms.observed)
+    return np.asarray(right / matrix)
+
+
+def sampled(
+    terms: Terms, weights: Weights, start: Floats, rng: np.random.Generator, samples: int = 24, rounds: int = 40
+) -> Floats:
+    """(J, 3) the paper's descent: postures about the best one so far are tried, the best one leads the next round.
+
+    Parameters
+    ----------
+    terms, weights : of the energy.
+    start : (J, 3) the offset that leads from the sensor's posture to the last result.
+    rng : of the postures tried.
+    samples : tried in a round.
+    rounds : at most.
+
+    Notes
+    -----
+    The reach of a round doubles when it finds a better posture and halves when not; it starts at the distance to the
+    spatial term's offset. Every other sample goes along the gradient.
+    """
+    best = np.array(start)
+    least = energy(best, terms, weights)
+    reach = max(float(np.sqrt(((terms.offset - start) ** 2).mean())), 1e-4)
+    for _ in range(rounds):
+        slope = _gradient(best, terms, weights)
+        norm = float(np.sqrt((slope**2).mean()))
+        steps = reach * rng.standard_normal((samples, *best.shape)) * rng.uniform(0.1, 1.0, (samples, 1, 1))
+        if norm > 0:
+            steps[::2] -= slope / norm * reach * rng.uniform(0.0, 4.0, (len(steps[::2]), 1, 1))
+            steps[0] = -slope / norm * reach
+        values = [energy(best + step, terms, weights) for step in steps]
+        k = int(np.argmin(values))
+        if values[k] < least:
+            best, least, reach = best + steps[k], values[k], 1.5 * reach
+        else:
+            reach *= 0.5
+        if reach < 1e-5:
+            break
+    return best
+
+
+def _gradient(offset: Floats, terms: Terms, weights: Weights) -> Floats:
+    slope = weights.spatial * (offset - terms.offset)
+    slope = slope + weights.reliability * terms.reliability[:, None] ** 2 * offset
+    if terms.steady is not None:
+        slope = slope + weights.temporal * (offset + terms.observed - terms.steady)
+    return np.asarray(2.0 * slope)

@@ -1,0 +1,139 @@
+"""A sensor's posture followed through failures: which joints fail, and where those that do would have been.
+
+A few factors explain how sensors see people move. What the trusted joints and the past say of the factors tells where
+every joint is to be expected, with a variance. A joint that is far from there, judged by all others, is not trusted; the
+joints that are not trusted take the expected places. All is in standard form (normalise.py).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Floats
+from ..numerics import factors as model
+from ..numerics.factors import Belief, Factors
+from .reliability import Detector, chain_forward
+
+HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not explain is learned while it is seen
+ROUNDS = 2  # of weighing the joints by what the others say
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What is known of the sensor's posture.
+
+    Attributes
+    ----------
+    belief : of the factors, this frame included.
+    own : (J, 3) what is this person's own in the shape, beyond the factors.
+    failing : (J,) probability that the joint fails.
+    forecast : (J,) the same before this frame was seen.
+    jerk : (J,) running size of second differences, by the usual one.
+    posture : (J, 3) with the joints that fail where they are expected.
+    std : (J,) of a coordinate of `posture`.
+    features : (J, F) the evidence.
+    """
+
+    belief: Belief
+    own: Floats
+    failing: Floats
+    forecast: Floats
+    jerk: Floats
+    posture: Floats
+    std: Floats
+    features: Floats
+
+
+def begin(factors: Factors) -> Followed:
+    """Before the first frame."""
+    count = len(factors.mean)
+    zero = np.zeros(count)
+    return Followed(
+        model.start(factors),
+        np.zeros((count, 3)),
+        np.full(count, 0.05),
+        np.full(count, 0.05),
+        zero,
+        factors.mean,
+        zero,
+        np.zeros((count, 8)),
+    )
+
+
+def follow(
+    factors: Factors,
+    detector: Detector,
+    before: Followed,
+    standard: Floats,
+    seconds: float,
+    step: tuple[Floats, Floats],
+    raw: Floats,
+    bones: tuple[Floats, Floats],
+    told: Floats,
+) -> Followed:
+    """One frame on.
+
+    Parameters
+    ----------
+    standard : (J, 3) the sensor's posture in standard form, NaN = missing.
+    seconds : since the frame before; 0 for the first.
+    step : matrix and noise of the factors' process over that time.
+    raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
+    bones : two (J,) of `bone_features`.
+    told : (J, 3) of `state_features`.
+    """
+    forecast = model.ahead(before.belief, *step) if seconds > 0 else before.belief
+    present = np.isfinite(standard).all(axis=1)
+    values = np.where(present[:, None], standard, factors.mean) - factors.mean - before.own
+    jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)
+    expected, cov = model.expected(factors, forecast)
+    own_variance = factors.noise
+    first = _distance(values - expected, cov, own_variance)
+    features = np.column_stack([first, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
+    chance, failing = chain_forward(before.failing, detector.evidence(features), seconds)
+    belief = forecast
+    for _ in range(ROUNDS):
+        trust = np.where(present, 1.0 - failing, 0.0)
+        trust = np.where(trust > 0.02, trust, 0.0)
+        precision = trust / own_variance
+        belief = model.seen(factors, forecast, values, precision)
+        expected, cov = model.expected(factors, belief)
+        left = _left_out(values - expected, cov, own_variance, precision)
+        features = np.column_stack([left, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
+        _, failing = chain_forward(before.failing, detector.evidence(features), seconds)
+    failing = np.where(present, failing, 1.0)
+    trust = np.where(present, 1.0 - failing, 0.0)[:, None]
+    posture = np.where(present[:, None], trust * values, 0.0) + (1.0 - trust) * expected
+    gain = 1.0 - np.exp(-max(seconds, 1.0 / 30.0) / HOLD_SECONDS)
+    rest = np.where(present[:, None], values - expected, 0.0)
+    own = before.own + np.where(trust > 0.5, gain * trust * rest, 0.0)
+    unsure = np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + own_variance)
+    return Followed(
+        belief,
+        own,
+        failing,
+        chance,
+        jerk,
+        posture + factors.mean + before.own,
+        (1.0 - trust[:, 0]) * unsure,
+        features,
+    )
+
+
+def _distance(rest: Floats, cov: Floats, noise: Floats) -> Floats:
+    """(J,) log(1 + Mahalanobis distance) of the residuals (J, 3)."""
+    whole = cov + noise[:, None, None] * np.eye(3)
+    square = (rest * np.linalg.solve(whole, rest[..., None])[..., 0]).sum(axis=1)
+    return np.log1p(np.sqrt(np.maximum(square, 0.0)))
+
+
+def _left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Floats:
+    """(J,) the same with the joint itself left out of the belief, by its leverage (as in PRESS).
+
+    With leverage h = cov * precision the residual without the joint is (1 - h)^-1 rest, and its covariance is
+    noise + cov (1 - h)^-1.
+    """
+    identity = np.eye(3)
+    keep = identity - cov * precision[:, None, None]
+    free = np.linalg.solve(keep + 1e-6 * identity, np.concatenate([rest[..., None], cov], axis=2))
+    return _distance(free[..., 0], 0.5 * (free[..., 1:] + free[..., 1:].swapaxes(1, 2)), noise)

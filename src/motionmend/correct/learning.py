@@ -1,0 +1,173 @@
+"""From pairs of recordings to samples in standard form, and from those to what a corrector knows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from ..bodies.postures import Postures
+from ..errors import MismatchError
+from ..numerics.factors import Factors, fit_factors
+from .anatomy import Anatomy, anatomy, matched
+from .normalise import Placement, Standard, bone_lengths, facing, origins, sizes, turns, upright
+from .pairing import Pair
+from .reliability import Detector
+from .spatial import mirrored_postures
+
+STEP_SECONDS = 0.2  # steps of time longer than this say nothing of speed
+STRANGE = 6.0  # robust standard deviations from the usual offset: the sensor failed, or the truth did
+
+
+@dataclass(frozen=True, eq=False)
+class Lesson:
+    """One pair in standard form.
+
+    Attributes
+    ----------
+    standard : (T, J, 3) the sensor's posture.
+    offsets : (T, J, 3) truth less sensor, NaN = not known.
+    times : (T,) s.
+    placement : where it lay.
+    raw : (T, J, 3) m the sensor's posture, upright.
+    """
+
+    standard: Floats
+    offsets: Floats
+    times: Floats
+    placement: Placement
+    raw: Floats
+
+
+def model_anatomy(pairs: Sequence[Pair]) -> Anatomy:
+    """The joint set that a model is learned on: the one most of the pairs have.
+
+    Raises
+    ------
+    MismatchError : no pairs.
+    """
+    if not pairs:
+        raise MismatchError("a corrector is learned from pairs of recordings, came none")
+    names = [pair.sensor.names for pair in pairs]
+    return anatomy(max(dict.fromkeys(names), key=names.count))
+
+
+def in_joints_of(body: Anatomy, postures: Postures) -> Floats:
+    """(T, J, 3) a recording's positions by the model's joints, NaN where it has none."""
+    source = matched(postures.names, body.names)
+    return np.where((source >= 0)[None, :, None], postures.positions[:, source], np.nan)
+
+
+def lessons(pairs: Sequence[Pair], body: Anatomy) -> tuple[list[Lesson], Standard]:
+    """All pairs in standard form, and the standard body: the median of the people seen.
+
+    Raises
+    ------
+    MismatchError : no frame shows a whole trunk.
+    """
+    raws = []
+    for pair in pairs:
+        sensor = in_joints_of(body, pair.sensor)
+        turn = upright(sensor, body)
+        raws.append((sensor @ turn.T, in_joints_of(body, pair.truth) @ turn.T, pair.sensor.times))
+    medians = [_medians(bone_lengths(raw, body)) for raw, _, _ in raws]
+    usual = _medians(np.stack(medians))
+    usual = np.where(np.isfinite(usual), usual, np.nanmean(usual) if np.isfinite(usual).any() else 1.0)
+    standard = Standard(usual, np.zeros((len(body.names), 3)))
+    placed = []
+    for _ in range(2):  # the trunk's mean places need placements, which need the trunk
+        placed = [_placed(raw, standard, body) for raw, _, _ in raws]
+        every = np.concatenate([place.inward(raw) for place, (raw, _, _) in zip(placed, raws, strict=True)])
+        if not np.isfinite(every).any():
+            raise MismatchError("the pairs' sensor recordings hold no positions: give others")
+        mean = np.nan_to_num(_medians(np.concatenate([every, mirrored_postures(every, body)])))
+        standard = Standard(usual, mean - mean[body.trunk].mean(axis=0))
+    placed = [_placed(raw, standard, body) for raw, _, _ in raws]
+    taught = []
+    for place, (raw, truth, times) in zip(placed, raws, strict=True):
+        taught.append(Lesson(place.inward(raw), place.turned(truth - raw), times, place, raw))
+    return taught, standard
+
+
+def _placed(raw: Floats, standard: Standard, body: Anatomy) -> Placement:
+    present = np.isfinite(raw).all(axis=2)
+    weights = present.astype(np.float64)
+    lengths = bone_lengths(raw, body)
+    scale = np.full(len(raw), sizes(lengths, standard, np.isfinite(lengths)))
+    turn = turns(facing(raw, weights, body))
+    return Placement(turn, origins(raw, weights, turn, scale, standard, body), scale)
+
+
+def going_well(taught: Sequence[Lesson]) -> list[Bools]:
+    """(T, J) for each lesson: True unless the offset is far from the joint's usual one.
+
+    Where the truth is not known the joint is taken to go well.
+    """
+    offsets = np.concatenate([one.offsets for one in taught])
+    centre = np.nan_to_num(_medians(offsets))
+    away = np.sqrt(((offsets - centre) ** 2).sum(axis=2))
+    known = np.isfinite(away)
+    usual = np.array([np.median(away[known[:, j], j]) if known[:, j].any() else 1.0 for j in range(away.shape[1])])
+    limit = STRANGE * np.maximum(usual, 0.01) / 1.54  # median of a chi(3)
+    found = []
+    for one in taught:
+        distance = np.sqrt(((one.offsets - centre) ** 2).sum(axis=2))
+        found.append(~(distance > limit))
+    return found
+
+
+def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Factors:
+    """Factors of the sensor's postures and of the same people in a mirror, from frames in which all joints go well."""
+    samples, steps, seconds = [], [], []
+    for one, well in zip(taught, good, strict=True):
+        whole = well.all(axis=1) & np.isfinite(one.standard).all(axis=(1, 2))
+        samples.append(one.standard[whole])
+        passed = np.diff(one.times)
+        pair = whole[1:] & whole[:-1] & (passed > 0) & (passed < STEP_SECONDS)
+        steps.append((one.standard[1:] - one.standard[:-1])[pair])
+        seconds.append(passed[pair])
+    both = np.concatenate(samples)
+    moved = np.concatenate(steps)
+    if len(both) < 2:
+        raise MismatchError(
+            "wanted frames in which the sensor has all joints near the truth, came none: check the pairs' offsets"
+        )
+    return fit_factors(
+        np.concatenate([both, mirrored_postures(both, body)]),
+        np.concatenate([moved, mirrored_postures(moved, body)]),
+        np.tile(np.concatenate(seconds), 2),
+    )
+
+
+def usual_unsteadiness(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Detector:
+    """How unsteady bones and joints are while all goes well, and evidence weighed by experience with sensors."""
+    spread, jerk = [], []
+    for one, well in zip(taught, good, strict=True):
+        lengths = np.log(np.maximum(bone_lengths(one.raw, body), 1e-6))
+        fine = well[:, body.bones[:, 0]] & well[:, body.bones[:, 1]]
+        lengths = np.where(fine, lengths, np.nan)
+        spread.append(lengths - _medians(lengths))
+        bent = one.standard[2:] - 2.0 * one.standard[1:-1] + one.standard[:-2]
+        size = np.sqrt((bent**2).sum(axis=2))
+        jerk.append(np.where(well[2:], size, np.nan))
+    off, sizes_ = np.concatenate(spread), np.concatenate(jerk)
+    return Detector(
+        np.array([2.0, 0.5, 0.7, 0.7, 1.5, 1.0, 4.0, -0.5, -11.0]),
+        np.maximum(_filled(_medians(np.abs(off)) / 0.6745), 0.01),
+        np.maximum(_filled(_medians(sizes_)), 0.001),
+    )
+
+
+def _medians(values: Floats) -> Floats:
+    """Medians along the first axis; NaN where there is none."""
+    flat = values.reshape(len(values), -1)
+    found = np.full(flat.shape[1], np.nan)
+    some = np.isfinite(flat).any(axis=0)
+    if some.any():
+        found[some] = np.nanmedian(flat[:, some], axis=0)
+    return found.reshape(values.shape[1:])
+
+
+def _filled(values: Floats) -> Floats:
+    some = values[np.isfinite(values)]
+    return np.where(np.isfinite(values), values, float(np.median(some)) if len(some) else 0.05)

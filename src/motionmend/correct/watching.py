@@ -1,0 +1,193 @@
+"""One frame of a sensor looked at: brought to standard form, and followed through failures."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Ints
+from ..numerics import factors as process
+from ..numerics.factors import Factors
+from .anatomy import Anatomy
+from .follow import Followed, begin, follow
+from .normalise import Placement, Standard, bone_lengths, facing, origins, turns, upright
+from .reliability import Detector, bone_features, state_features
+
+FAR = 100.0  # m; what is farther is no person
+PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
+PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
+
+
+@dataclass(frozen=True, eq=False)
+class Watcher:
+    """What is needed to look at frames: the model's joint set and standard body, and what was learned of failures."""
+
+    body: Anatomy
+    standard: Standard
+    factors: Factors
+    detector: Detector
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What is known after a frame, in the model's joints.
+
+    Attributes
+    ----------
+    upright : (3, 3) rotation of the sensor's axes that brings its up to y; None before a person was seen.
+    time : s, of the frame; None before the first.
+    rows : (J, 3) m, the frame's positions upright, NaN = missing.
+    recent : the two frames before, as standard postures in this frame's placement would be; (2, J, 3) m upright.
+    placement : of this frame alone.
+    direction : (2,) where the trunk points from right to left.
+    lengths : (2, B) trusted lengths summed in m, and how many.
+    followed : in standard form.
+    swapped : (J,) joints whose sides were changed back.
+    refused : the frame says so little that it was not judged.
+    """
+
+    upright: Floats | None
+    time: float | None
+    rows: Floats
+    recent: Floats
+    placement: Placement
+    direction: Floats
+    lengths: Floats
+    followed: Followed
+    swapped: Bools
+    refused: bool
+
+
+def fresh(watcher: Watcher) -> Sight:
+    """Before the first frame."""
+    joints, bones = len(watcher.body.names), len(watcher.body.bones)
+    return Sight(
+        None,
+        None,
+        np.full((joints, 3), np.nan),
+        np.full((2, joints, 3), np.nan),
+        Placement(np.eye(3)[None], np.zeros((1, 3)), np.ones(1)),
+        np.zeros(2),
+        np.zeros((2, bones)),
+        begin(watcher.factors),
+        np.zeros(joints, dtype=np.bool_),
+        False,
+    )
+
+
+def acquainted(watcher: Watcher, rows: Floats, sight: Sight) -> Sight:
+    """The sight before a recording's first frame when all of the recording is at hand: its size is known at once.
+
+    Parameters
+    ----------
+    rows : (T, J, 3) m in the sensor's axes.
+    """
+    turn = upright(rows, watcher.body)
+    lengths = bone_lengths(rows, watcher.body)
+    known = np.zeros((2, lengths.shape[1]))
+    for b in range(lengths.shape[1]):
+        some = lengths[np.isfinite(lengths[:, b]), b]
+        if len(some):
+            known[:, b] = 100.0 * np.median(some), 100.0
+    return replace(sight, upright=turn, lengths=known)
+
+
+def usual_lengths(watcher: Watcher, lengths: Floats) -> tuple[Floats, float]:
+    """(B,) m the person's bones as far as they are known, and the size by that of the standard body.
+
+    Parameters
+    ----------
+    lengths : (2, B) sums and counts.
+    """
+    known = lengths[1] > 0
+    if not known.any():
+        return watcher.standard.lengths, 1.0
+    mean = lengths[0][known] / lengths[1][known]
+    share = np.minimum(lengths[1][known], 30.0)
+    size = float((share * mean).sum() / (share * watcher.standard.lengths[known]).sum())
+    size = size if np.isfinite(size) and size > 0 else 1.0
+    prior = PRIOR_FRAMES * size * watcher.standard.lengths
+    return (lengths[0] + prior) / (lengths[1] + PRIOR_FRAMES), size
+
+
+def look(
+    watcher: Watcher,
+    sight: Sight,
+    positions: Floats,
+    states: Bytes | None,
+    time: float,
+    step: tuple[Floats, Floats] | None = None,
+) -> Sight:
+    """One frame on.
+
+    Parameters
+    ----------
+    positions : (J, 3) m in the sensor's axes by the model's joints, NaN = missing.
+    states : (J,) or None.
+    time : s.
+    step : of the factors' process over the time since the frame before, if at hand.
+    """
+    body = watcher.body
+    rows = np.where((np.abs(positions) < FAR).all(axis=1)[:, None], positions, np.nan)
+    turn_up = sight.upright
+    if turn_up is None and len(body.upper) and len(body.lower):
+        seen = np.isfinite(rows[body.upper]).any() and np.isfinite(rows[body.lower]).any()
+        turn_up = upright(rows[None], body) if seen else None
+    if turn_up is not None:
+        rows = rows @ turn_up.T
+    seconds = 0.0 if sight.time is None else max(time - sight.time, 0.0)
+    before = sight.followed
+    if seconds > PATIENCE or sight.time is None:
+        before, seconds = replace(begin(watcher.factors), own=before.own), 0.0
+    present = np.isfinite(rows).all(axis=1)
+    trust = np.where(present, 1.0 - before.failing, 0.0)
+    usual, size = usual_lengths(watcher, sight.lengths)
+    lengths = bone_lengths(rows[None], body)[0]
+    if not (sight.lengths[1] > 0).any():
+        ratio = lengths / watcher.standard.lengths
+        size = float(np.median(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else 1.0
+        usual = size * watcher.standard.lengths
+    direction = facing(rows[None], trust[None], body)[0]
+    if not direction.any():
+        direction = sight.direction
+    turn, scale = turns(direction[None]), np.array([size])
+    placement = Placement(turn, origins(rows[None], trust[None], turn, scale, watcher.standard, body), scale)
+    if not trust.any():
+        placement = sight.placement
+    standard = placement.inward(rows[None])[0]
+    if step is None:
+        step = process.transition(watcher.factors, seconds) if seconds > 0 else (np.zeros((0, 0)), np.zeros((0, 0)))
+    bent = np.sqrt(((rows - 2.0 * sight.recent[0] + sight.recent[1]) ** 2).sum(axis=1)) / size
+    raw = np.where(np.isfinite(bent), bent / watcher.detector.jerk, 0.0)
+    followed = follow(
+        watcher.factors,
+        watcher.detector,
+        before,
+        standard,
+        seconds,
+        step,
+        raw,
+        bone_features(lengths, usual, watcher.detector, body),
+        state_features(states, len(rows)),
+    )
+    good = 1.0 - followed.failing
+    both = good[body.bones[:, 0]] * good[body.bones[:, 1]]
+    counts = np.where(np.isfinite(lengths) & (both > 0.5), both, 0.0)
+    fade = np.where(sight.lengths[1] > 300.0, 300.0 / np.maximum(sight.lengths[1], 1.0), 1.0)
+    sums = sight.lengths * fade + np.stack([counts * np.where(counts > 0, lengths, 0.0), counts])
+    return Sight(
+        turn_up,
+        time,
+        rows,
+        np.stack([rows, sight.recent[0]]),
+        placement,
+        direction,
+        sums,
+        followed,
+        np.zeros(len(rows), dtype=np.bool_),
+        bool(good.sum() < 3.0),
+    )
+
+
+def rows_of(to_model: Ints, values: Floats) -> Floats:
+    """(..., J, 3) values by the model's joints, NaN for joints that the recording lacks."""
+    return np.where((to_model >= 0)[:, None], values[..., to_model, :], np.nan)
