@@ -20,16 +20,8 @@ SEEDS = st.integers(0, 10**6)
 def _mended(rng, origin, missed=9.0):
     shape = origin.shape
     spread, weights = rng.uniform(0.5, 2, shape), rng.random(shape)
-    found = ChannelRepair(
-        rng.normal(0, 10, shape),
-        rng.uniform(0.5, 2, shape),
-        rng.random(shape),
-        origin,
-        3,
-        np.empty(0),
-        True,
-        ("Missed",),
-    )
+    said = ("Missed",)
+    found = ChannelRepair(rng.normal(0, 10, shape), spread, weights, origin, 3, np.empty(0), True, said)
     return Mended(found, rng.uniform(1, 2, shape[1]), np.zeros(shape[1]), missed)
 
 
