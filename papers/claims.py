@@ -1,4 +1,4 @@
-"""The claims as `claims.toml` and `beyond.toml` hold them, and whether what was measured meets them."""
+"""The claims as the .toml files hold them, and whether what was measured meets them."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,8 @@ from typing import Any
 from motionmend.errors import UsageError
 
 DIRECTIONS = ("above", "below", "equal")
-PAPER, BEYOND = "claims", "beyond"  # the files: what was published, and what the package sets itself
+DENOISING, TRACKING, CORRECTING, BEYOND = "claims", "tracking", "correcting", "beyond"
+PARTS = (DENOISING, TRACKING, CORRECTING, BEYOND)  # the files: what was published, and what the package sets itself
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Claim:
 
     Attributes
     ----------
-    part : `PAPER` or `BEYOND`.
+    part : one of `PARTS`.
     id, title : `D1` and what it is about.
     place : section, equation or figure of the paper; beyond it, what is tried.
     theirs : the paper's number or statement; beyond it, what is wanted.
@@ -108,8 +109,8 @@ class Claim:
 
 
 def load() -> tuple[Claim, ...]:
-    """All claims: the paper's, then those beyond it, in the files' order."""
-    return tuple(claim for part in (PAPER, BEYOND) for claim in _claims_of(part))
+    """All claims: the papers', then those beyond them, in the files' order."""
+    return tuple(claim for part in PARTS for claim in _claims_of(part))
 
 
 def _claims_of(part: str) -> tuple[Claim, ...]:

@@ -1,7 +1,7 @@
 """What the scripts share: which clips teach and which are tried, how they are spoiled, how errors are measured."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -69,12 +69,14 @@ class Findings:
     notes : sentences on what was done: which clips, what differs from the paper.
     tables : with the numbers in full.
     figures : (file name in the folder of figures, caption).
+    machine : what it was measured on, filled in by the run.
     """
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
-    figures: tuple[tuple[str, str], ...] = field(default=())
+    figures: tuple[tuple[str, str], ...] = ()
+    machine: tuple[str, ...] = ()
 
 
 @cache

@@ -1,7 +1,8 @@
 """Run the scripts behind the chosen claims and write what came out."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,11 @@ from threadpoolctl import threadpool_limits
 
 from motionmend.errors import FileError, UsageError
 
-from .claims import choose, load
+from . import measured
+from .claims import Claim, choose, load
 from .common import Findings
 from .pictures import shrink
-from .report import write_report
+from .report import machine, write_report
 
 
 def run(
@@ -23,7 +25,9 @@ def run(
     *,
     on_done: Callable[[dict[str, Any]], None] | None = None,
 ) -> list[dict[str, Any]]:
-    """Measure claims on real recordings; writes `REPORT.md` and `figures/*.png` into `out`.
+    """Measure claims on real recordings; writes `REPORT.md`, `measured.json` and `figures/*.png` into `out`.
+
+    What an earlier run into the same folder measured of other claims stays in the report.
 
     Parameters
     ----------
@@ -45,22 +49,30 @@ def run(
     mocap = recordings_in(data)
     pictures = Path(out) / "figures"
     pictures.mkdir(parents=True, exist_ok=True)
-    found: dict[str, Findings] = {}
+    found = measured.load(Path(out))
+    fresh: set[str] = set()
     results = []
     for claim in claims:
         for script in claim.script:
-            if script not in found:
+            if script not in fresh:
                 # many small products: threads of the linear algebra would only wait for each other
                 with threadpool_limits(1, user_api="blas"):
-                    found[script] = import_module(f".{script}", __package__).run(mocap, pictures)
+                    findings = import_module(f".{script}", __package__).run(mocap, pictures)
+                found[script] = replace(findings, machine=tuple(machine()))
+                fresh.add(script)
                 for name, _ in found[script].figures:
                     shrink(pictures / name)
-        values = {name: value for script in claim.script for name, value in found[script].values.items()}
-        results.append(claim.judge(values))
+                measured.save(Path(out), found)
+        results.append(claim.judge(_values(claim, found)))
         if on_done is not None:
             on_done(results[-1])
-    write_report(Path(out) / "REPORT.md", results, found, [claim.id for claim in claims] if ids else [])
+    known = [claim for claim in load() if all(script in found for script in claim.script)]
+    write_report(Path(out) / "REPORT.md", [claim.judge(_values(claim, found)) for claim in known], found)
     return results
+
+
+def _values(claim: Claim, found: Mapping[str, Findings]) -> dict[str, float]:
+    return {name: value for script in claim.script for name, value in found[script].values.items()}
 
 
 def recordings_in(data: Path | str | None) -> Path:
