@@ -5,9 +5,9 @@ leaves for the joint's place as Girshick et al. (2011). The forest is told left 
 faces the camera; how likely that is comes with the joints, and who needs both readings takes `mirrored`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..arrays import Floats, Ints, frozen
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import LANDMARKS, Performer, Poses
+from ..errors import MismatchError
 from .part_forest import PartForest, differences, grown, leaves, planted
 from .pictures import KINECT, OTHER_SIDE, Picture, pictures
 
@@ -45,6 +46,29 @@ class Detector:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", frozen(self.mass))
         object.__setattr__(self, "hit", frozen(self.hit))
+        for values in (self.mass, self.hit):
+            if values.shape != self.mass.shape or len(values) != JOINTS:
+                raise MismatchError(f"a detector's mass and hit must be ({JOINTS}, K), came {values.shape}")
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All of it by name, for a model file."""
+        return {f"forest.{name}": values for name, values in self.forest.arrays().items()} | {
+            "mass": np.asarray(self.mass),
+            "hit": np.asarray(self.hit),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Detector":
+        """The detector that `arrays` gave.
+
+        Raises
+        ------
+        MismatchError : when an array is missing or of another shape.
+        """
+        if "mass" not in arrays or "hit" not in arrays:
+            raise MismatchError("a detector needs the arrays mass and hit; fit the model anew")
+        own = {name.removeprefix("forest."): a for name, a in arrays.items() if name.startswith("forest.")}
+        return cls(PartForest.from_arrays(own), arrays["mass"], arrays["hit"])
 
 
 @final

@@ -60,7 +60,7 @@ class PartForest:
         return stored | {name: stored[name].astype(np.float16) for name in ("parts", "votes", "facing")}
 
     @classmethod
-    def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "PartForest":
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "PartForest":
         """The forest that `arrays` gave.
 
         Raises
