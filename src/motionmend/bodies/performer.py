@@ -339,7 +339,8 @@ def bone_frames(performer: Performer, pose: Pose) -> Floats:
     from ..kernels import articulated
 
     placed = np.empty((len(BONES), 4, 4))
-    articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
+    # Writeable always: the kernels are compiled once, not once more for read-only arrays.
+    articulated.frames(*performer.chain, pose.translation.copy(), pose.root.copy(), pose.joints.copy(), placed)
     return placed
 
 
@@ -351,7 +352,7 @@ def twists(performer: Performer, pose: Pose) -> Floats:
     from ..kernels import articulated
 
     moving = np.empty((DOFS, 6))
-    articulated.twists(PARENTS, RESTS, FIRST, AXES, pose.joints, bone_frames(performer, pose), moving)
+    articulated.twists(PARENTS, RESTS, FIRST, AXES, pose.joints.copy(), bone_frames(performer, pose), moving)
     return moving
 
 

@@ -259,80 +259,119 @@ def reach(
     """
     bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
     placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
-    held_translation, held_root, held_joints = translation.copy(), root.copy(), joints.copy()
-    start = joints.copy()
-    turned = np.zeros(6)  # of the root, as a sum of increments since the start
-    held_turned = np.zeros(6)
-    hessian, gradient = np.zeros((dofs, dofs)), np.zeros(dofs)
-    slope = np.zeros((3, dofs))
-    change = np.empty(dofs)
+    # Ever since the start: the increments of the root, and how far each joint coordinate has gone.
+    away, held_away, change = np.zeros(dofs), np.zeros(dofs), np.zeros(dofs)
+    held_translation, held_root, held_joints = np.empty(3), np.empty((3, 3)), np.empty(dofs - 6)
+    hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
     damping, cost = 1e-4, np.inf
     for step in range(iterations + 1):
         frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
         points(placed, bones, local, world)
-        now = 0.0
-        for n in range(count):
-            if weights[n] > 0.0:
-                for i in range(3):
-                    now += (weights[n] * (world[n, i] - wanted[n, i])) ** 2
-        for d in range(dofs):
-            away = turned[d] if d < 6 else joints[d - 6] - start[d - 6]
-            now += (rest_weights[d] * away) ** 2
+        now = _missed(world, wanted, weights) + _missed_start(away, rest_weights)
         if now < cost:
             saved = cost - now
             cost = now
-            held_translation[:], held_root[:, :], held_joints[:] = translation, root, joints
-            held_turned[:] = turned
+            _keep(translation, root, joints, away, held_translation, held_root, held_joints, held_away)
             damping = max(damping * 0.1, 1e-9)
             if step == iterations or saved < 1e-7 * cost + 1e-14:
                 break
             twists(parents, rests, first, axes, joints, placed, moving)
-            hessian[:, :] = 0.0
-            gradient[:] = 0.0
-            for n in range(count):
-                if weights[n] <= 0.0:
-                    continue
-                square = weights[n] * weights[n]
-                x, y, z = world[n, 0], world[n, 1], world[n, 2]
-                for d in range(dofs):
-                    if moves[bones[n], d]:
-                        slope[0, d] = moving[d, 1] * z - moving[d, 2] * y + moving[d, 3]
-                        slope[1, d] = moving[d, 2] * x - moving[d, 0] * z + moving[d, 4]
-                        slope[2, d] = moving[d, 0] * y - moving[d, 1] * x + moving[d, 5]
-                for d in range(dofs):
-                    if not moves[bones[n], d]:
-                        continue
-                    for i in range(3):
-                        gradient[d] += square * slope[i, d] * (world[n, i] - wanted[n, i])
-                    for e in range(d + 1):
-                        if moves[bones[n], e]:
-                            hessian[d, e] += square * (
-                                slope[0, d] * slope[0, e] + slope[1, d] * slope[1, e] + slope[2, d] * slope[2, e]
-                            )
-            for d in range(dofs):
-                away = turned[d] if d < 6 else joints[d - 6] - start[d - 6]
-                hessian[d, d] += rest_weights[d] ** 2
-                gradient[d] += rest_weights[d] ** 2 * away
-                for e in range(d):
-                    hessian[e, d] = hessian[d, e]
+            _normal_equations(moves, moving, bones, world, wanted, weights, rest_weights, away, hessian, gradient)
         else:
+            _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
             if step == iterations or damping > 1e6:
                 break
             damping *= 10.0
-        lifted = hessian.copy()
         for d in range(dofs):
+            for e in range(d + 1):
+                lifted[d, e] = hessian[d, e]
             lifted[d, d] += damping * (1e-3 + hessian[d, d])
         solve(lifted, gradient, change)
-        translation[:], root[:, :], joints[:] = held_translation, held_root, held_joints
-        turned[:] = held_turned
         size = 0.0
         for d in range(dofs):
             size += change[d] * change[d]
+        size = max(sqrt(size), 1.0)  # a radian at most
         for d in range(dofs):
-            change[d] *= -1.0 / max(sqrt(size), 1.0)  # a radian at most
-        for c in range(joints.shape[0]):  # a coordinate at its limit stays there
-            change[6 + c] = min(max(joints[c] + change[6 + c], limits[6 + c, 0]), limits[6 + c, 1]) - joints[c]
+            change[d] /= -size
+            if d >= 6:  # a coordinate at its limit stays there
+                low, high = limits[d, 0] - joints[d - 6], limits[d, 1] - joints[d - 6]
+                change[d] = min(max(change[d], low), high)
+            away[d] += change[d]
         advance(translation, root, joints, change)
-        turned += change[:6]
-    translation[:], root[:, :], joints[:] = held_translation, held_root, held_joints
+    _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
     return cost
+
+
+@compiled
+def _missed(world: Floats, wanted: Floats, weights: Floats) -> float:
+    """Sum of the squares of what each point that counts misses."""
+    total = 0.0
+    for n in range(world.shape[0]):
+        if weights[n] > 0.0:
+            for i in range(3):
+                total += (weights[n] * (world[n, i] - wanted[n, i])) ** 2
+    return total
+
+
+@compiled
+def _missed_start(away: Floats, rest_weights: Floats) -> float:
+    total = 0.0
+    for d in range(away.shape[0]):
+        total += (rest_weights[d] * away[d]) ** 2
+    return total
+
+
+@compiled
+def _keep(
+    translation: Floats, root: Floats, joints: Floats, away: Floats, to0: Floats, to1: Floats, to2: Floats, to3: Floats
+) -> None:
+    """Copy a pose and how far it has gone."""
+    for i in range(3):
+        to0[i] = translation[i]
+        for k in range(3):
+            to1[i, k] = root[i, k]
+    for d in range(joints.shape[0]):
+        to2[d] = joints[d]
+    for d in range(away.shape[0]):
+        to3[d] = away[d]
+
+
+@compiled
+def _normal_equations(
+    moves: Bools,
+    moving: Floats,
+    bones: Ints,
+    world: Floats,
+    wanted: Floats,
+    weights: Floats,
+    rest_weights: Floats,
+    away: Floats,
+    hessian: Floats,
+    gradient: Floats,
+) -> None:
+    """Lower half of the Gauss-Newton matrix (D, D) and the gradient (D,) of what `reach` minimises, halved."""
+    dofs = moving.shape[0]
+    slope = np.empty((dofs, 3))
+    for d in range(dofs):
+        gradient[d] = rest_weights[d] ** 2 * away[d]
+        for e in range(d):
+            hessian[d, e] = 0.0
+        hessian[d, d] = rest_weights[d] ** 2
+    for n in range(bones.shape[0]):
+        if weights[n] <= 0.0:
+            continue
+        square = weights[n] * weights[n]
+        x, y, z = world[n, 0], world[n, 1], world[n, 2]
+        carried = moves[bones[n]]
+        for d in range(dofs):
+            if not carried[d]:
+                continue
+            slope[d, 0] = moving[d, 1] * z - moving[d, 2] * y + moving[d, 3]
+            slope[d, 1] = moving[d, 2] * x - moving[d, 0] * z + moving[d, 4]
+            slope[d, 2] = moving[d, 0] * y - moving[d, 1] * x + moving[d, 5]
+            for i in range(3):
+                gradient[d] += square * slope[d, i] * (world[n, i] - wanted[n, i])
+            for e in range(d + 1):
+                if carried[e]:
+                    for i in range(3):
+                        hessian[d, e] += square * slope[d, i] * slope[e, i]
