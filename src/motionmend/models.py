@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 # Where the class of each kind of model is; it has `to_arrays` and `from_arrays`.
 _CLASSES = {
     "denoiser": ("denoise", "DenoiserModel"),
+    "tracker": ("track.model", "TrackerModel"),
     "corrector": ("correct.corrector", "CorrectorModel"),
 }
 KINDS = tuple(_CLASSES)

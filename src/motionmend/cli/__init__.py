@@ -75,6 +75,7 @@ def _app() -> "App":
         denoise,
         fit,
         fit_corrector,
+        fit_tracker,
         inspect,
         report,
         reproduce,
@@ -94,6 +95,7 @@ def _app() -> "App":
     _add(app, inspect.inspect)
     app.command(learning)
     _add(learning, fit.denoiser)
+    _add(learning, fit_tracker.tracker)
     _add(learning, fit_corrector.corrector)
     _add(app, denoise.denoise)
     _add(app, correct.correct)
