@@ -65,14 +65,14 @@ def read_body(path: str | os.PathLike[str]) -> Performer:
         raise FileError(f"{name}: wanted a body of version {VERSION}, came {facts.get('version')}: update motionmend")
     try:
         solids = Solids(*(np.array(facts["solids"][one]) for one in _SOLIDS))
-        placed = [
+        offsets, landmarks, tips = (
             np.array([facts[part][key] for key in keys], dtype=np.float64)
             for part, keys in (("offsets", BONES), ("landmarks", LANDMARKS), ("tips", TIPS))
-        ]
-        performer = Performer(*placed, solids)
+        )
+        performer = Performer(offsets, landmarks, tips, solids)
     except (KeyError, TypeError, ValueError, MismatchError) as failure:
         raise FileError(f"{name}: this body is damaged ({failure}); calibrate it again without this file") from None
-    if not all(np.isfinite(part).all() for part in placed):
+    if not all(np.isfinite(part).all() for part in (offsets, landmarks, tips)):
         raise FileError(f"{name}: this body has lengths that are no numbers; calibrate it again without this file")
     return performer
 
