@@ -110,7 +110,7 @@ def average(stature: float = 1.75) -> Performer:
     offset["head"][:] = (0.0, 0.325, 0.005)
     place["neck"][:] = (0.0, 0.088, -0.005)
     place["head"][:] = (0.0, 0.182, -0.005)
-    tip[0] = (0.0, 0.305, 0.005)
+    tip[0] = (0.0, 0.2995, -0.005)
     for side, sign, hand, toe in (("l", 1.0, 1, 3), ("r", -1.0, 2, 4)):
         offset[f"{side}_clavicle"][:] = (0.0, 0.235, 0.0)
         offset[f"{side}_upperarm"][:] = (sign * 0.192, 0.03, -0.012)

@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints, frozen
+from ..arrays import Bools, Floats, Ints
 from ..errors import MismatchError
 from . import anatomy
 from .motion import Motion
@@ -31,8 +31,9 @@ from .performer import (
     Poses,
     rotation_vector,
 )
-from .roles import Roles, roles
-from .skeleton import ROTATION, Skeleton, forward, rest_positions
+from .rig import Rig, landmark_positions, rig_of, toe_tip
+from .roles import Roles
+from .skeleton import Skeleton, forward, rest_positions
 
 HAND = 0.5  # of the forearm: hands reach at least so far beyond the wrist; rigs often end them at the knuckles
 # How firmly degrees of freedom stay where the rotations put them while the joints are brought to their places, in
@@ -41,23 +42,6 @@ HOLD, HOLD_ROOT = 0.02, 0.05
 TIP_WEIGHT = 0.1  # tips of hands and feet beside the 16 joints: they say how a limb is twisted, and little else
 BENT = 0.35  # sine of the bend above which elbow or knee show their own axis
 ROUNDS = 12
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Rig:
-    """How a skeleton carries the performer.
-
-    Attributes
-    ----------
-    joints : (15,) the skeleton's joint that turns as each bone of the performer does.
-    rests : (15, 3, 3) world from bone while the skeleton is at rest.
-    roles : the parts of the skeleton.
-    """
-
-    joints: Ints
-    rests: Floats
-    roles: Roles
 
 
 @final
@@ -89,7 +73,7 @@ def performer_of(skeleton: Skeleton) -> Performer:
     rig = rig_of(skeleton)
     rest = rest_positions(skeleton)
     part = rig.roles
-    wanted = _landmarks(part, rest[None], rig.rests[None, 2])[0]
+    wanted = landmark_positions(part, rest[None], rig.rests[None, 2])[0]
     place = dict(zip(LANDMARKS, wanted, strict=True))
     begin = {"pelvis": place["pelvis"]}
     begin["chest"] = rest[list(part.spine)].mean(axis=0) if part.spine else (place["pelvis"] + place["chest"]) / 2
@@ -140,7 +124,7 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
     if not whole.any():
         raise MismatchError("a motion needs one frame or more without missing angles")
     bone = turned[:, rig.joints] @ rig.rests
-    wanted = _landmarks(rig.roles, position, bone[:, 2])
+    wanted = landmark_positions(rig.roles, position, bone[:, 2])
     _hinge_planes(motion.skeleton, rig, wanted, bone)
     translation, root, joints = wanted[:, 0].copy(), bone[:, 0].copy(), _coordinates(bone)
     targets, weights = _targets(rig.roles, position, wanted)
@@ -180,78 +164,6 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
     return Retargeted(Poses(translation, root, joints), error)
 
 
-def rig_of(skeleton: Skeleton) -> Rig:
-    """How a skeleton carries the performer: which joints turn its bones, and how the bones lie in them."""
-    part = roles(skeleton)
-    rest = rest_positions(skeleton)
-    hips = rest[list(part.feet.hips)]
-    shoulders = np.array([rest[arm.shoulder] for arm in part.arms])
-    up = skeleton.up / np.linalg.norm(skeleton.up)
-    across = hips[0] - hips[1] + shoulders[0] - shoulders[1]
-    across = across - (across @ up) * up
-    if np.linalg.norm(across) < 1e-6:
-        raise MismatchError(
-            "a performer needs hips and shoulders apart from each other; at rest this skeleton has none"
-        )
-    left = across / np.linalg.norm(across)
-    ahead = np.cross(left, up)
-    trunk = np.stack((left, up, ahead), axis=1)
-    joints = dict.fromkeys(BONES, part.pelvis)
-    rests = dict.fromkeys(BONES, trunk)
-    joints["chest"] = part.spine[-1] if part.spine else part.pelvis
-    joints["head"] = part.head
-    for index, (side, arm) in enumerate(zip("lr", part.arms, strict=True)):
-        joints[f"{side}_clavicle"] = arm.clavicle if arm.clavicle >= 0 else joints["chest"]
-        joints[f"{side}_upperarm"], joints[f"{side}_forearm"] = arm.shoulder, arm.elbow
-        wanted = -_flexion(skeleton, arm.elbow, rest[arm.elbow] - rest[arm.shoulder], ahead + 0.5 * up)
-        rests[f"{side}_upperarm"] = _limb(rest[arm.elbow] - rest[arm.shoulder], wanted)
-        rests[f"{side}_forearm"] = _limb(rest[arm.wrist] - rest[arm.elbow], wanted)
-        hip, knee, ankle = (chain[index] for chain in (part.feet.hips, part.feet.knees, part.feet.ankles))
-        joints[f"{side}_thigh"], joints[f"{side}_shank"], joints[f"{side}_foot"] = hip, knee, ankle
-        wanted = _flexion(skeleton, knee, rest[knee] - rest[hip], -ahead)
-        rests[f"{side}_thigh"] = _limb(rest[knee] - rest[hip], wanted)
-        rests[f"{side}_shank"] = rests[f"{side}_foot"] = _limb(rest[ankle] - rest[knee], wanted)
-    return Rig(
-        frozen([joints[bone] for bone in BONES], np.int64), frozen(np.array([rests[bone] for bone in BONES])), part
-    )
-
-
-def _limb(along: Floats, across: Floats) -> Floats:
-    """Axes of a bone that lies along `along` and bends about `across`: y backwards along it, x across."""
-    if np.linalg.norm(along) < 1e-6:
-        raise MismatchError("a performer needs arms and legs; this skeleton has one of no length")
-    y = -along / np.linalg.norm(along)
-    x = across - (across @ y) * y
-    x /= np.linalg.norm(x)
-    return np.stack((x, y, np.cross(x, y)), axis=1)
-
-
-def _flexion(skeleton: Skeleton, joint: int, along: Floats, towards: Floats) -> Floats:
-    """The axis about which the lower half of a limb turns towards `towards`: the joint's own where it has but one."""
-    expected = np.cross(along, towards)
-    if np.linalg.norm(expected) < 0.1 * np.linalg.norm(along):
-        expected = np.cross(along, skeleton.up + 0.3 * towards)
-    rows = [d for d in skeleton.dofs_of(joint) if skeleton.dof_kind[d] == ROTATION]
-    if len(rows) != 1:
-        return np.asarray(expected)
-    axis = skeleton.dof_axis[rows[0]]
-    if abs(axis @ along) > 0.7 * np.linalg.norm(along):
-        return np.asarray(expected)  # a twist, not a hinge
-    return np.asarray(axis * np.sign(axis @ expected if abs(axis @ expected) > 1e-9 else 1.0))
-
-
-def _landmarks(part: Roles, position: Floats, head: Floats) -> Floats:
-    """(T, 16, 3) m, the joints of `LANDMARKS` from all joints (T, J, 3) and the head's axes (T, 3, 3)."""
-    end = position[:, list(part.head_end)].mean(axis=1)
-    if len(part.head_end) > 1:  # eyes and the like: the head's end is as high, above its joint
-        rise = np.einsum("ti,ti->t", end - position[:, part.head], head[:, :, 1])
-        end = position[:, part.head] + rise[:, None] * head[:, :, 1]
-    arms = [joint for arm in part.arms for joint in (arm.shoulder, arm.elbow, arm.wrist)]
-    legs = [chain[side] for side in (0, 1) for chain in (part.feet.hips, part.feet.knees, part.feet.ankles)]
-    first = position[:, [part.pelvis, part.chest, part.head]]
-    return np.asarray(np.concatenate((first, end[:, None], position[:, arms + legs]), axis=1))
-
-
 def _local(points: Floats, bones: Ints, starts: Floats, rests: Floats) -> Floats:
     """Points (N, 3) of the rest pose in the axes of bones (N,)."""
     return np.asarray(np.einsum("nji,nj->ni", rests[bones], points - starts[bones]))
@@ -268,7 +180,7 @@ def _tips(skeleton: Skeleton, part: Roles, rest: Floats, starts: Floats, rests: 
         tips.append(np.array([0.0, -forearm - max(hand, HAND * forearm), 0.0]))
     for index, name in enumerate("lr"):
         shank = float(np.linalg.norm(starts[BONES.index(f"{name}_foot")] - starts[BONES.index(f"{name}_shank")]))
-        end = _toe(part, index)
+        end = toe_tip(part, index)
         tip = np.array([0.0, -0.1 * shank, 0.48 * shank])
         if end >= 0:
             seen = rests[BONES.index(f"{name}_foot")].T @ (rest[end] - rest[part.feet.ankles[index]])
@@ -278,18 +190,13 @@ def _tips(skeleton: Skeleton, part: Roles, rest: Floats, starts: Floats, rests: 
     return np.array(tips)
 
 
-def _toe(part: Roles, side: int) -> int:
-    """The tip of the toes, or what comes nearest to it; -1 where the foot has no length."""
-    return part.feet.ends[side] if part.feet.ends[side] >= 0 else part.feet.toes[side]
-
-
 def _targets(part: Roles, position: Floats, wanted: Floats) -> tuple[Floats, Floats]:
     """Where joints and tips (T, 21, 3) should be, and how much each counts (21,)."""
     targets = np.full((len(wanted), len(LANDMARKS) + len(TIPS), 3), np.nan)
     weights = np.zeros(targets.shape[1])
     targets[:, : len(LANDMARKS)], weights[: len(LANDMARKS)] = wanted, 1.0
     for side in (0, 1):
-        end = _toe(part, side)
+        end = toe_tip(part, side)
         if end >= 0:
             targets[:, len(LANDMARKS) + 3 + side] = position[:, end]
             weights[len(LANDMARKS) + 3 + side] = TIP_WEIGHT
@@ -347,3 +254,57 @@ def _coordinates(bone: Floats) -> Floats:
         else:
             joints[usable, rows] = rotation_vector(between) @ AXES[rows].T
     return np.clip(joints, LIMITS[6:, 0], LIMITS[6:, 1])
+
+
+def skeleton_of(performer: Performer) -> Skeleton:
+    """A skeleton of the performer's own, 34 degrees of freedom and the usual names, y up, at rest with hanging arms.
+
+    `performer_of` gives its lengths back, and `motion_of` its poses exactly.
+    """
+    at = dict(zip(LANDMARKS, performer.landmark_place, strict=True))
+    begin = dict(zip(BONES, performer.offsets, strict=True))
+    tip = dict(zip(TIPS, performer.tip_place, strict=True))
+    free, ball, hinge = "txyz rzxy", "rzxy", "rx"
+    rows: list[tuple[str, str, Floats, str]] = [
+        ("Hips", "", at["pelvis"], free),
+        ("Spine", "Hips", begin["chest"], ball),
+        ("Chest", "Spine", at["chest"], ""),
+        ("Neck", "Chest", begin["head"] - at["chest"], ball),
+        ("Head", "Neck", at["neck"], ""),
+        ("Head_end", "Head", at["head"] - at["neck"], ""),
+    ]
+    for side, name in (("l", "Left"), ("r", "Right")):
+        rows += [
+            (f"{name}Shoulder", "Spine", begin[f"{side}_clavicle"], "ryz"),
+            (f"{name}Arm", f"{name}Shoulder", begin[f"{side}_upperarm"], ball),
+            (f"{name}ForeArm", f"{name}Arm", begin[f"{side}_forearm"], hinge),
+            (f"{name}Hand", f"{name}ForeArm", at[f"{side}_wrist"], ""),
+            (f"{name}Hand_end", f"{name}Hand", tip[f"{side}_hand"] - at[f"{side}_wrist"], ""),
+        ]
+    for side, name in (("l", "Left"), ("r", "Right")):
+        rows += [
+            (f"{name}UpLeg", "Hips", begin[f"{side}_thigh"], ball),
+            (f"{name}Leg", f"{name}UpLeg", begin[f"{side}_shank"], hinge),
+            (f"{name}Foot", f"{name}Leg", begin[f"{side}_foot"], hinge),
+            (f"{name}Foot_end", f"{name}Foot", tip[f"{side}_toe"], ""),
+        ]
+    names = [name for name, *_ in rows]
+    dofs = [
+        (joint, kind, axis)
+        for joint, row in enumerate(rows)
+        for part in row[3].split()
+        for kind, axis in ((part[0], letter) for letter in part[1:])
+    ]
+    letters = "xyz"
+    return Skeleton(
+        names=tuple(names),
+        parents=np.array([names.index(parent) if parent else -1 for _, parent, _, _ in rows]),
+        offsets=np.array([offset for _, _, offset, _ in rows]),
+        dof_names=tuple(
+            f"{names[joint]}.{axis.upper()}{'rotation' if kind == 'r' else 'position'}" for joint, kind, axis in dofs
+        ),
+        dof_joint=np.array([joint for joint, _, _ in dofs]),
+        dof_axis=np.array([np.eye(3)[letters.index(axis)] for _, _, axis in dofs]),
+        dof_kind=np.array([0 if kind == "r" else 1 for _, kind, _ in dofs], dtype=np.uint8),
+        limits=np.full((len(dofs), 2), (-np.inf, np.inf)),
+    )
