@@ -363,24 +363,3 @@ def steps(depth: Singles, unknown: Bools, jump: float, points: Singles, edge: Si
                     edge[row, column, 1] = points[row, column, 1]
                     edge[row, column, 2] = z
                     break
-
-
-@compiled
-def disagreement(seen: Singles, free: Bools, rendered: Singles, most: float) -> float:
-    """How badly a rendered body explains what is seen: a sum over pixels of 0 (right) to 1 (wrong).
-
-    A pixel of the person counts |difference in depth| / most, at most 1; 1 when nothing is rendered there. A rendered
-    pixel where nobody is counts 1; one where nothing is known counts nothing.
-    """
-    total = 0.0
-    for row in range(seen.shape[0]):
-        for column in range(seen.shape[1]):
-            z, r = seen[row, column], rendered[row, column]
-            if np.isnan(z):
-                if free[row, column] and not np.isnan(r):
-                    total += 1.0
-            elif np.isnan(r):
-                total += 1.0
-            else:
-                total += min(1.0, abs(z - r) / most)
-    return total

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Floats, Ints, frozen
 from ..bodies.motion import Motion
+from ..bodies.performer import Performer, Poses
 from ..errors import MismatchError
 from ..numerics.neighbors import Neighbors
 
@@ -30,7 +31,7 @@ class PoseDatabase:
     last: Ints
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "joints", frozen(self.joints))
+        object.__setattr__(self, "joints", frozen(np.asarray(self.joints, np.float32)))  # as files hold them
         object.__setattr__(self, "last", frozen(self.last, np.int64))
         if self.joints.ndim != 2 or self.last.shape != self.joints.shape[:1]:
             raise MismatchError(f"poses (N, n) and last (N,) were wanted, came {self.joints.shape}, {self.last.shape}")
@@ -49,16 +50,46 @@ class PoseDatabase:
         return np.asarray(np.minimum(ahead, self.last[index][:, None]))
 
 
-def database_of(clips: Sequence[Motion]) -> PoseDatabase:
-    """The poses of clips on any skeleton that `templates` maps onto the performer, thinned to 30 Hz."""
+def database_of(clips: Sequence[Motion]) -> tuple[PoseDatabase, Poses, list[Performer]]:
+    """The poses of clips on any skeleton that `templates` maps onto the performer, thinned to 30 Hz.
+
+    Returns
+    -------
+    The library, the same poses with their roots in camera axes (y down), and each skeleton's performer once.
+    """
     from ..bodies.templates import performer_of, poses_of
 
-    joints: list[Floats] = []
+    kept: list[Poses] = []
+    performers: dict[int, Performer] = {}
     for clip in clips:
-        poses, _ = poses_of(clip, performer_of(clip.skeleton))
+        performer = performers.setdefault(id(clip.skeleton), performer_of(clip.skeleton))
         step = max(1, round(clip.fps / FPS))
-        kept = poses.joints[::step]
-        joints.append(kept[np.isfinite(kept).all(axis=1)])
-    ends = np.cumsum([len(clip) for clip in joints]) - 1
-    stacked = np.concatenate(joints) if joints else np.empty((0, 28))
-    return PoseDatabase(stacked, np.repeat(ends, [len(clip) for clip in joints]).astype(np.int64))
+        q = clip.q[::step]
+        q = q[np.isfinite(q).all(axis=1)]
+        if len(q):
+            up = _upright(clip.skeleton.up)
+            kept.append(poses_of(Motion(clip.skeleton, q, clip.fps / step), performer).poses.moved(up, np.zeros(3)))
+    if not kept:
+        return PoseDatabase(np.empty((0, 28)), np.empty(0, np.int64)), _joined([]), []
+    ends = np.cumsum([len(poses) for poses in kept]) - 1
+    last = np.repeat(ends, [len(poses) for poses in kept])
+    poses = _joined(kept)
+    return PoseDatabase(poses.joints, last.astype(np.int64)), poses, list(performers.values())
+
+
+def _joined(parts: Sequence[Poses]) -> Poses:
+    if not parts:
+        return Poses(np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 28)))
+    return Poses(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("translation", "root", "joints")))
+
+
+def _upright(up: Floats) -> Floats:
+    """(3, 3) a rotation that brings `up` to the camera's -y."""
+    from ..bodies.performer import rotation
+
+    y, wanted = up / np.linalg.norm(up), np.array([0.0, -1.0, 0.0])
+    axis = np.cross(y, wanted)
+    sine, cosine = float(np.linalg.norm(axis)), float(y @ wanted)
+    if sine < 1e-9:
+        return np.eye(3) if cosine > 0 else np.diag((1.0, -1.0, -1.0))
+    return rotation(axis / sine * np.arctan2(sine, cosine))

@@ -19,6 +19,7 @@ class TrackSettings:
     preset : where the numbers come from.
     terms : of `TERMS`; smoothness is always on.
     iterations : of Gauss-Newton, at most, each frame.
+    median : radius of the median that cleans depth, px.
     raster : every n-th pixel of the frame is worked on, at the 320 x 240 resolution.
     every : every n-th pixel of that raster is a sample of the surface.
     edge_every : every n-th row and column is looked at for observed edges.
@@ -42,6 +43,7 @@ class TrackSettings:
     preset: str
     terms: tuple[str, ...]
     iterations: int = 10
+    median: int = 1
     raster: int = 2
     every: int = 1
     edge_every: int = 1

@@ -1,0 +1,98 @@
+"""How well other poses of a limb would explain what is seen: only the limb is cast anew, onto the rest of the body."""
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from . import articulated, raycast
+from .compile import compiled
+
+_frames, _place, _prepare, _cast = articulated.frames, raycast.place, raycast.prepare, raycast.cast
+
+
+@compiled
+def unlikeness(seen: float, free: bool, rendered: float, most: float) -> float:
+    """How wrong one pixel is, 0 to 1: the difference in depth over `most`, 1 where only one of the two has a body.
+
+    A pixel that is neither the person nor free counts 0 whatever is rendered.
+    """
+    if np.isnan(seen):
+        return 1.0 if free and not np.isnan(rendered) else 0.0
+    if np.isnan(rendered):
+        return 1.0
+    return min(1.0, abs(seen - rendered) / most)
+
+
+@compiled
+def disagreement(seen: Singles, free: Bools, rendered: Singles, most: float) -> float:
+    """Sum of `unlikeness` over images (H, W)."""
+    total = 0.0
+    for row in range(seen.shape[0]):
+        for column in range(seen.shape[1]):
+            total += unlikeness(seen[row, column], free[row, column], rendered[row, column], most)
+    return total
+
+
+@compiled
+def limb_costs(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+    columns: Ints,
+    candidates: Floats,
+    bones: Ints,
+    kinds: Bytes,
+    centers: Floats,
+    turns: Floats,
+    sizes: Floats,
+    tapers: Floats,
+    camera: Floats,
+    seen: Singles,
+    free: Bools,
+    base: Singles,
+    most: float,
+    costs: Floats,
+) -> None:
+    """Change of the disagreement when a limb is added to a picture of the rest of the body.
+
+    Parameters
+    ----------
+    parents .. axes, translation, root, joints : as for `articulated.frames`.
+    columns, candidates : (n,) joint coordinates of the limb and (C, n) their values to be tried.
+    bones .. tapers : of the limb's solids only, as in `Solids`.
+    camera : (4,) of the images.
+    seen, free, base : (H, W) what is observed, where nobody is, and the rest of the body as rendered.
+    most : m, see `unlikeness`.
+    costs : (C,) is written.
+    """
+    count = len(bones)
+    height, width = seen.shape
+    tried = joints.copy()
+    frames = np.empty((len(parents), 4, 4))
+    placed, parts = np.empty((count, 3, 4)), np.empty((count, 18))
+    depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
+    for c in range(candidates.shape[0]):
+        for k in range(len(columns)):
+            tried[columns[k]] = candidates[c, k]
+        _frames(parents, offsets, rests, first, axes, translation, root, tried, frames)
+        _place(frames, bones, centers, turns, placed)
+        _prepare(placed, kinds, sizes, tapers, camera, width, height, parts)
+        _cast(parts, depth, solid)
+        top, bottom, left, right = float(height), -1.0, float(width), -1.0
+        for s in range(count):
+            if parts[s, 15] >= parts[s, 14] and parts[s, 17] >= parts[s, 16]:
+                left, right = min(left, parts[s, 14]), max(right, parts[s, 15])
+                top, bottom = min(top, parts[s, 16]), max(bottom, parts[s, 17])
+        total = 0.0
+        for row in range(int(top), int(bottom) + 1):
+            for column in range(int(left), int(right) + 1):
+                z, below = depth[row, column], base[row, column]
+                if np.isnan(z) or z >= below:
+                    continue
+                total += unlikeness(seen[row, column], free[row, column], z, most)
+                total -= unlikeness(seen[row, column], free[row, column], below, most)
+        costs[c] = total

@@ -1,0 +1,67 @@
+"""How sure a pose is: what is seen of each bone, and a standard deviation for each joint."""
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from ..bodies.performer import BONES, DOFS, FIRST, LANDMARK_BONES, MOVES, PARENTS, Performer, Pose, landmarks, twists
+from ..numerics.least_squares import System, inverse
+from .limbs import COARSE, Coarse, cast_parts
+
+FIT = 0.08  # m; a rendered pixel this near to what is seen shows its bone
+ENOUGH = 4.0  # standard samples of a bone that show it well; see `Evidence.weight`
+CLUMP = 25.0  # neighbouring residuals err together: so many of them tell as much as one
+SHAPE = 0.006  # m, by which every surface differs from the model's
+STRAY = 0.20  # m/s, how fast a joint that is not seen may leave where the prior holds it
+REACH = 0.25  # m, about as far as it gets
+
+
+def explained_by_bone(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> Floats:
+    """(B,) standard samples of each bone that are seen where the pose puts them."""
+    depth, solid = cast_parts(performer, pose, coarse)
+    with np.errstate(invalid="ignore"):
+        fits = (solid >= 0) & (np.abs(depth - coarse.seen) < FIT)
+    count = np.bincount(performer.solids.bone[solid[fits]], minlength=len(BONES))
+    return np.asarray(count * weight * COARSE**2, np.float64)
+
+
+def trust_of(share: Floats) -> tuple[Floats, Bools]:
+    """(28,) how well each joint coordinate is shown, 0 to 1, and (16,) which joints are seen.
+
+    A coordinate is shown by its own bone and, less, by those it carries; a joint by its bone or the one before it.
+    """
+    own = share / (share + ENOUGH)
+    carried = own.copy()
+    for b in range(len(BONES) - 1, 0, -1):
+        carried[PARENTS[b]] = max(carried[PARENTS[b]], 0.7 * carried[b])
+    trust = np.concatenate([np.full(FIRST[b + 1] - FIRST[b], carried[b]) for b in range(len(BONES))])
+    seen = carried[LANDMARK_BONES] > 0.2
+    return trust, seen
+
+
+def certainty_of(
+    performer: Performer, pose: Pose, system: System, hidden: Floats, doubt: Floats, wrong: float
+) -> tuple[Floats, Floats]:
+    """Covariance (34, 34) of the degrees of freedom, and standard deviations (16,) in m of the joints.
+
+    Parameters
+    ----------
+    system : as solved; its surface cost is in m² per standard sample.
+    hidden : (16,) s since each joint was seen.
+    doubt : (16,) m, how far other poses of the limb that explain the frame as well have the joint.
+    wrong : share of pixels explained wrongly.
+    """
+    from .evidence import STANDARD
+
+    residual = system.costs.get("surface", 0.0) / (2.0 * STANDARD)
+    variance = CLUMP * (residual + SHAPE**2) * (1.0 + 4.0 * wrong)
+    covariance = variance * inverse(system.normal)
+    moving = twists(performer, pose)
+    place = landmarks(performer, pose)
+    std = np.empty(len(place))
+    for i, b in enumerate(LANDMARK_BONES):
+        rows = MOVES[b]
+        slope = np.zeros((DOFS, 3))
+        slope[rows] = np.cross(moving[rows, :3], place[i]) + moving[rows, 3:]
+        std[i] = np.sqrt(max(np.trace(slope.T @ covariance @ slope) / 3.0, 0.0))
+    stray = REACH * (1.0 - np.exp(-STRAY * hidden / REACH))
+    return covariance, np.sqrt(std**2 + stray**2 + doubt**2)

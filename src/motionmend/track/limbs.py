@@ -1,0 +1,175 @@
+"""A limb that does not fit is looked for among other poses of its own, while the rest of the body stays."""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Bools, Floats, Ints, Singles, frozen
+from ..bodies.performer import BONES, FIRST, LANDMARKS, Performer, Pose
+from ..bodies.solids import Solids
+from ..bodies.surface import intrinsics
+from .database import PoseDatabase
+from .evidence import Evidence
+
+MOST = 0.15  # m, a difference in depth that is as wrong as nothing at all
+COARSE = 2  # every n-th pixel of the raster is looked at
+SHAPES = 96  # poses of a limb that are kept of a library
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """One arm or leg.
+
+    Attributes
+    ----------
+    name : l_arm, r_arm, l_leg, r_leg.
+    bones : that it consists of. columns : (n,) of the 28 joint coordinates. landmarks : of the 16 that it carries.
+    mirror : (n,) signs that take its coordinates to those of the other side's limb.
+    """
+
+    name: str
+    bones: tuple[int, ...]
+    columns: Ints
+    landmarks: Ints
+    mirror: Floats
+
+
+def _limb(side: str, bones: tuple[str, ...], joints: tuple[str, ...], name: str) -> Limb:
+    index = tuple(BONES.index(f"{side}_{bone}") for bone in bones)
+    columns = [c for b in index for c in range(FIRST[b], FIRST[b + 1])]
+    signs = [s for b in index for s in ((1.0, -1.0, -1.0) if FIRST[b + 1] - FIRST[b] == 3 else (1.0,))]
+    marks = [LANDMARKS.index(f"{side}_{joint}") for joint in joints]
+    return Limb(f"{side}_{name}", index, frozen(columns, np.int64), frozen(marks, np.int64), frozen(signs))
+
+
+LIMBS = tuple(
+    _limb(side, *parts)
+    for parts in (
+        (("upperarm", "forearm"), ("elbow", "wrist"), "arm"),
+        (("thigh", "shank", "foot"), ("knee", "ankle"), "leg"),
+    )
+    for side in "lr"
+)
+
+
+def shapes_of(database: PoseDatabase, performer: Performer) -> tuple[Floats, ...]:
+    """For each of `LIMBS` up to 96 of its poses (C, n) that lie far apart, those of the other side mirrored.
+
+    Without a library: a grid over the joints' ranges.
+    """
+    shapes = []
+    for limb, other in zip(LIMBS, (LIMBS[1], LIMBS[0], LIMBS[3], LIMBS[2]), strict=True):
+        if len(database):
+            some = database.joints[:: max(1, len(database) // 4000)]
+            poses = np.concatenate((some[:, limb.columns], some[:, other.columns] * other.mirror))
+        else:
+            low, high = performer.limits[6 + limb.columns].T
+            rng = np.random.default_rng(7)
+            poses = rng.uniform(0.6 * low, 0.6 * high, (2000, len(low)))
+        shapes.append(_far_apart(poses, SHAPES))
+    return tuple(shapes)
+
+
+def _far_apart(poses: Floats, count: int) -> Floats:
+    """Some of `poses` (N, n), each the farthest from those before it; the first is the one nearest the mean."""
+    chosen = [int(np.argmin(((poses - poses.mean(axis=0)) ** 2).sum(axis=1)))]
+    gap = ((poses - poses[chosen[0]]) ** 2).sum(axis=1)
+    while len(chosen) < min(count, len(poses)) and gap.max() > 1e-4:
+        chosen.append(int(np.argmax(gap)))
+        gap = np.minimum(gap, ((poses - poses[chosen[-1]]) ** 2).sum(axis=1))
+    return frozen(poses[chosen])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Coarse:
+    """The evidence in few pixels, for comparing many poses."""
+
+    intrinsics: Floats
+    seen: Singles
+    free: Bools
+    pixels: int
+
+
+def coarse_of(evidence: Evidence) -> Coarse:
+    """Every second pixel of the raster."""
+    seen = np.ascontiguousarray(evidence.depth[::COARSE, ::COARSE])
+    free = np.ascontiguousarray(evidence.free[::COARSE, ::COARSE])
+    return Coarse(intrinsics(evidence.camera.every(COARSE)), seen, free, int(np.isfinite(seen).sum()))
+
+
+def cast_parts(
+    performer: Performer, pose: Pose, coarse: Coarse, without: Limb | None = None
+) -> tuple[Singles, NDArray[np.int16]]:
+    """Depth and solid of the performer on the coarse raster, without one limb (solids numbered anew) if wanted."""
+    from ..kernels import articulated, raycast
+
+    solids = performer.solids
+    chosen = _parts_of(solids) if without is None else _parts_of(solids, without.bones)
+    placed = np.empty((len(performer.bones), 4, 4))
+    articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
+    bones, kinds, centers, turns, sizes, tapers = chosen
+    solid_placed, parts = np.empty((len(bones), 3, 4)), np.empty((len(bones), raycast.PARTS))
+    raycast.place(placed, bones, centers, turns, solid_placed)
+    height, width = coarse.seen.shape
+    raycast.prepare(solid_placed, kinds, sizes, tapers, coarse.intrinsics, width, height, parts)
+    depth, solid = np.empty(coarse.seen.shape, np.float32), np.empty(coarse.seen.shape, np.int16)
+    raycast.cast(parts, depth, solid)
+    return depth, solid
+
+
+def _parts_of(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...] = ()) -> tuple[Any, ...]:
+    """Bones, kinds, centres, turns, sizes and tapers of some of the solids."""
+    every = solids.bone, solids.kind, solids.center, solids.turn, solids.size, solids.taper
+    if not (without or only):
+        return every
+    chosen = np.isin(solids.bone, only) if only else ~np.isin(solids.bone, without)
+    return tuple(values[chosen] for values in every)
+
+
+def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
+    """Share of the person's pixels that a pose explains wrongly, 0 (none) to 1 and, with too much body, beyond."""
+    from ..kernels import limbs
+
+    wrong = limbs.disagreement(coarse.seen, coarse.free, cast_parts(performer, pose, coarse)[0], MOST)
+    return float(wrong / max(coarse.pixels, 1))
+
+
+def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
+    """(C,) disagreement, in pixels up to a constant, of the pose with each of `candidates` (C, n) for the limb."""
+    from ..kernels import limbs
+
+    bones, kinds, centers, turns, sizes, tapers = _parts_of(performer.solids, only=limb.bones)
+    base, _ = cast_parts(performer, pose, coarse, limb)
+    costs = np.empty(len(candidates))
+    limbs.limb_costs(
+        *performer.chain,
+        pose.translation,
+        pose.root,
+        pose.joints,
+        limb.columns,
+        np.ascontiguousarray(candidates),
+        bones,
+        kinds,
+        centers,
+        turns,
+        sizes,
+        tapers,
+        coarse.intrinsics,
+        coarse.seen,
+        coarse.free,
+        base,
+        MOST,
+        costs,
+    )
+    return costs
+
+
+def with_limb(pose: Pose, limb: Limb, values: Floats) -> Pose:
+    """The pose with other joint coordinates (n,) of one limb."""
+    joints = pose.joints.copy()
+    joints[limb.columns] = values
+    return Pose(pose.translation, pose.root, joints)

@@ -1,0 +1,69 @@
+"""Limbs that explain too little are tried elsewhere; what explains the frame clearly better is taken."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Floats
+from ..bodies.performer import Pose, landmarks
+from ..numerics.least_squares import Solution
+from .evidence import Evidence
+from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
+from .model import TrackerModel
+from .settings import TrackSettings
+from .solve import solve_pose
+from .terms import Term
+
+if TYPE_CHECKING:
+    from .tracker import TrackState
+
+GAIN = 0.02  # share of the person's pixels that a limb's new pose must explain better
+ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
+TRIED = 2  # of each limb's candidates are refined
+
+
+def mend_limbs(
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: "TrackState",
+    evidence: Evidence,
+    coarse: Coarse,
+    terms: list[Term],
+    expected: Pose,
+    solution: Solution[Pose],
+) -> tuple[Solution[Pose], int, Floats]:
+    """Look for each limb among poses of the library and about where it is.
+
+    Returns
+    -------
+    The solution, a better one if there is; how many limbs were moved; and (16,) m, the doubt about each joint.
+    """
+    performer = state.performer
+    doubt = np.zeros(16)
+    moved = 0
+    wrong = disagreement(performer, solution.state, coarse)
+    for number, limb in enumerate(LIMBS):
+        pose = solution.state
+        now = pose.joints[limb.columns]
+        candidates = np.concatenate((now[None], expected.joints[limb.columns][None], model.limb_shapes[number]))
+        costs = limb_costs(performer, pose, limb, candidates, coarse) / max(coarse.pixels, 1)
+        order = np.argsort(costs, kind="stable")
+        better = [i for i in order[:TRIED] if costs[i] < costs[0] - 0.5 * GAIN]
+        for i in better:
+            trial = solve_pose(performer, evidence, terms, with_limb(pose, limb, candidates[i]), settings, 5)
+            after = disagreement(performer, trial.state, coarse)
+            if after < wrong - GAIN:
+                solution, wrong = trial, after
+                moved += 1
+                break
+        # Poses that explain the frame as well: how far apart they have the joints is what is not known.
+        alike = np.exp(-np.maximum(costs - costs[0], 0.0) / ALIKE)
+        alike[0] = 1.0
+        if alike[1:].sum() > 0.05:
+            marks = limb.landmarks
+            base = landmarks(performer, pose)[marks]
+            near = np.flatnonzero(alike > 0.02)
+            away = np.array([landmarks(performer, with_limb(pose, limb, candidates[i]))[marks] - base for i in near])
+            share = alike[near] / alike.sum()
+            doubt[marks] = np.sqrt((share[:, None] * (away**2).sum(axis=2)).sum(axis=0) / 3.0)
+    return solution, moved, doubt

@@ -1,0 +1,353 @@
+"""Following one body, frame by frame: a state goes in with a frame, the next state and an estimate come out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import final
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Singles, frozen
+from ..bodies.camera import DepthFrame
+from ..bodies.performer import DOFS, Performer, Pose, advance, landmarks
+from ..errors import UsageError
+from ..numerics.least_squares import Solution
+from .certainty import certainty_of, explained_by_bone, trust_of
+from .edge_term import EdgeTerm
+from .evidence import Evidence, evidence_of
+from .foreground import Scene, find_person, remember, scene_of
+from .freespace_term import FreespaceTerm
+from .limbs import Coarse, coarse_of, disagreement
+from .limits_term import LimitsTerm
+from .mend_limbs import mend_limbs
+from .model import TrackerModel
+from .observation import Observation
+from .prior_term import prior_term
+from .settings import TrackSettings
+from .smooth_term import SmoothTerm, difference
+from .solve import solve_pose
+from .surface_term import SurfaceTerm
+from .terms import Term
+
+__all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step"]
+
+FLAGS = ("tracked", "held", "lost", "recovered", "empty")
+LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
+WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
+PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class TrackState:
+    """All that is carried from one frame to the next.
+
+    Attributes
+    ----------
+    performer : whose lengths and widths are used. scene : the room as known so far; None before the first frame.
+    pose : of the last frame; None while nobody was ever found. velocity : (34,) per second.
+    trust : (28,) in [0, 1] how well the last frame showed each joint coordinate.
+    hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
+    wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
+    before : bones, intensities and intrinsics of the last frame, where colour counts.
+    time : s, of the last frame.
+    """
+
+    performer: Performer
+    scene: Scene | None = None
+    pose: Pose | None = None
+    velocity: Floats = field(default_factory=lambda: frozen(np.zeros(DOFS)))
+    trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
+    hidden: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
+    lost: bool = True
+    wrong: float = float("nan")
+    before: tuple[Floats, Singles, Floats] | None = None
+    time: float = float("nan")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What one frame gave.
+
+    Attributes
+    ----------
+    pose : None while nobody was ever found. landmarks : (16, 3) m in camera axes, NaN then.
+    std : (16,) m, standard deviation of each joint (one coordinate).
+    flags : of `FLAGS`; `held` joints are in `held`.
+    held : (16,) True where nothing of the limb is seen and the prior holds it.
+    costs, inliers : of each term. wrong : share of the person's pixels explained wrongly.
+    converged, iterations : of Gauss-Newton. covariance : (34, 34) m² and rad².
+    restarts : how many limbs or bodies were found anew.
+    seconds : of each stage.
+    """
+
+    pose: Pose | None
+    landmarks: Floats
+    std: Floats
+    flags: tuple[str, ...]
+    held: Bools
+    costs: Mapping[str, float] = field(default_factory=dict)
+    inliers: Mapping[str, int] = field(default_factory=dict)
+    wrong: float = float("nan")
+    converged: bool = False
+    iterations: int = 0
+    covariance: Floats | None = None
+    restarts: int = 0
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+def start(
+    model: TrackerModel,
+    settings: TrackSettings,
+    frame: DepthFrame,
+    performer: Performer | None = None,
+    pose: Pose | None = None,
+    scene: Scene | None = None,
+) -> TrackState:
+    """The state before frame 0, which `step` is then called with.
+
+    Parameters
+    ----------
+    model, settings : as for `step`.
+    frame : frame 0.
+    performer : the person's lengths; an average adult when not given.
+    pose : of frame 0; the detector finds it when not given.
+    scene : the empty room, if it was seen (`foreground.empty_scene`).
+
+    Raises
+    ------
+    UsageError
+        When there is neither a pose nor a detector.
+    """
+    from ..bodies import anatomy
+
+    if pose is None and model.detector is None:
+        raise UsageError("a start pose was wanted: this model was fitted without a detector")
+    room = scene_of(_worked(frame)) if scene is None else scene
+    return TrackState(anatomy.average() if performer is None else performer, room, pose, lost=pose is None)
+
+
+def step(
+    model: TrackerModel, settings: TrackSettings, state: TrackState, frame: DepthFrame
+) -> tuple[TrackState, Estimate]:
+    """Follow the body into one more frame (section 3.6).
+
+    Parameters
+    ----------
+    model : pose library and detector.
+    settings : terms and weights (`settings_of`).
+    state : what `start` or the last `step` gave.
+    frame : the next one, of the same camera.
+
+    Returns
+    -------
+    The next state, and the estimate of this frame. In a frame with nobody in it the last pose is kept, the joints'
+    standard deviations grow, and the flags say `empty`; where the body is not found they say `lost`.
+    """
+    clock = _Clock()
+    frame = _worked(frame)
+    scene = scene_of(frame) if state.scene is None else state.scene
+    person = find_person(scene, frame, None if state.pose is None else state.pose.translation, settings.median)
+    scene = remember(scene, frame, person)
+    elapsed = frame.time - state.time if np.isfinite(state.time) else 0.0
+    state = replace(state, scene=scene, time=frame.time)
+    observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings))
+    evidence = evidence_of(observation, settings) if person.found else None
+    clock.lap("foreground")
+    if evidence is None:
+        return _nobody(state, elapsed, ("empty",), clock)
+    coarse = coarse_of(evidence)
+    recovered = False
+    if state.pose is None or state.lost:
+        found = _found(model, settings, state, observation, evidence, coarse)
+        clock.lap("detect")
+        if found is None:
+            return _nobody(state, elapsed, ("lost",), clock)
+        recovered = state.pose is not None
+        state = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
+        elapsed = 0.0
+    assert state.pose is not None
+    expected = _expected(state, settings, elapsed, coarse)
+    terms = terms_of(model, settings, state, evidence, expected)
+    clock.lap("prior")
+    solution = solve_pose(state.performer, evidence, terms, expected, settings)
+    clock.lap("solve")
+    restarts = 0
+    doubt = np.zeros(16)
+    if settings.search:
+        solution, restarts, doubt = mend_limbs(model, settings, state, evidence, coarse, terms, expected, solution)
+        clock.lap("limbs")
+    wrong = disagreement(state.performer, solution.state, coarse)
+    if wrong > LOST and settings.search and model.detector is not None and not recovered:
+        found = _found(model, settings, state, observation, evidence, coarse)
+        if found is not None and disagreement(state.performer, found, coarse) < 0.8 * wrong:
+            fresh = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)))
+            terms = terms_of(model, settings, fresh, evidence, found)
+            solution = solve_pose(state.performer, evidence, terms, found, settings)
+            wrong, recovered = disagreement(state.performer, solution.state, coarse), True
+        clock.lap("detect")
+    return _tracked(
+        settings, state, observation, evidence, coarse, solution, wrong, elapsed, recovered, restarts, doubt, clock
+    )
+
+
+def terms_of(
+    model: TrackerModel, settings: TrackSettings, state: TrackState, evidence: Evidence, expected: Pose
+) -> list[Term]:
+    """The terms that the settings ask for, made for one frame (equation 3.14)."""
+    assert state.pose is not None
+    weights = np.full(DOFS, settings.smooth)
+    terms: list[Term] = [
+        SurfaceTerm(evidence, settings, state.before if "color" in settings.terms else None),
+        SmoothTerm(expected, weights),
+    ]
+    if "edge" in settings.terms:
+        terms.append(EdgeTerm(evidence, settings))
+    if "freespace" in settings.terms:
+        terms.append(FreespaceTerm(evidence, settings))
+    if "limits" in settings.terms:
+        terms.append(LimitsTerm(state.performer.limits, settings.limits))
+    if "prior" in settings.terms:
+        prior = prior_term(model.database, state.pose, settings, state.trust)
+        if prior is not None:
+            terms.append(prior)
+    return terms
+
+
+def _expected(state: TrackState, settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
+    """Where the body should be by now: where its motion leads, unless where it was explains the frame better."""
+    assert state.pose is not None
+    if settings.velocity <= 0.0 or not 0.0 < elapsed < PAUSE:
+        return state.pose
+    moved = advance(state.performer, state.pose, settings.velocity * elapsed * state.velocity)
+    ahead = disagreement(state.performer, moved, coarse)
+    return moved if ahead <= disagreement(state.performer, state.pose, coarse) + 0.02 else state.pose
+
+
+def _found(
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: TrackState,
+    observation: Observation,
+    evidence: Evidence,
+    coarse: Coarse,
+) -> Pose | None:
+    """The pose that explains the frame best, of those the detector proposes and the last one; None = no body."""
+    from .detect import detect
+    from .judge import judge
+    from .start import Candidate, best_start, candidates
+
+    few = observation.every(4)
+    tried = [] if state.pose is None else [Candidate(state.pose, judge(state.performer, state.pose, few).cost, "last")]
+    if model.detector is not None:
+        shown = DepthFrame(observation.camera, observation.depth, None, observation.time)
+        tried += candidates(state.performer, detect(model.detector, shown), few, model.examples)
+
+    def refine(pose: Pose) -> tuple[Pose, float]:
+        trial = replace(state, pose=pose, before=None, trust=frozen(np.ones(DOFS - 6)))
+        terms = terms_of(model, settings, trial, evidence, pose)
+        solution = solve_pose(state.performer, evidence, terms, pose, settings)
+        return solution.state, disagreement(state.performer, solution.state, coarse)
+
+    best = best_start(sorted(tried, key=lambda one: one.cost), refine)
+    return None if best is None or best.cost > 1.5 * LOST else best.pose
+
+
+def _tracked(
+    settings: TrackSettings,
+    state: TrackState,
+    observation: Observation,
+    evidence: Evidence,
+    coarse: Coarse,
+    solution: Solution[Pose],
+    wrong: float,
+    elapsed: float,
+    recovered: bool,
+    restarts: int,
+    doubt: Floats,
+    clock: "_Clock",
+) -> tuple[TrackState, Estimate]:
+    assert state.pose is not None
+    performer, pose = state.performer, solution.state
+    share = explained_by_bone(performer, pose, coarse, evidence.weight)
+    trust, seen = trust_of(share)
+    hidden = np.where(seen, 0.0, state.hidden + elapsed)
+    covariance, std = certainty_of(performer, pose, solution.system, hidden, doubt, wrong)
+    lost = wrong > LOST and settings.search
+    velocity = np.zeros(DOFS)
+    if 0.0 < elapsed < PAUSE:
+        velocity = difference(pose, state.pose) / elapsed
+        velocity[6:] *= np.minimum(1.0, 0.2 + trust)  # what is not seen is not known to go on moving
+    before = None
+    if "color" in settings.terms and observation.intensity is not None:
+        from ..bodies.performer import bone_frames
+
+        cam = observation.camera
+        before = bone_frames(performer, pose), observation.intensity, np.array([cam.fx, cam.fy, cam.cx, cam.cy])
+    running = wrong if not np.isfinite(state.wrong) else 0.9 * state.wrong + 0.1 * wrong
+    flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
+    flags += ("held",) if not seen.all() else ()
+    after = replace(
+        state,
+        pose=pose,
+        velocity=frozen(velocity),
+        trust=frozen(trust),
+        hidden=frozen(hidden),
+        lost=lost,
+        wrong=state.wrong if lost else running,
+        before=before,
+    )
+    clock.lap("certainty")
+    return after, Estimate(
+        pose,
+        landmarks(performer, pose),
+        np.maximum(std, 0.10) if lost else std,
+        flags,
+        ~seen,
+        solution.system.costs,
+        solution.system.inliers,
+        wrong,
+        solution.converged,
+        solution.iterations,
+        covariance,
+        restarts + recovered,
+        clock.seconds,
+    )
+
+
+def _nobody(state: TrackState, elapsed: float, flags: tuple[str, ...], clock: "_Clock") -> tuple[TrackState, Estimate]:
+    """The last pose is kept; its joints may be anywhere within reach by now."""
+    hidden = state.hidden + elapsed
+    after = replace(state, hidden=frozen(hidden), lost=True, velocity=frozen(np.zeros(DOFS)), before=None)
+    place = np.full((16, 3), np.nan) if state.pose is None else landmarks(state.performer, state.pose)
+    std = np.full(16, np.nan) if state.pose is None else 0.15 + 0.5 * hidden
+    return after, Estimate(state.pose, place, std, flags, np.ones(16, bool), seconds=clock.seconds)
+
+
+def _worked(frame: DepthFrame) -> DepthFrame:
+    """The frame at no more than about 320 x 240 pixels."""
+    n = max(1, round(frame.camera.width / 320.0)) if frame.camera.width > WORKED else 1
+    if n == 1:
+        return frame
+    color = None if frame.color is None else frame.color[::n, ::n]
+    return DepthFrame(frame.camera.every(n), np.ascontiguousarray(frame.depth[::n, ::n]), color, frame.time)
+
+
+def _tones(frame: DepthFrame, settings: TrackSettings) -> Singles | None:
+    if frame.color is None or "color" not in settings.terms:
+        return None
+    return np.asarray(frame.color @ np.array([0.299, 0.587, 0.114], np.float32), np.float32)  # ITU-R BT.601
+
+
+class _Clock:
+    """Seconds between laps."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = perf_counter()
+        self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
+        self._last = now
