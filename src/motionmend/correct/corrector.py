@@ -12,6 +12,7 @@ from ..errors import MismatchError, UsageError
 from ..numerics.factors import Factors
 from .anatomy import anatomy, following, matched
 from .follow import Followed
+from .hindsight import judged_again, placed_again
 from .learning import going_well, learned_factors, lessons, model_anatomy, usual_unsteadiness
 from .normalise import Standard
 from .pairing import Pair
@@ -208,8 +209,9 @@ class CorrectorModel:
         rows = rows_of(joining.to_model, given)
         told = None if states is None else _states_of(joining, np.asarray(states))
         sight = look(self.watcher, state.sight, rows, told, float(time))
-        moved, std = self._moved(sight)
-        corrected = self._outward(joining, given[None], [sight], moved[None], std[None])
+        followed = sight.followed
+        moved, std = self._moved(followed.posture[None], followed.std[None])
+        corrected = self._outward(joining, given[None], [sight], moved, std, followed.failing[None])
         flags = _words(sight)
         return replace(state, sight=sight), Corrected(corrected[0][0], corrected[1][0], corrected[2][0], flags)
 
@@ -236,26 +238,28 @@ class CorrectorModel:
         state = self.start(postures.names, fps)
         rows = rows_of(state.joining.to_model, postures.positions)
         state = replace(state, sight=acquainted(self.watcher, rows, state.sight))
-        positions = np.array(postures.positions)
-        std, reliability = np.zeros(positions.shape[:2]), np.zeros(positions.shape[:2])
+        sights = []
         for t in range(postures.frames):
-            told = None if postures.state is None else postures.state[t]
-            state, frame = self.step(state, postures.positions[t], told, float(postures.times[t]))
-            positions[t], std[t], reliability[t] = frame.positions, frame.std, frame.reliability
+            told = None if postures.state is None else _states_of(state.joining, postures.state[t])
+            sights.append(look(self.watcher, sights[-1] if sights else state.sight, rows[t], told, postures.times[t]))
+        if not sights:
+            return replace(postures, std=np.zeros(rows.shape[:2]), reliability=np.zeros(rows.shape[:2]))
+        failing = judged_again(sights)
+        posture, unsure = placed_again(self.factors, sights, failing)
+        moved, std = self._moved(posture, unsure)
+        positions, std, reliability = self._outward(state.joining, postures.positions, sights, moved, std, failing)
         return replace(postures, positions=positions, std=std, reliability=reliability)
 
-    def _moved(self, sight: Sight) -> tuple[Floats, Floats]:
-        """(J, 3) the corrected posture in standard form and (J,) its standard deviation."""
-        followed = sight.followed
-        offsets, variance = self.committee.predict(shape_features(followed.posture[None], self.watcher.body))
-        whole = self.__dict__["_following"] @ offsets[0]
-        return followed.posture + whole, np.sqrt(variance[0] + followed.std**2)
+    def _moved(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
+        """(T, J, 3) the corrected postures in standard form and (T, J) their standard deviation."""
+        offsets, variance = self.committee.predict(shape_features(posture, self.watcher.body))
+        return posture + self.__dict__["_following"] @ offsets, np.sqrt(variance + unsure**2)
 
     def _outward(
-        self, joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats
+        self, joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats, failing: Floats
     ) -> tuple[Floats, Floats, Floats]:
         positions, deviations, reliability = [], [], []
-        for raw, sight, posture, sigma in zip(given, sights, moved, std, strict=True):
+        for raw, sight, posture, sigma, fails in zip(given, sights, moved, std, failing, strict=True):
             here = sight.placement.outward(posture[None])[0]
             if sight.upright is not None:
                 here = here @ sight.upright
@@ -268,7 +272,7 @@ class CorrectorModel:
             for k, j in enumerate(joining.to_model):
                 if j >= 0:
                     placed[j] = here[k]
-            trust = np.where(joint, 1.0 - sight.followed.failing, 0.0)
+            trust = np.where(joint & ~sight.swapped, 1.0 - fails, 0.0)
             share = np.abs(joining.spread)
             positions.append(placed)
             deviations.append(share @ (sigma * sight.placement.scale[0]))

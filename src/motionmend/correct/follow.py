@@ -64,9 +64,9 @@ def follow(
     factors: Factors,
     detector: Detector,
     before: Followed,
+    forecast: Belief,
     standard: Floats,
     seconds: float,
-    step: tuple[Floats, Floats],
     raw: Floats,
     bones: tuple[Floats, Floats],
     told: Floats,
@@ -75,14 +75,13 @@ def follow(
 
     Parameters
     ----------
+    forecast : the belief of the factors before this frame is looked at.
     standard : (J, 3) the sensor's posture in standard form, NaN = missing.
     seconds : since the frame before; 0 for the first.
-    step : matrix and noise of the factors' process over that time.
     raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
     bones : two (J,) of `bone_features`.
     told : (J, 3) of `state_features`.
     """
-    forecast = model.ahead(before.belief, *step) if seconds > 0 else before.belief
     present = np.isfinite(standard).all(axis=1)
     values = np.where(present[:, None], standard, factors.mean) - factors.mean - before.own
     jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)

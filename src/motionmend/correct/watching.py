@@ -11,6 +11,7 @@ from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .normalise import Placement, Standard, bone_lengths, facing, origins, turns, upright
 from .reliability import Detector, bone_features, state_features
+from .sides import changed, limbs_changed, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
@@ -138,14 +139,14 @@ def look(
     before = sight.followed
     if seconds > PATIENCE or sight.time is None:
         before, seconds = replace(begin(watcher.factors), own=before.own), 0.0
+    turned = trunk_turned(rows, sight.direction, seconds, body)
+    swapped = np.zeros(len(rows), dtype=np.bool_)
+    if turned.any():
+        rows, states = changed_sides(rows, states, body.across[turned])
+        swapped[body.across[turned]] = True
     present = np.isfinite(rows).all(axis=1)
     trust = np.where(present, 1.0 - before.failing, 0.0)
-    usual, size = usual_lengths(watcher, sight.lengths)
-    lengths = bone_lengths(rows[None], body)[0]
-    if not (sight.lengths[1] > 0).any():
-        ratio = lengths / watcher.standard.lengths
-        size = float(np.median(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else 1.0
-        usual = size * watcher.standard.lengths
+    usual, size = _usual(watcher, sight, bone_lengths(rows[None], body)[0])
     direction = facing(rows[None], trust[None], body)[0]
     if not direction.any():
         direction = sight.direction
@@ -154,17 +155,28 @@ def look(
     if not trust.any():
         placement = sight.placement
     standard = placement.inward(rows[None])[0]
-    if step is None:
-        step = process.transition(watcher.factors, seconds) if seconds > 0 else (np.zeros((0, 0)), np.zeros((0, 0)))
+    forecast = before.belief
+    if seconds > 0:
+        forecast = process.ahead(forecast, *(process.transition(watcher.factors, seconds) if step is None else step))
+    there, cov = process.expected(watcher.factors, forecast)
+    variance = np.trace(cov, axis1=1, axis2=2) / 3.0 + watcher.factors.noise
+    limbs = body.pairs
+    sides = limbs_changed(standard, there + watcher.factors.mean + before.own, variance, sight.swapped, limbs)
+    if sides.swapped.any():
+        limbs = limbs[sides.swapped[limbs[:, 0]]]
+        rows, states = changed_sides(rows, states, limbs)
+        standard = placement.inward(rows[None])[0]
+        swapped = swapped | sides.swapped
+    lengths = bone_lengths(rows[None], body)[0]
     bent = np.sqrt(((rows - 2.0 * sight.recent[0] + sight.recent[1]) ** 2).sum(axis=1)) / size
     raw = np.where(np.isfinite(bent), bent / watcher.detector.jerk, 0.0)
     followed = follow(
         watcher.factors,
         watcher.detector,
         before,
+        forecast,
         standard,
         seconds,
-        step,
         raw,
         bone_features(lengths, usual, watcher.detector, body),
         state_features(states, len(rows)),
@@ -183,9 +195,23 @@ def look(
         direction,
         sums,
         followed,
-        np.zeros(len(rows), dtype=np.bool_),
-        bool(good.sum() < 3.0),
+        swapped,
+        sides.unsure or bool(good.sum() < 3.0),
     )
+
+
+def changed_sides(rows: Floats, states: Bytes | None, pairs: Ints) -> tuple[Floats, Bytes | None]:
+    """Positions and states with the members of the pairs in each other's place."""
+    return changed(rows, pairs), None if states is None else changed(states, pairs)
+
+
+def _usual(watcher: Watcher, sight: Sight, lengths: Floats) -> tuple[Floats, float]:
+    """Usual bone lengths (B,) and the size; of a person just met, by this frame's bones."""
+    if (sight.lengths[1] > 0).any():
+        return usual_lengths(watcher, sight.lengths)
+    ratio = lengths / watcher.standard.lengths
+    size = float(np.median(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else 1.0
+    return size * watcher.standard.lengths, size
 
 
 def rows_of(to_model: Ints, values: Floats) -> Floats:

@@ -1,0 +1,68 @@
+"""A whole recording seen once more from its end: which joints failed, and where they were, knowing what came later."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Floats
+from ..numerics import factors as process
+from ..numerics.factors import Belief, Factors
+from .reliability import chain_backward
+from .watching import PATIENCE, Sight
+
+WINDOW = 90  # frames; beliefs further ahead than this say nothing more of a frame
+
+
+def judged_again(sights: Sequence[Sight]) -> Floats:
+    """(T, J) the probability that each joint fails, by what came before and after."""
+    forecasts = np.stack([one.followed.forecast for one in sights])
+    filtered = np.stack([one.followed.failing for one in sights])
+    times = np.array([one.time for one in sights], dtype=np.float64)
+    return chain_backward(forecasts, filtered, np.diff(times, prepend=times[0]))
+
+
+def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> tuple[Floats, Floats]:
+    """Postures (T, J, 3) in standard form with failing joints where both past and future expect them, and the standard
+    deviation (T, J) of a coordinate.
+
+    Frames without a failing joint stay as the sensor gave them.
+
+    Parameters
+    ----------
+    failing : (T, J) of `judged_again`.
+    """
+    present = np.stack([np.isfinite(one.rows).all(axis=1) for one in sights])
+    trust = np.where(present, 1.0 - failing, 0.0)
+    given = np.stack([one.placement.inward(one.rows[None])[0] for one in sights])
+    own = _own_shapes(sights, trust)
+    values = np.where(present[..., None], given, 0.0) - factors.mean - own
+    times = np.array([one.time for one in sights], dtype=np.float64)
+    gaps = np.diff(times, prepend=times[0])
+    steps = {gap: process.transition(factors, gap) for gap in np.unique(np.round(gaps, 6))}
+    beliefs: list[Belief] = []
+    for t, gap in enumerate(np.round(gaps, 6)):
+        known = t > 0 and gap <= PATIENCE
+        forecast = process.ahead(beliefs[-1], *steps[gap]) if known else process.start(factors)
+        precision = np.where(trust[t] > 0.02, trust[t], 0.0) / factors.noise
+        beliefs.append(process.seen(factors, forecast, np.where(present[t][:, None], values[t], 0.0), precision))
+    posture, std = np.empty(given.shape), np.zeros(trust.shape)
+    later = beliefs[-1]
+    for t in range(len(sights) - 1, -1, -1):
+        if t < len(sights) - 1 and gaps[t + 1] <= PATIENCE:
+            later = process.backward(later, beliefs[t], *steps[np.round(gaps[t + 1], 6)])
+        else:
+            later = beliefs[t]
+        there, cov = process.expected(factors, later)
+        share = trust[t][:, None]
+        posture[t] = share * np.where(present[t][:, None], values[t], 0.0) + (1.0 - share) * there
+        std[t] = (1.0 - trust[t]) * np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + factors.noise)
+    return posture + factors.mean + own, std
+
+
+def _own_shapes(sights: Sequence[Sight], trust: Floats) -> Floats:
+    """(T, J, 3) what is this person's own in the shape: as learned from the nearest frames in which it was seen."""
+    own = np.stack([one.followed.own for one in sights])
+    total = np.maximum(trust.sum(axis=0), 1e-9)[:, None]
+    usual = (own * trust[..., None]).sum(axis=0) / total
+    after = np.cumsum(trust, axis=0) > 10.0  # the first frames' own shape is not known yet: hindsight knows the rest's
+    return np.where(after[..., None], own, usual)
