@@ -1,10 +1,13 @@
 """Joint sets: each joint has one meaning, trees are trees, and maps between sets agree with the names."""
 
+from random import Random
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motionmend.arrays import Ints
 from motionmend.bodies.joint_sets import (
     JOINT_SETS,
     KINECT25,
@@ -22,7 +25,7 @@ from motionmend.bodies.joint_sets import (
 SETS = list(JOINT_SETS.values())
 
 
-def depth(parent: np.ndarray, joint: int) -> int:
+def depth(parent: Ints, joint: int) -> int:
     """Steps from a joint to its root; fails on a cycle."""
     steps = 0
     while parent[joint] >= 0:
@@ -60,7 +63,7 @@ def test_maps_join_equal_meanings_both_ways(source: JointSet, target: JointSet) 
 
 
 @given(st.sampled_from(SETS), st.randoms())
-def test_names_in_any_order_mean_the_same(one: JointSet, random) -> None:
+def test_names_in_any_order_mean_the_same(one: JointSet, random: Random) -> None:
     order = list(range(len(one.names)))
     random.shuffle(order)
     names = [one.names[k] for k in order]
