@@ -24,6 +24,7 @@ WITHIN = 0.10  # m, what counts as found when confidences are learned
 BANDWIDTH = 0.08  # m, of mean shift: about a hand's length; the chest's votes scatter as wide
 PIXELS = 1200  # looked at in one image, about
 FOCAL = (KINECT.fx, KINECT.fy)
+EXAMPLES = 300  # poses kept to begin with
 PLACES = 3  # modes kept of each joint
 
 
@@ -37,15 +38,17 @@ class Detector:
     forest : of body parts.
     mass : (16, K) m^2, masses of votes, not decreasing along K.
     hit : (16, K) share of joints with such a mass that were within 10 cm.
+    examples : (N, 28) rad, poses far apart from each other, to begin with where detected joints leave a pose open.
     """
 
     forest: PartForest
     mass: Floats
     hit: Floats
+    examples: Floats
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", frozen(self.mass))
-        object.__setattr__(self, "hit", frozen(self.hit))
+        for name in ("mass", "hit", "examples"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
         for values in (self.mass, self.hit):
             if values.shape != self.mass.shape or len(values) != JOINTS:
                 raise MismatchError(f"a detector's mass and hit must be ({JOINTS}, K), came {values.shape}")
@@ -55,6 +58,7 @@ class Detector:
         return {f"forest.{name}": values for name, values in self.forest.arrays().items()} | {
             "mass": np.asarray(self.mass),
             "hit": np.asarray(self.hit),
+            "examples": np.asarray(self.examples, np.float32),
         }
 
     @classmethod
@@ -65,10 +69,10 @@ class Detector:
         ------
         MismatchError : when an array is missing or of another shape.
         """
-        if "mass" not in arrays or "hit" not in arrays:
-            raise MismatchError("a detector needs the arrays mass and hit; fit the model anew")
+        if not {"mass", "hit", "examples"} <= set(arrays):
+            raise MismatchError("a detector needs the arrays mass, hit and examples; fit the model anew")
         own = {name.removeprefix("forest."): a for name, a in arrays.items() if name.startswith("forest.")}
-        return cls(PartForest.from_arrays(own), arrays["mass"], arrays["hit"])
+        return cls(PartForest.from_arrays(own), arrays["mass"], arrays["hit"], arrays["examples"])
 
 
 @final
@@ -128,7 +132,8 @@ def fit_detector(
         fitted.append(grown(np.concatenate(samples), np.concatenate(labels), 18, 12, 36, seed + tree))
         probes.append(tested)
     forest = _taught(planted(fitted, probes, JOINTS), every)
-    return _calibrated(forest, list(pictures(poses, performers, max(count // 8, 40), seed + 1)))
+    mass, hit = _calibrated(forest, list(pictures(poses, performers, max(count // 8, 40), seed + 1)))
+    return Detector(forest, mass, hit, _far_apart(poses.joints, EXAMPLES))
 
 
 def detect(detector: Detector, frame: DepthFrame) -> Detection:
@@ -216,7 +221,7 @@ def _taught(forest: PartForest, every: Sequence[Picture]) -> PartForest:
     return replace(forest, parts=parts, votes=offsets, facing=(facing + 1.0) / (total + 2.0))
 
 
-def _calibrated(forest: PartForest, every: Sequence[Picture], bins: int = 8) -> Detector:
+def _calibrated(forest: PartForest, every: Sequence[Picture], bins: int = 8) -> tuple[Floats, Floats]:
     """How often joints were within 10 cm, by the mass of their votes, on pictures the forest has not seen."""
     from sklearn.isotonic import IsotonicRegression
 
@@ -232,4 +237,14 @@ def _calibrated(forest: PartForest, every: Sequence[Picture], bins: int = 8) -> 
         smooth = IsotonicRegression(out_of_bounds="clip").fit(mass[:, joint], hit[:, joint])
         table[joint] = np.quantile(mass[:, joint], np.linspace(0.02, 0.98, bins))
         share[joint] = smooth.predict(table[joint])
-    return Detector(forest, table, share)
+    return table, share
+
+
+def _far_apart(joints: Floats, count: int) -> Floats:
+    """Up to `count` poses, each the farthest from those before it, of a few thousand of those given."""
+    some = joints[:: 1 + len(joints) // 4000]
+    chosen, gap = [0], ((some - some[0]) ** 2).sum(axis=1)
+    while len(chosen) < min(count, len(some)) and gap.max() > 1e-3:
+        chosen.append(int(np.argmax(gap)))
+        gap = np.minimum(gap, ((some - some[chosen[-1]]) ** 2).sum(axis=1))
+    return some[chosen]

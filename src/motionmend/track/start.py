@@ -12,9 +12,10 @@ from typing import TypeAlias, final
 import numpy as np
 
 from ..arrays import Floats, Ints
+from ..bodies.camera import DepthFrame
 from ..bodies.performer import AXES, BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose, landmarks
 from ..errors import MismatchError
-from .detect import Detection
+from .detect import Detection, Detector, detect
 from .judge import judge
 from .observation import Observation
 from .reach import TORSO, fitted, placed, reach, standing_at
@@ -55,7 +56,7 @@ def pose_from_joints(performer: Performer, joints: Floats, examples: Floats | No
 
 
 def poses_to(
-    performer: Performer, joints: Floats, weights: Floats, examples: Floats | None = None, most: int = 4
+    performer: Performer, joints: Floats, weights: Floats, examples: Floats | None = None, most: int = 3
 ) -> list[tuple[Pose, float]]:
     """Poses that bring joints to their places, from several beginnings, different ones first.
 
@@ -124,6 +125,27 @@ def candidates(
     if not found and np.isfinite(seen.depth).any():
         found = _upright(performer, seen)
     return sorted(found, key=lambda one: one.cost)[:most]
+
+
+def start_poses(detector: Detector, performer: Performer, seen: Observation, most: int = 5) -> list[Pose]:
+    """Poses that may be the one in a frame, the likeliest first; both readings of left and right are among them.
+
+    Parameters
+    ----------
+    detector : fitted.
+    performer : the person's lengths, or an average adult's.
+    seen : the frame, of any size.
+    most : how many.
+    """
+    found = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time))
+    step = max(1, round(seen.camera.width / 80))
+    every = candidates(performer, found, seen.every(step), detector.examples, 100)
+    # Half of the places for each reading: before they are refined costs hardly tell front from back.
+    kept: list[Candidate] = []
+    for source in sorted({one.source for one in every}):
+        own = [one for one in every if one.source == source]
+        kept += own[: (most + 1) // 2 if len({one.source for one in every}) > 1 else most]
+    return [one.pose for one in sorted(kept, key=lambda one: one.cost)[:most]]
 
 
 def best_start(found: Sequence[Candidate], refine: Refine, most: int = 4) -> Candidate | None:
