@@ -201,9 +201,7 @@ def _swapped(truth: Sequence[str], points: _Points) -> Ints:
 
 def _offset(seen: Floats, times: Floats, truth: Floats, truth_times: Floats) -> tuple[float, tuple[str, ...]]:
     """The offset with which the points move most alike, and a sentence when the movement does not tell it."""
-    length = min(times[-1] - times[0], truth_times[-1] - truth_times[0])
-    first = truth_times[0] - times[-1] + _OVERLAP * length
-    last = truth_times[-1] - times[0] - _OVERLAP * length
+    first, last = _span(times, truth_times)
     trials = np.arange(first, last + _STEP, _STEP)
     costs = np.array([_cost(one, seen, times, truth, truth_times) for one in trials])
     if not np.isfinite(costs).any():
@@ -221,14 +219,22 @@ def _offset(seen: Floats, times: Floats, truth: Floats, truth_times: Floats) -> 
 def _checked(offset: float, seen: Floats, times: Floats, truth: Floats, truth_times: Floats) -> tuple[str, ...]:
     """A sentence when the movement speaks clearly for another offset than the one given."""
     trials = offset + np.arange(-15, 16) * 2 * _STEP
+    first, last = _span(times, truth_times)
+    trials = trials[((trials >= first) & (trials <= last)) | (trials == offset)]
     costs = np.array([_cost(one, seen, times, truth, truth_times) for one in trials])
     if not np.isfinite(costs).any():
         return ()
-    best, given = int(np.nanargmin(costs)), len(trials) // 2
+    best, given = int(np.nanargmin(costs)), int(np.flatnonzero(trials == offset)[0])
     clear = not np.isfinite(costs[given]) or costs[given] > _MOVED * costs[best]
     if abs(trials[best] - offset) > _ASTRAY and clear:
         return (f"offset_s says {offset:g} s, the movement says {trials[best]:.2f} s: took the one given",)
     return ()
+
+
+def _span(times: Floats, truth_times: Floats) -> tuple[float, float]:
+    """The least and the largest offset with which the recordings overlap enough, s."""
+    length = _OVERLAP * min(times[-1] - times[0], truth_times[-1] - truth_times[0])
+    return float(truth_times[0] - times[-1] + length), float(truth_times[-1] - times[0] - length)
 
 
 def _cost(offset: float, seen: Floats, times: Floats, truth: Floats, truth_times: Floats) -> float:
