@@ -81,6 +81,7 @@ def _app() -> "App":
         reproduce,
         serve,
         stream,
+        track,
     )
 
     app = App(
@@ -98,6 +99,7 @@ def _app() -> "App":
     _add(learning, fit_tracker.tracker)
     _add(learning, fit_corrector.corrector)
     _add(app, denoise.denoise)
+    _add(app, track.track)
     _add(app, correct.correct)
     _add(app, corrupt.corrupt)
     _add(app, compare.compare)

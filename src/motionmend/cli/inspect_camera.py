@@ -37,7 +37,7 @@ def depth_facts(path: Path) -> dict[str, Any]:
     return {
         "input": path,
         "kind": "depth",
-        "format": "depth folder" if path.is_dir() else "mat",
+        "format": "folder" if path.is_dir() else "mat",
         "fps": recording.fps,
         "frames": recording.frames,
         "duration": float(recording.times[-1] - recording.times[0]) + 1 / recording.fps,

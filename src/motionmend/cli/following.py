@@ -1,0 +1,205 @@
+"""One depth recording through the tracker: what it says of every frame, and how long each step took."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Bools, Floats, frozen
+from ..bodies.anatomy import average
+from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
+from ..bodies.postures import Postures
+
+if TYPE_CHECKING:
+    from ..io.depth import DepthRecording
+    from ..track.settings import TrackSettings
+    from ..track.tracker import Estimate, TrackerModel
+
+UNSURE = 0.10  # m; a joint whose place has this standard deviation or more is not said to be known
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What the tracker made of a recording.
+
+    Attributes
+    ----------
+    postures : (T, 16) joints in camera axes with their deviations; NaN in an empty frame, deviations of 0.10 m or
+        more where the body is lost.
+    poses : T poses; in a frame without the person that of the last one with it, NaN before the first.
+    performer : the body that was followed.
+    flags : (T,) the tracker's words for each frame: tracked, held, recovered, lost, empty.
+    seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
+    returns : (T,) whether the depth image holds anything at all.
+    frame_ms : (T - 1,) milliseconds of each frame but the first, reading left out.
+    read, track, calibrate : seconds in all.
+    stages : seconds in all of each stage of the tracker.
+    iterations : of the solver, in all.
+    cost : weighted cost of each term in all.
+    converged : frames whose solution converged.
+    restarts : how many limbs or bodies were found anew.
+    calibrated : whether the performer was fitted to this recording.
+    """
+
+    postures: Postures
+    poses: Poses
+    performer: Performer
+    flags: tuple[tuple[str, ...], ...]
+    seen: Bools
+    held: Bools
+    returns: Bools
+    frame_ms: Floats
+    read: float
+    track: float
+    calibrate: float
+    stages: Mapping[str, float] = field(default_factory=dict)
+    iterations: int = 0
+    cost: Mapping[str, float] = field(default_factory=dict)
+    converged: int = 0
+    restarts: int = 0
+    calibrated: bool = False
+
+    @property
+    def lost(self) -> int:
+        """Frames in which nobody is followed."""
+        return int((~self.seen).sum())
+
+    def runs(self) -> dict[str, list[list[int]]]:
+        """Stretches of frames by what is said of them beyond `tracked`: [first frame from 0, number of frames]."""
+        from .provenance import mask_runs
+
+        said = sorted({flag for flags in self.flags for flag in flags} - {"tracked"})
+        return {
+            flag: [list(run) for run in mask_runs(np.array([flag in flags for flags in self.flags]))] for flag in said
+        }
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """For each joint, the frames in which it is measured, filled (out of sight or unsure), or left open."""
+        there = self.postures.present
+        std = self.postures.std
+        unsure = np.zeros_like(there) if std is None else ~(np.nan_to_num(std, nan=np.inf) < UNSURE)
+        filled = there & (self.held | unsure)
+        return {
+            name: {
+                "measured": int((there & ~filled)[:, j].sum()),
+                "repaired": 0,
+                "filled": int(filled[:, j].sum()),
+                "left_open": int((~there)[:, j].sum()),
+            }
+            for j, name in enumerate(self.postures.names)
+        }
+
+
+def follow(
+    model: "TrackerModel",
+    settings: "TrackSettings",
+    recording: "DepthRecording",
+    performer: Performer | None = None,
+    landmarks: Floats | None = None,
+) -> Followed:
+    """Track a recording, one frame at a time; nothing of a frame is kept but its estimate.
+
+    Parameters
+    ----------
+    model : fitted.
+    settings : preset and terms.
+    recording : the depth images.
+    performer : the person's lengths and widths; None calibrates them on the recording itself.
+    landmarks : (16, 3) m, where the joints are in frame 0, NaN where not known; None finds the person.
+
+    Raises
+    ------
+    FileError : an image that cannot be read.
+    MismatchError : fewer than three joints to start from.
+    """
+    from ..track.start import pose_from_joints
+    from ..track.tracker import start, step
+
+    begin = perf_counter()
+    first = recording.frame(0)
+    read = perf_counter() - begin
+    body = average() if performer is None else performer
+    examples = model.database.joints
+    pose = None if landmarks is None else pose_from_joints(body, landmarks, examples[:: 1 + len(examples) // 1000])[0]
+    state = start(model, settings, first, body, pose)
+    calibrate = perf_counter() - begin - read
+    log = _Log()
+    for number in range(recording.frames):
+        begin = perf_counter()
+        frame = first if number == 0 else recording.frame(number)
+        there = perf_counter()
+        state, estimate = step(model, settings, state, frame)
+        done = perf_counter()
+        read += there - begin
+        log.add(estimate, bool(np.isfinite(frame.depth).any()), done - there)
+    return log.followed(recording, body, read, calibrate)
+
+
+@dataclass
+class _Log:
+    """The estimates so far, in arrays that grow by a few hundred bytes a frame."""
+
+    landmarks: list[Floats] = field(default_factory=list)
+    std: list[Floats] = field(default_factory=list)
+    held: list[Bools] = field(default_factory=list)
+    poses: list[Pose | None] = field(default_factory=list)
+    flags: list[tuple[str, ...]] = field(default_factory=list)
+    returns: list[bool] = field(default_factory=list)
+    spent: list[float] = field(default_factory=list)
+    stages: dict[str, float] = field(default_factory=dict)
+    cost: dict[str, float] = field(default_factory=dict)
+    iterations: int = 0
+    converged: int = 0
+    restarts: int = 0
+
+    def add(self, estimate: "Estimate", returns: bool, seconds: float) -> None:
+        self.landmarks.append(estimate.landmarks)
+        self.std.append(estimate.std)
+        self.held.append(estimate.held)
+        self.poses.append(estimate.pose)
+        self.flags.append(tuple(estimate.flags))
+        self.returns.append(returns)
+        self.spent.append(seconds)
+        for name, value in estimate.seconds.items():
+            self.stages[name] = self.stages.get(name, 0.0) + value
+        for name, value in estimate.costs.items():
+            self.cost[name] = self.cost.get(name, 0.0) + value
+        self.iterations += estimate.iterations
+        self.converged += estimate.converged
+        self.restarts += estimate.restarts
+
+    def followed(self, recording: "DepthRecording", body: Performer, read: float, calibrate: float) -> Followed:
+        xyz, std = np.array(self.landmarks), np.array(self.std)
+        there = np.isfinite(xyz).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags])
+        seen = there & np.array(["lost" not in flags for flags in self.flags])
+        std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
+        xyz[~there], std[~there] = np.nan, np.nan
+        return Followed(
+            Postures(LANDMARKS, xyz, recording.times, std=std),
+            _whole(self.poses),
+            body,
+            tuple(self.flags),
+            frozen(seen, np.bool_),
+            frozen(np.array(self.held) & seen[:, None], np.bool_),
+            frozen(self.returns, np.bool_),
+            frozen(1000 * np.array(self.spent[1:])),
+            read,
+            sum(self.spent),
+            calibrate,
+            self.stages,
+            self.iterations,
+            self.cost,
+            self.converged,
+            self.restarts,
+        )
+
+
+def _whole(poses: Sequence[Pose | None]) -> Poses:
+    """Poses as arrays; NaN where there is none."""
+    return Poses(
+        np.array([np.full(3, np.nan) if pose is None else pose.translation for pose in poses]),
+        np.array([np.full((3, 3), np.nan) if pose is None else pose.root for pose in poses]),
+        np.array([np.full(len(AXES), np.nan) if pose is None else pose.joints for pose in poses]),
+    )

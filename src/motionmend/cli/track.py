@@ -1,0 +1,344 @@
+"""`motionmend track`: follow a person in depth images."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter, time
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from .. import __version__
+from ..errors import FileError, UsageError
+from .clock import began
+from .depth_inputs import FORMATS, gather_depth, plan_depth
+from .inputs import Job, Refusal, ready
+from .options import WORKING, WRITING, AsJson, Out, Working, Writing
+from .output import Done, say, work
+from .transform import write_json
+
+if TYPE_CHECKING:
+    from ..arrays import Floats
+    from ..bodies.performer import Performer
+    from ..bodies.skeleton import Skeleton
+    from ..io.depth import DepthRecording
+    from ..track.tracker import TrackerModel
+    from .following import Followed
+
+
+def track(
+    *folders: Annotated[
+        Path,
+        Parameter(
+            help="Depth folders (camera.json, depth/000000.png ...), UTD-MHAD *_depth.mat files, or folders of them.",
+            negative="",
+        ),
+    ],
+    model: Annotated[Path, Parameter(name=["-m", "--model"], help="Model (.mend) from `motionmend fit tracker`.")],
+    out: Out,
+    skeleton: Annotated[
+        Path | None, Parameter(help="The person's .asf (or a .bvh of theirs): lengths are taken from it.")
+    ] = None,
+    start: Annotated[
+        Path | None,
+        Parameter(
+            help="A table of joints (.csv), one row: the pose of frame 0 in camera axes; joints may be left out."
+        ),
+    ] = None,
+    body: Annotated[
+        Path | None,
+        Parameter(help="The person's body (.json): used when it is there, else found in the images and stored there."),
+    ] = None,
+    terms: Annotated[
+        str | None,
+        Parameter(help="What counts, separated by commas: surface, color, edge, prior, limits, freespace."),
+    ] = None,
+    preset: Annotated[
+        str, Parameter(help="default, or paper: the dissertation's terms, weights and windows.")
+    ] = "default",
+    format: Annotated[
+        str | None,
+        Parameter(help="csv (joints in camera axes), bvh or amc (joint angles, y up); the ending of OUT says it too."),
+    ] = None,
+    as_json: AsJson = False,
+    working: Working = WORKING,
+    writing: Writing = WRITING,
+) -> int:
+    """Follow a person through recordings of one depth camera.
+
+    Writes one row for each image: 16 joints in metres (x right, y down, z forward) with their standard deviations. A
+    row without the person has empty cells; deviations of 0.10 or more say that the body was lost. Beside each output
+    stands NAME.mend.json: which frames were held, lost or recovered, options, cost and seconds.
+    """
+    settings = _settings(preset, terms)
+    if format is not None and format not in FORMATS:
+        raise UsageError(f"--format: one of {', '.join(FORMATS)} was wanted, came {format!r}")
+    folders, out = tuple(working.reachable(folder) for folder in folders), working.reachable(out)
+    inputs, refused = gather_depth(folders)
+    if start is not None and len(inputs) > 1:
+        raise UsageError("--start is the first pose of one recording: leave it out for several")
+    jobs = []
+    for planned in plan_depth(inputs, folders, out, format):
+        job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
+        if isinstance(job, Refusal):
+            refused.append(job)
+            continue
+        try:
+            job.target.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            why = f"the folder {job.target.parent} cannot be made: {error.strerror or error}"
+            refused.append(Refusal(job.source, f"{why}: choose another place with -o"))
+            continue
+        jobs.append(job)
+    task = Follow(preset, settings.terms, began()).knowing(model, skeleton, body, start)
+    if body is not None and task.performer is None and len(jobs) > 1:
+        # The first recording finds the body, whatever --jobs is, and all others use it.
+        first = work(task, jobs[:1], name=_source, working=replace(working, jobs=1, cluster=None), as_json=as_json)
+        rest = task.knowing(model, skeleton, body if body.exists() else None, start)
+        return max(first, work(rest, jobs[1:], name=_source, working=working, as_json=as_json, refused=refused))
+    return work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused)
+
+
+def _settings(preset: str, terms: str | None) -> Any:
+    from ..track.settings import settings_of
+
+    try:
+        return settings_of(preset, None if terms is None else [term.strip() for term in terms.split(",")])
+    except UsageError as error:
+        raise UsageError(f"{'--preset' if 'preset' in str(error) else '--terms'}: {error}") from None
+
+
+@dataclass(frozen=True)
+class Follow:
+    """The options of one command line with all that they name; called with each recording."""
+
+    preset: str
+    terms: tuple[str, ...]
+    began: float  # s since the epoch, when the command was started
+    model: "TrackerModel | None" = None
+    model_facts: dict[str, str] | None = None
+    performer: "Performer | None" = None
+    skeleton: "Skeleton | None" = None
+    landmarks: "Floats | None" = None
+    start: Path | None = None
+    body: Path | None = None
+    skeleton_file: Path | None = None
+
+    def knowing(self, model: Path, skeleton: Path | None, body: Path | None, start: Path | None) -> "Follow":
+        """The same options with the files read.
+
+        Raises
+        ------
+        FileError, MismatchError : one of them is not what it should be.
+        """
+        from ..bodies.templates import performer_of
+        from ..io.body_file import read_body
+        from ..io.model import load_model
+        from ..models import restore
+
+        stored = load_model(model)
+        known = None if skeleton is None else _skeleton(skeleton)
+        performer = None if known is None else performer_of(known)
+        if body is not None and body.exists():
+            performer = read_body(body)  # what is known of widths too
+        return replace(
+            self,
+            model=restore(stored, model, "tracker"),
+            model_facts={"file": model.name, "sha256": stored.sha256},
+            skeleton=known,
+            performer=performer,
+            landmarks=None if start is None else _landmarks(start),
+            start=start,
+            body=body,
+            skeleton_file=skeleton,
+        )
+
+    def __call__(self, job: Job, /) -> Done:
+        from ..io.depth import read_depth
+
+        if job.finished:
+            facts = {"input": job.source, "output": job.target, "skipped": True}
+            return Done(facts, line=f"{job.source}: {job.target} is there already, skipped")
+        startup = time() - self.began
+        begin = perf_counter()
+        recording = read_depth(job.source)
+        opened = perf_counter() - begin
+        followed = self.followed(recording)
+        if not followed.seen.any():
+            raise FileError(f"{job.source}: {_nobody(followed)}")
+        return self.save(job, recording, followed, startup, opened)
+
+    def followed(self, recording: "DepthRecording") -> "Followed":
+        """The person through the whole recording."""
+        from ..track.settings import settings_of
+        from .following import follow
+
+        assert self.model is not None
+        settings = settings_of(self.preset, self.terms)
+        return follow(self.model, settings, recording, self.performer, self.landmarks)
+
+    def save(self, job: Job, recording: "DepthRecording", followed: "Followed", startup: float, opened: float) -> Done:
+        """Write the output and the file beside it."""
+        from ..io.body_file import write_body
+        from .tracked_files import write_followed
+
+        begin = perf_counter()
+        warnings = self._warnings(recording, followed)
+        write_followed(job.target, followed, self.skeleton, recording.fps)
+        if self.body is not None and self.performer is None:
+            write_body(self.body, followed.performer)
+        seconds = {
+            "startup": startup,
+            "read": opened + followed.read,
+            "track": followed.track + followed.calibrate,
+            "write": perf_counter() - begin,
+            "total": time() - self.began,
+            "calibrate": followed.calibrate,
+            "stages": {name: round(value, 4) for name, value in followed.stages.items()},
+        }
+        facts = self._facts(job, recording, followed, warnings)
+        write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
+        said = {
+            "input": job.source,
+            "output": job.target,
+            "frames": recording.frames,
+            "lost": followed.lost,
+            "seconds": seconds,
+            "frame_ms": _frame_ms(followed),
+            "restarts": followed.restarts,
+            "preset": self.preset,
+            "terms": self.terms,
+            "counts": _summed(followed.counts()),
+            "warnings": warnings,
+            "guesses": recording.guesses,
+        }
+        lost = f", {followed.lost} of them without the person" if followed.lost else ""
+        line = f"{job.source}: {recording.frames} frames{lost}: {job.target}"
+        return Done(said, line=line, warnings=tuple(warnings), guesses=recording.guesses)
+
+    def _warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
+        warnings = []
+        if "color" in self.terms and not recording.has_color:
+            warnings.append("there is no colour: the term color does nothing")
+        if self.performer is None and self.body is None and not followed.calibrated:
+            warnings.append("lengths of an average adult were taken: give --skeleton or --body")
+        if followed.lost > 0.1 * recording.frames:
+            warnings.append(f"{followed.lost} of {recording.frames} frames without the person")
+        return warnings
+
+    def _facts(
+        self, job: Job, recording: "DepthRecording", followed: "Followed", warnings: list[str]
+    ) -> dict[str, Any]:
+        counts = followed.counts()
+        return {
+            "version": __version__,
+            "input": job.source.name,
+            "output": job.target.name,
+            "model": self.model_facts,
+            "options": {
+                "preset": self.preset,
+                "terms": self.terms,
+                "skeleton": self.skeleton_file.name if self.skeleton_file else None,
+                "start": self.start.name if self.start else None,
+                "body": self.body.name if self.body else None,
+            },
+            "method": "track",
+            "frames": recording.frames,
+            "fps": recording.fps,
+            "lost": followed.lost,
+            "restarts": followed.restarts,
+            "bone_lengths_m": dict(zip(followed.performer.bones, _short(followed.performer.lengths), strict=True)),
+            "counts": _summed(counts),
+            "channels": counts,
+            "std": _std(followed),
+            "runs": followed.runs(),
+            "iterations": followed.iterations,
+            "cost": {name: float(f"{value:.6g}") for name, value in sorted(followed.cost.items())},
+            "converged": followed.converged,
+            "warnings": warnings,
+            "guesses": recording.guesses,
+        }
+
+
+def _skeleton(path: Path) -> "Skeleton":
+    """The skeleton of an .asf, or of a recording of joint angles."""
+    from ..bodies.motion import Motion
+    from ..io import read
+    from ..io.asf import read_asf, skeleton_of
+
+    if path.suffix.lower() == ".asf":
+        return skeleton_of(read_asf(path))
+    recording = read(path)
+    if not isinstance(recording, Motion):
+        raise FileError(f"{path}: wanted a skeleton (.asf or .bvh), came markers")
+    return recording.skeleton
+
+
+def _landmarks(path: Path) -> "Floats":
+    """(16, 3) m, the joints of a start pose; NaN where the table has none."""
+    from ..bodies.performer import LANDMARKS
+    from ..io.joint_table import read_joint_table
+
+    table = read_joint_table(path)
+    strange = [name for name in table.names if name not in LANDMARKS]
+    if strange:
+        raise FileError(f"{path}: wanted joints of {', '.join(LANDMARKS)}, came {', '.join(strange[:5])}")
+    if table.frames > 1:
+        say(f"guess ({path}): {table.frames} rows, the first is taken for frame 0")
+    found = np.full((len(LANDMARKS), 3), np.nan)
+    for name, place in zip(table.names, table.positions[0], strict=True):
+        found[LANDMARKS.index(name)] = place
+    if np.isfinite(found).all(axis=1).sum() < 3:
+        raise FileError(f"{path}: wanted three joints or more to start from, came fewer")
+    return found
+
+
+def _nobody(followed: "Followed") -> str:
+    """Why nobody was followed."""
+    frames = len(followed.returns)
+    if not followed.returns.any():
+        return f"nobody is in it: all {frames} depth images are empty; check the sensor or depth_scale"
+    return f"nobody was found in any of {frames} frames; give --start, or check camera.json (depth_scale, fx, fy)"
+
+
+def _frame_ms(followed: "Followed") -> dict[str, float | None]:
+    spent = followed.frame_ms
+    if not len(spent):
+        return {"median": None, "p95": None, "max": None}
+    return {
+        "median": float(np.median(spent)),
+        "p95": float(np.quantile(spent, 0.95)),
+        "max": float(spent.max()),
+    }
+
+
+def _std(followed: "Followed") -> dict[str, dict[str, Any]]:
+    """Mean and largest deviation of each joint, in the frames with the person."""
+    std = followed.postures.std
+    assert std is not None
+    seen = std[followed.seen]
+    return {
+        name: {"unit": "m", "mean": _three(seen[:, j].mean()), "max": _three(seen[:, j].max())}
+        for j, name in enumerate(followed.postures.names)
+    }
+
+
+def _three(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def _short(values: "Floats") -> list[float]:
+    return [float(f"{value:.4g}") for value in values]
+
+
+def _summed(counts: dict[str, dict[str, int]]) -> dict[str, int]:
+    kinds = ("measured", "repaired", "filled", "left_open")
+    return {kind: sum(one[kind] for one in counts.values()) for kind in kinds}
+
+
+def _rounded(seconds: dict[str, Any]) -> dict[str, Any]:
+    return {name: round(value, 4) if isinstance(value, float) else value for name, value in seconds.items()}
+
+
+def _source(job: Job) -> Path:
+    return job.source
