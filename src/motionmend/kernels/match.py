@@ -211,7 +211,7 @@ def gather(
     points: Singles,
     normals: Singles,
     wanted: Singles,
-    from_model: bool,
+    looked_up: bool,
     along: float,
     scale: float,
     weight: float,
@@ -223,8 +223,8 @@ def gather(
     Parameters
     ----------
     found : (N,) index into the image searched, -1 = none.
-    bones, points, normals : of the model: (N,) and (N, 3) when `from_model`, else of the image searched, flat.
-    wanted : (H W, 3) observed points when `from_model`, else (N, 3).
+    bones, points, normals : (N,), (N, 3), (N, 3) of the model.
+    wanted : where the points should be: (N, 3), or with `looked_up` the image searched, flat (H W, 3).
     along, scale, weight : see `pull`; scale in m.
     hessian, gradient : (B, 6, 6), of which the upper triangle, and (B, 6), are added to.
 
@@ -237,15 +237,12 @@ def gather(
     for i in range(found.shape[0]):
         if found[i] < 0:
             continue
-        m = i if from_model else found[i]
-        o = found[i] if from_model else i
-        x, y, z = points[m, 0], points[m, 1], points[m, 2]
+        o = found[i] if looked_up else i
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         rx, ry, rz = wanted[o, 0] - x, wanted[o, 1] - y, wanted[o, 2] - z
-        cost += pull(
-            bones[m], x, y, z, rx, ry, rz, normals[m, 0], normals[m, 1], normals[m, 2],
-            along, squared_scale, weight, hessian, gradient,
-        )  # fmt: skip
-        into = rx * normals[m, 0] + ry * normals[m, 1] + rz * normals[m, 2]
+        cost += pull(bones[i], x, y, z, rx, ry, rz, nx, ny, nz, along, squared_scale, weight, hessian, gradient)
+        into = rx * nx + ry * ny + rz * nz
         squared = along * into * into + (1.0 - along) * (rx * rx + ry * ry + rz * rz)
         inliers += squared < 0.41 * squared_scale  # (1 + 0.41)^-2 = one half
     return cost, inliers
@@ -256,12 +253,10 @@ def push_out(
     pixels: Ints,
     bones: Ints,
     points: Singles,
-    nearest: Ints,
+    free: Bools,
+    reach: int,
     fx: float,
     fy: float,
-    cx: float,
-    cy: float,
-    width: int,
     scale: float,
     weight: float,
     hessian: Floats,
@@ -272,23 +267,39 @@ def push_out(
     Parameters
     ----------
     pixels, bones, points : (N, 2), (N,), (N, 3) of the model.
-    nearest : (H, W) flat index of the nearest pixel that is not free; itself where it is not.
+    free : (H, W) True where nobody is.
+    reach : px, farther is not looked.
+    fx, fy : px.
+    scale, weight : see `pull`; scale in m.
 
     Returns
     -------
     cost and how many were outside.
     """
+    height, width = free.shape
     cost, outside = 0.0, 0
     for i in range(pixels.shape[0]):
         row, column = pixels[i, 0], pixels[i, 1]
-        to = nearest[row, column]
-        if to < 0 or to == row * width + column:
+        if not free[row, column]:
+            continue
+        best, down, across = (reach + 1) * (reach + 1), 0, 0
+        for ring in range(1, reach + 1):
+            if ring * ring > best:
+                break
+            for r in range(max(0, row - ring), min(height, row + ring + 1)):
+                ends = r != row - ring and r != row + ring
+                for c in range(column - ring, column + ring + 1, 2 * ring if ends else 1):
+                    if c < 0 or c >= width or free[r, c]:
+                        continue
+                    squared = (r - row) * (r - row) + (c - column) * (c - column)
+                    if squared < best:
+                        best, down, across = squared, r - row, c - column
+        outside += 1
+        if down == 0 and across == 0:
             continue
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        rx = (to % width - column) * z / fx
-        ry = (to // width - row) * z / fy
+        rx, ry = across * z / fx, down * z / fy
         size = sqrt(rx * rx + ry * ry)
-        outside += 1
         cost += pull(
             bones[i], x, y, z, rx, ry, 0.0, rx / size, ry / size, 0.0,
             1.0, scale * scale, weight, hessian, gradient,

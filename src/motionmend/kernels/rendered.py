@@ -19,11 +19,12 @@ def describe(
     camera: Floats,
     every: int,
     points: Singles,
+    pixels: Ints,
+    samples: Singles,
     normals: Singles,
     bones: Ints,
-    pixels: Ints,
 ) -> int:
-    """Points and normals of a picture by `raycast.cast`.
+    """Points of a picture by `raycast.cast`, and of its samples normals and bones.
 
     Parameters
     ----------
@@ -32,9 +33,9 @@ def describe(
     carriers : (P,) the bone of each solid.
     camera : (4,) fx, fy, cx, cy, px.
     every : of rows and columns that become samples.
-    points, normals : (H, W, 3) are written, points NaN where nothing is.
-    bones : (H, W) is written, -1 where nothing is.
-    pixels : (H W, 2) row and column of each sample are written, from the top left.
+    points : (H, W, 3) is written, NaN where nothing is.
+    pixels, samples, normals, bones : (H W, ...) row and column, point, outward unit normal and bone of each sample
+        are written, from the top left.
 
     Returns
     -------
@@ -43,29 +44,59 @@ def describe(
     count = 0
     local, normal = np.empty(3), np.empty(3)
     for row in range(depth.shape[0]):
+        upright = (row - camera[3]) / camera[1]
         for column in range(depth.shape[1]):
-            s = solid[row, column]
-            if s < 0:
-                bones[row, column] = -1
-                points[row, column, 0] = np.nan
-                points[row, column, 1] = np.nan
-                points[row, column, 2] = np.nan
-                continue
             z = np.float64(depth[row, column])
-            x = (column - camera[2]) / camera[0] * z
-            y = (row - camera[3]) / camera[1] * z
-            outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
+            x, y = (column - camera[2]) / camera[0] * z, upright * z
             points[row, column, 0] = x
             points[row, column, 1] = y
             points[row, column, 2] = z
+            s = solid[row, column]
+            if s < 0 or row % every != 0 or column % every != 0:
+                continue
+            outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
+            pixels[count, 0] = row
+            pixels[count, 1] = column
+            samples[count, 0] = x
+            samples[count, 1] = y
+            samples[count, 2] = z
             for i in range(3):
-                normals[row, column, i] = normal[i]
-            bones[row, column] = carriers[s]
-            if row % every == 0 and column % every == 0:
-                pixels[count, 0] = row
-                pixels[count, 1] = column
-                count += 1
+                normals[count, i] = normal[i]
+            bones[count] = carriers[s]
+            count += 1
     return count
+
+
+@compiled
+def describe_found(
+    found: Ints,
+    points: Singles,
+    solid: np.ndarray,
+    placed: Floats,
+    kinds: Bytes,
+    sizes: Floats,
+    tapers: Floats,
+    carriers: Ints,
+    samples: Singles,
+    normals: Singles,
+    bones: Ints,
+) -> None:
+    """Point, normal and bone of the pixels that were found, `found` (N,) flat index or -1; the rest as above."""
+    local, normal = np.empty(3), np.empty(3)
+    width = points.shape[1]
+    for n in range(found.shape[0]):
+        if found[n] < 0:
+            continue
+        row, column = found[n] // width, found[n] % width
+        s = solid[row, column]
+        x, y, z = points[row, column, 0], points[row, column, 1], points[row, column, 2]
+        outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
+        samples[n, 0] = x
+        samples[n, 1] = y
+        samples[n, 2] = z
+        for i in range(3):
+            normals[n, i] = normal[i]
+        bones[n] = carriers[s]
 
 
 @compiled
@@ -87,44 +118,3 @@ def listed(depth: Singles, every: int, pixels: Ints) -> int:
                 pixels[count, 1] = column
                 count += 1
     return count
-
-
-@compiled
-def nearest_allowed(free: np.ndarray, nearest: Ints) -> None:
-    """For each pixel (H, W) the flat index of a nearest one that is not free; -1 when all are.
-
-    Two sweeps each way in which every pixel asks its neighbours for theirs (Danielsson 1980): the distance is exact
-    but for rare pixels, where it is too long by a fraction of a pixel.
-    """
-    height, width = free.shape
-    for row in range(height):
-        for column in range(width):
-            nearest[row, column] = -1 if free[row, column] else row * width + column
-    for sweep in range(2):
-        for i in range(height):
-            row = i if sweep == 0 else height - 1 - i
-            above = row - 1 if sweep == 0 else row + 1
-            if 0 <= above < height:
-                for column in range(width):
-                    for shift in range(-1, 2):
-                        if 0 <= column + shift < width:
-                            _take(nearest, row, column, above, column + shift, width)
-            for column in range(1, width):
-                _take(nearest, row, column, row, column - 1, width)
-            for column in range(width - 2, -1, -1):
-                _take(nearest, row, column, row, column + 1, width)
-
-
-@compiled
-def _take(nearest: Ints, row: int, column: int, other: int, beside: int, width: int) -> None:
-    """Adopt the neighbour's nearest pixel where it is nearer than one's own."""
-    offered = nearest[other, beside]
-    if offered < 0:
-        return
-    dr, dc = offered // width - row, offered % width - column
-    own = nearest[row, column]
-    if own >= 0:
-        r, c = own // width - row, own % width - column
-        if r * r + c * c <= dr * dr + dc * dc:
-            return
-    nearest[row, column] = offered

@@ -47,11 +47,12 @@ class EdgeTerm:
             found,
         )
         weight = wish.edge if wish.preset == "paper" else wish.edge * 250.0 / len(seen.edge_pixels)
+        points, normals, bones = view.found(found)
         cost, inliers = match.gather(
             found,
-            view.bones.reshape(-1),
-            view.points.reshape(-1, 3),
-            view.normals.reshape(-1, 3),
+            bones,
+            points,
+            normals,
             seen.edge_samples,
             False,
             0.0,

@@ -25,7 +25,6 @@ class Evidence:
     depth, free : (h, w) as in `Observation`.
     points : (h, w, 3) m, NaN off the person.
     pixels, samples : (N, 2) row and column and (N, 3) m of the sampled points of the person.
-    nearest : (h, w) flat index of the nearest pixel that is not free.
     edge_pixels, edge_samples : (E, 2) and (E, 3) of the observed edges; empty when edges do not count.
     tones : (h, w) intensities, or (0, 0).
     apart : m, at least so far is a point at depth 1 from a ray one pixel beside the one it is on.
@@ -39,7 +38,6 @@ class Evidence:
     points: Singles
     pixels: Ints
     samples: Singles
-    nearest: Ints
     edge_pixels: Ints
     edge_samples: Singles
     tones: Singles
@@ -57,7 +55,7 @@ def raster_step(settings: TrackSettings, camera: Camera) -> int:
 
 def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence | None:
     """The evidence in one frame; None when the person has no pixel."""
-    from ..kernels import match, rendered
+    from ..kernels import match
 
     seen = observation.every(raster_step(settings, observation.camera))
     box = _box(seen)
@@ -74,9 +72,6 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
     points = np.empty((*depth.shape, 3), np.float32)
     match.unproject(depth, camera.fx, camera.fy, camera.cx, camera.cy, points)
     pixels, samples = _listed(depth, points, settings.every)
-    nearest = np.empty(depth.shape, np.int64)
-    if "freespace" in settings.terms:
-        rendered.nearest_allowed(free, nearest)
     edge_pixels, edge_samples = np.empty((0, 2), np.int64), np.empty((0, 3), np.float32)
     if "edge" in settings.terms:
         edges = edges_of(depth, points, ~free & ~np.isfinite(depth), settings.canny)
@@ -97,7 +92,6 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
         points,
         pixels,
         samples,
-        nearest,
         edge_pixels,
         edge_samples,
         tones,

@@ -8,6 +8,8 @@ from .settings import TrackSettings
 from .terms import Share, cost_of
 from .view import Sums, View
 
+REACH = 0.5  # m, a point is drawn from so far and no farther
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -27,17 +29,15 @@ class FreespaceTerm:
         from ..kernels import match
 
         seen = self.evidence
-        fx, fy, cx, cy = seen.intrinsics
+        fx, fy, _, _ = seen.intrinsics
         cost, outside = match.push_out(
             view.pixels,
-            view.sample_bones,
+            view.bones,
             view.samples,
-            seen.nearest,
+            seen.free,
+            round(REACH * fx / max(float(view.pose.translation[2]), 0.3)),
             fx,
             fy,
-            cx,
-            cy,
-            seen.depth.shape[1],
             self.settings.free_scale,
             self.settings.freespace * seen.weight,
             sums.hessian,

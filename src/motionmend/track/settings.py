@@ -45,7 +45,7 @@ class TrackSettings:
     iterations: int = 10
     median: int = 1
     raster: int = 2
-    every: int = 1
+    every: int = 2
     edge_every: int = 1
     window: int = 9
     edge_window: int = 11

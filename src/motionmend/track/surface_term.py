@@ -49,9 +49,9 @@ class SurfaceTerm:
         hessian, gradient = sums.hessian, sums.gradient
         cost, inliers = match.gather(
             found,
-            view.sample_bones,
+            view.bones,
             view.samples,
-            view.sample_normals,
+            view.normals,
             seen.points.reshape(-1, 3),
             True,
             wish.along_normal,
@@ -66,11 +66,12 @@ class SurfaceTerm:
             match.nearest_in_window(
                 seen.pixels, seen.samples, view.points, half, wish.gate, seen.apart, _NO_TONES, seen.tones, 0.0, found
             )
+            points, normals, bones = view.found(found)
             more, good = match.gather(
                 found,
-                view.bones.reshape(-1),
-                view.points.reshape(-1, 3),
-                view.normals.reshape(-1, 3),
+                bones,
+                points,
+                normals,
                 seen.samples,
                 False,
                 wish.along_back,
@@ -88,7 +89,7 @@ class SurfaceTerm:
             return _NO_TONES, 0.0
         placed, image, (fx, fy, cx, cy) = self.before
         turn = placed @ np.linalg.inv(view.placed)
-        moved = turn[view.sample_bones]
+        moved = turn[view.bones]
         point = np.einsum("nij,nj->ni", moved[:, :3, :3], view.samples.astype(np.float64)) + moved[:, :3, 3]
         with np.errstate(invalid="ignore", divide="ignore"):
             column = np.rint(fx * point[:, 0] / point[:, 2] + cx)

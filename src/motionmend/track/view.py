@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Floats, Ints, Singles
 from ..bodies.performer import AXES, DOFS, FIRST, MOVES, PARENTS, RESTS, Performer, Pose
@@ -23,8 +24,9 @@ class View:
     pose : the pose.
     placed : (B, 4, 4) camera from bone. twists : (34, 6).
     depth : (h, w) m, NaN = nothing.
-    points, normals : (h, w, 3) m and unit vectors. bones : (h, w), -1 = nothing.
-    pixels, samples, sample_normals, sample_bones : (N, 2), (N, 3), (N, 3), (N,) of every n-th pixel.
+    points : (h, w, 3) m. solid : (h, w), -1 = nothing. solid_placed : (P, 3, 4) camera from solid.
+    performer : whose view it is.
+    pixels, samples, normals, bones : (N, 2), (N, 3), (N, 3), (N,) of every n-th pixel.
     """
 
     pose: Pose
@@ -32,12 +34,35 @@ class View:
     twists: Floats
     depth: Singles
     points: Singles
-    normals: Singles
-    bones: Ints
+    solid: NDArray[np.int16]
+    solid_placed: Floats
+    performer: Performer
     pixels: Ints
     samples: Singles
-    sample_normals: Singles
-    sample_bones: Ints
+    normals: Singles
+    bones: Ints
+
+    def found(self, index: Ints) -> tuple[Singles, Singles, Ints]:
+        """Points (N, 3), normals (N, 3) and bones (N,) of pixels by their flat index (N,), -1 = none."""
+        from ..kernels import rendered
+
+        solids = self.performer.solids
+        samples, normals = np.empty((len(index), 3), np.float32), np.empty((len(index), 3), np.float32)
+        bones = np.empty(len(index), np.int64)
+        rendered.describe_found(
+            index,
+            self.points,
+            self.solid,
+            self.solid_placed,
+            solids.kind,
+            solids.size,
+            solids.taper,
+            solids.bone,
+            samples,
+            normals,
+            bones,
+        )
+        return samples, normals, bones
 
 
 @final
@@ -81,8 +106,9 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) ->
     )
     depth, solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
     raycast.cast(parts, depth, solid)
-    points, normals = np.empty((*shape, 3), np.float32), np.empty((*shape, 3), np.float32)
-    bones, pixels = np.empty(shape, np.int64), np.empty((depth.size, 2), np.int64)
+    points, pixels = np.empty((*shape, 3), np.float32), np.empty((depth.size, 2), np.int64)
+    samples, normals = np.empty((depth.size, 3), np.float32), np.empty((depth.size, 3), np.float32)
+    bones = np.empty(depth.size, np.int64)
     count = rendered.describe(
         depth,
         solid,
@@ -94,15 +120,23 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) ->
         evidence.intrinsics,
         every,
         points,
+        pixels,
+        samples,
         normals,
         bones,
-        pixels,
     )
-    pixels = pixels[:count]
-    samples, sample_normals = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
-    rendered.samples_of(pixels, count, points, samples)
-    rendered.samples_of(pixels, count, normals, sample_normals)
-    sample_bones = bones[pixels[:, 0], pixels[:, 1]]
+    own = slice(0, count)
     return View(
-        pose, placed, twists, depth, points, normals, bones, pixels, samples, sample_normals, sample_bones
-    )  # fmt: skip
+        pose,
+        placed,
+        twists,
+        depth,
+        points,
+        solid,
+        solid_placed,
+        performer,
+        pixels[own],
+        samples[own],
+        normals[own],
+        bones[own],
+    )
