@@ -2,13 +2,14 @@
 
 import asyncio
 import gc
+import os
 import signal
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from ..batch import one_blas_thread
 from ..errors import FileError, UsageError
 from .output import say
 
@@ -36,6 +37,10 @@ def serve(
         str | None,
         Parameter(help="Name of a Lab Streaming Layer stream of type MoCap; one for each client."),
     ] = None,
+    jobs: Annotated[
+        int | None,
+        Parameter(help="Processes that correct; 0: the server's own. The default is the number of cores, at most 4."),
+    ] = None,
     origin: Annotated[
         tuple[str, ...],
         Parameter(
@@ -56,10 +61,22 @@ def serve(
         raise UsageError("--lsl: the name of a stream was wanted, came none")
     need_live("serve")
     corrector = _corrector(model)
-    listeners = _listeners(avatar, lsl)
-    _warm(corrector)
-    asyncio.run(_serve(_server(corrector, listeners, origin), address))
+    from ..live.server import Server
+
+    server = Server(corrector, jobs=_processes(jobs), listeners=_listeners(avatar, lsl), origins=origin, say=say)
+    gc.collect()
+    gc.freeze()  # the model is not looked through again: shorter pauses
+    with one_blas_thread():
+        asyncio.run(_serve(server, address))
     return 0
+
+
+def _processes(jobs: int | None) -> int:
+    """Processes that correct: those asked for, else as many as cores up to four; on a single core the server's own."""
+    if jobs is not None and jobs < 0:
+        raise UsageError(f"--jobs: 0 or more processes were wanted, came {jobs}")
+    cores = os.cpu_count() or 1
+    return jobs if jobs is not None else min(4, cores) if cores > 1 else 0
 
 
 def need_live(command: str) -> None:
@@ -102,23 +119,6 @@ def _listeners(avatar: "Address | None", lsl: str | None) -> "list[Listener]":
 
         found.append(Laboratory(lsl.strip()))
     return found
-
-
-def _server(model: "CorrectorModel", listeners: "list[Listener]", origins: tuple[str, ...]) -> "Server":
-    from ..live.server import Server
-
-    return Server(model, listeners=listeners, origins=origins, say=say)
-
-
-def _warm(model: "CorrectorModel") -> None:
-    """Compile and load all that the first frame needs, so that no client waits for it."""
-    from ..live.warm import warm
-
-    start = perf_counter()
-    warm(model)
-    gc.collect()
-    gc.freeze()  # the model is not looked through again: a pause less
-    say(f"ready after {perf_counter() - start:.1f} s")
 
 
 async def _serve(server: "Server", address: "Address") -> None:

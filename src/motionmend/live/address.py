@@ -1,12 +1,14 @@
 """Where to listen and where to send: addresses as they stand on the command line."""
 
 import ipaddress
+import re
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from ..errors import UsageError
 
 PORT = 8765
+_HEADER = re.compile(r"(\[(?P<number>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9_.\-]+))(:[0-9]{1,5})?")
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,12 @@ class Address:
     def loopback(self) -> bool:
         """Whether only this machine can reach it."""
         return is_loopback(self.host)
+
+
+def host_of(header: str) -> str:
+    """The host in a Host header without its port; "" where the header is none."""
+    found = _HEADER.fullmatch(header)
+    return "" if found is None else (found["number"] or found["name"]).lower()
 
 
 def is_loopback(host: str) -> bool:

@@ -17,12 +17,12 @@ from .messages import (
     read_frame,
     read_hello,
 )
-from .session import Session, answered, flagged, now, opened
+from .session import leaving, now
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-    from ..correct import CorrectorModel
+    from .desk import Desk
 
 MOST_RATE: Final = 2_000.0  # messages a second of one client; beyond, they are read more slowly and none is lost
 BURST: Final = 1_000.0  # messages that may come at once
@@ -69,30 +69,31 @@ async def answer_messages(
     client: int,
     connection: "ServerConnection",
     mailbox: Mailbox[Item],
-    model: "CorrectorModel",
+    desk: "Desk",
     listener: Listener,
     counts: Counts,
 ) -> None:
     """Answer what is in a client's box, in its order, until the box is closed and empty or the client gone."""
     from websockets.exceptions import ConnectionClosed
 
-    session: Session | None = None
+    begun = False
     told = 0  # of the frames dropped
     while (item := await mailbox.get()) is not None:
         what, text, t_in = item
         try:
             if isinstance(what, Hello):
-                session = None
-                session = opened(model, what)
+                begun = False
+                await desk.open(client, what)
+                begun = True
                 listener.opened(client, what)
                 continue
             if isinstance(what, MessageError):
                 raise what
-            if session is None:  # its hello came and could not be used
+            if not begun:  # its hello came and could not be used
                 raise MessageError(NO_HELLO, what.seq)
-            session, answer = answered(model, session, what, t_in)
-            if mailbox.dropped > told:
-                told, answer = mailbox.dropped, flagged(answer, "dropped")
+            answer = await desk.answer(client, what, t_in)
+            late = ("dropped",) if mailbox.dropped > told else ()
+            told, answer = mailbox.dropped, leaving(answer, *late)
             await connection.send(encode_answer(answer, what.form))
             counts.frames += 1
             listener.frame(client, what, answer)

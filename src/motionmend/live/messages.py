@@ -42,8 +42,11 @@ class MessageError(MotionMendError):
     """A message that cannot be used; its sender is told, nobody else notices."""
 
     def __init__(self, reason: str, seq: int | None = None) -> None:
-        super().__init__(reason)
+        super().__init__(reason, seq)
         self.seq = seq
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 @final
@@ -229,9 +232,8 @@ def _numbers(key: str, given: Any, dtype: str, count: int, text: bool) -> tuple[
 def _listed(key: str, given: list[Any], count: int, text: bool) -> tuple[NDArray[Any], Form]:
     nested = bool(given) and isinstance(given[0], list)
     flat: list[Any] = [one for row in given for one in (row if isinstance(row, list) else [row])]
-    rows = not nested or all(isinstance(row, list) and len(row) * len(given) == len(flat) for row in given)
-    if len(flat) != count or not rows:
-        raise MessageError(f"{key}: {count} numbers were wanted, came {len(flat)}")
+    if len(flat) != count or (nested and not all(isinstance(row, list) and len(row) == 3 for row in given)):
+        raise MessageError(f"{key}: {count} numbers were wanted, came {len(flat)} or rows that are not x, y, z")
     if not all(one is None or _is_number(one) for one in flat):
         raise MessageError(f"{key}: numbers were wanted, came something else among them")
     values = np.array([math.nan if one is None else float(one) for one in flat])

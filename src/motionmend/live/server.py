@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Final, final
 from urllib.parse import urlsplit
 
 from ..errors import FileError
-from .address import Address, is_loopback
+from .address import Address, host_of, is_loopback
 from .client import Counts, Item, answer_messages, read_messages
+from .desk import OwnDesk
 from .listeners import Listener, Listeners
 from .mailbox import Mailbox
 from .messages import MOST_BYTES
 from .page import page, page_headers
+from .staff import Staff
+from .warm import warm
 from .watch import Watching
 
 if TYPE_CHECKING:
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from websockets.http11 import Request, Response
 
     from ..correct import CorrectorModel
+    from .desk import Desk
 
 CORRECT, WATCH = "/", "/watch"  # paths: a client's session, and what the page listens to
 MOST_CLIENTS: Final = 256
@@ -38,6 +42,7 @@ class Server:
     Parameters
     ----------
     model : the corrector; its states belong to the clients.
+    jobs : processes that correct; 0 = this one does.
     listeners : told of every frame of every client.
     origins : of web pages that may connect ("https://example.org"), beside the server's own.
     say : takes a line for the person who runs the server.
@@ -51,12 +56,16 @@ class Server:
         self,
         model: "CorrectorModel",
         *,
+        jobs: int = 0,
         listeners: Sequence[Listener] = (),
         origins: Sequence[str] = (),
         say: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.counts = Counts()
         self._model = model
+        self._jobs = jobs
+        self._say = say
+        self._desk: Desk = OwnDesk(model)
         self._origins = frozenset(origin.rstrip("/").lower() for origin in origins)
         self._watching = Watching()
         self._listener = Listeners([self._watching, *listeners], say)
@@ -83,6 +92,10 @@ class Server:
 
         listening = _listening(address)
         self._loopback = address.loopback
+        if self._jobs:
+            self._desk = await Staff.hired(self._model, self._jobs, self._say)
+        else:
+            warm(self._model)
         server = await serve(
             self._handle,
             sock=listening,
@@ -106,6 +119,7 @@ class Server:
                 await asyncio.wait(self._workers, timeout=PATIENCE)
             server.close(code=1001, reason="the server stops")
             await server.wait_closed()
+            await self._desk.leave()
 
     async def _handle(self, connection: "ServerConnection") -> None:
         if connection.request is not None and _path(connection.request) == WATCH:
@@ -119,7 +133,7 @@ class Server:
 
         self.counts.clients += 1
         client, box = self.counts.clients, Mailbox[Item]()
-        worker = asyncio.create_task(answer_messages(client, connection, box, self._model, self._listener, self.counts))
+        worker = asyncio.create_task(answer_messages(client, connection, box, self._desk, self._listener, self.counts))
         self._boxes[client] = box
         self._workers.add(worker)
         try:
@@ -133,14 +147,15 @@ class Server:
             self._workers.discard(worker)
             del self._boxes[client]
             self.counts.dropped += box.dropped
+            self._desk.close(client)
             self._listener.closed(client)
 
     def _answer_request(self, connection: "ServerConnection", request: "Request") -> "Response | None":
         """Before a handshake: who asks, and whether for the page or for a session."""
-        path, host = _path(request), request.headers.get("Host", "")
-        if self._loopback and not is_loopback(_host(host)):  # a name that a web page's author points at this machine
+        path, host = _path(request), _header(request, "Host")
+        if self._loopback and not is_loopback(host_of(host)):  # a name that a web page's author points at this machine
             return connection.respond(HTTPStatus.FORBIDDEN, "this server is for this machine alone\n")
-        if "websocket" not in request.headers.get("Upgrade", "").lower():
+        if "websocket" not in _header(request, "Upgrade").lower():
             if path != CORRECT:
                 return connection.respond(HTTPStatus.NOT_FOUND, "there is one page, at /\n")
             response = connection.respond(HTTPStatus.OK, page())
@@ -151,7 +166,7 @@ class Server:
             return response
         if path not in (CORRECT, WATCH):
             return connection.respond(HTTPStatus.NOT_FOUND, f"sessions are at {CORRECT}, not at {path[:80]}\n")
-        origin = request.headers.get("Origin", "").rstrip("/").lower()
+        origin = _header(request, "Origin").rstrip("/").lower()
         if origin and urlsplit(origin).netloc != host.lower() and origin not in self._origins:
             return connection.respond(HTTPStatus.FORBIDDEN, f"pages of {origin[:80]} may not connect: see --origin\n")
         if len(self._boxes) >= MOST_CLIENTS:
@@ -163,12 +178,9 @@ def _path(request: "Request") -> str:
     return request.path.partition("?")[0]
 
 
-def _host(header: str) -> str:
-    """The host in a Host header, without its port."""
-    try:
-        return urlsplit(f"//{header}").hostname or ""
-    except ValueError:
-        return ""
+def _header(request: "Request", name: str) -> str:
+    """A header's value, "" where there is none; of several all, which then are no host and no origin."""
+    return ", ".join(request.headers.get_all(name))
 
 
 def _listening(address: Address) -> socket.socket:

@@ -69,10 +69,9 @@ def answered(model: "CorrectorModel", session: Session, frame: Frame, t_in: floa
         session = replace(opened(model, session.hello), last=None)
         flags = ("restarted",)
     time_of = frame.t if session.last is None else max(frame.t, session.last + STILL)
-    if not np.isfinite(frame.joints).any():
-        raise MessageError("joints: at least one position was wanted, all joints are missing", frame.seq)
-    seen = _states(frame)
-    state, corrected = model.step(session.state, frame.joints, seen, time_of)
+    if session.last is None and not np.isfinite(frame.joints).any():
+        raise MessageError("joints: somebody was wanted in the first frame, all joints are missing", frame.seq)
+    state, corrected = model.step(session.state, frame.joints, _states(frame), time_of)
     answer = Answer(
         frame.seq,
         t_in,
@@ -80,7 +79,7 @@ def answered(model: "CorrectorModel", session: Session, frame: Frame, t_in: floa
         corrected.positions,
         corrected.reliability,
         corrected.std,
-        (*flags, *words(corrected.flags)),
+        (*flags, *corrected.flags),
     )
     return Session(session.hello, state, time_of), answer
 
@@ -93,11 +92,6 @@ def _states(frame: Frame) -> Any:
     return np.where(missing, NOT_TRACKED, frame.state).astype(np.uint8)
 
 
-def flagged(answer: Answer, flag: str) -> Answer:
-    """The same answer with one flag more."""
-    return replace(answer, flags=(*answer.flags, flag))
-
-
-def words(flags: Any) -> tuple[str, ...]:
-    """The corrector's flags as words."""
-    return tuple(str(flag) for flag in flags)
+def leaving(answer: Answer, *flags: str) -> Answer:
+    """The answer as it leaves the server now, with some flags more."""
+    return replace(answer, t_out=now(), flags=(*answer.flags, *flags))

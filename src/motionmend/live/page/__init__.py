@@ -6,7 +6,7 @@ from functools import cache
 from hashlib import sha256
 from importlib.resources import files
 
-_HOST = re.compile(r"[\w.\-]+(:\d+)?|\[[0-9a-fA-F:.]+\](:\d+)?", re.ASCII)
+from ..address import host_of
 
 
 @cache
@@ -22,7 +22,7 @@ def page_headers(host: str) -> dict[str, str]:
     ----------
     host : as the browser names the server, port included.
     """
-    own = f"ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
+    own = f"ws://{host} wss://{host}" if host_of(host) else ""
     policy = {
         "default-src": "'none'",
         "script-src": _hash(_script()),

@@ -148,7 +148,7 @@ function readColours() {
 }
 
 function listClients(who, select) {
-  const options = who.clients.map((c) => new Option(`${c.id} · ${c.skeleton}, ${c.fps} Hz`, c.id));
+  const options = who.clients.map((c) => new Option(`${c.id} · ${c.skeleton}, ${Number(c.fps.toFixed(1))} Hz`, c.id));
   select.replaceChildren(...(options.length ? options : [new Option("none yet", 0)]));
   select.disabled = options.length < 2;
   select.value = who.client;

@@ -1,0 +1,231 @@
+"""Processes that correct for the server, so that many clients share all cores; each client stays with one of them."""
+
+import asyncio
+import multiprocessing
+import pickle
+import signal
+import socket
+import struct
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, cast, final
+
+from .messages import Answer, Frame, Hello, MessageError
+from .session import Session, answered, opened
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+
+    from ..correct import CorrectorModel
+
+_LENGTH: Final = struct.Struct("<I")
+_START: Final = 120.0  # s until a process must have said that it is ready
+_PAUSE: Final = 0.5  # s before a process that ended is replaced
+ENDED: Final = "the process that corrected this client has ended: its session begins anew with one of the next frames"
+
+
+@final
+class _Line(asyncio.Protocol):
+    """The server's end of the line to one process: questions out, answers back in the same order."""
+
+    def __init__(self, lost: Callable[[], None]) -> None:
+        self._lost = lost
+        self._buffer = bytearray()
+        self._asked: deque[asyncio.Future[Any]] = deque()
+        self._transport: asyncio.WriteTransport | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """The line stands."""
+        self._transport = cast(asyncio.WriteTransport, transport)
+
+    def data_received(self, data: bytes) -> None:
+        """Give answers to those who asked."""
+        self._buffer += data
+        while len(self._buffer) >= _LENGTH.size:
+            end = _LENGTH.size + _LENGTH.unpack_from(self._buffer)[0]
+            if len(self._buffer) < end:
+                return
+            reply = pickle.loads(self._buffer[_LENGTH.size : end])
+            del self._buffer[:end]
+            asked = self._asked.popleft()
+            if not asked.done():
+                asked.set_result(reply)
+
+    def connection_lost(self, error: Exception | None) -> None:
+        """The process has ended: whoever waits for it is told."""
+        self._transport = None
+        for asked in self._asked:
+            if not asked.done():
+                asked.set_result(MessageError(ENDED))
+        self._asked.clear()
+        self._lost()
+
+    def expect(self) -> "asyncio.Future[Any]":
+        """What the process says next to what was not answered yet."""
+        asked: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        self._asked.append(asked)
+        return asked
+
+    def tell(self, what: Any) -> None:
+        """Say something that is not answered."""
+        if self._transport is not None:
+            self._transport.write(_packed(what))
+
+    async def ask(self, what: Any) -> Any:
+        """Say something and wait for the answer; an answer that is an error is raised."""
+        if self._transport is None:
+            raise MessageError(ENDED)
+        asked = self.expect()
+        self._transport.write(_packed(what))
+        reply = await asked
+        if isinstance(reply, Exception):
+            raise reply
+        return reply
+
+    def hang_up(self) -> None:
+        """End the line, and with it the process."""
+        if self._transport is not None:
+            self._transport.close()
+
+
+@final
+class Staff:
+    """A desk (desk.py) of several processes. One that ends is replaced, and its clients' sessions begin anew.
+
+    `hired` makes one.
+    """
+
+    def __init__(self, model: "CorrectorModel", say: Callable[[str], None]) -> None:
+        self._model = model
+        self._say = say
+        self._lines: list[_Line] = []
+        self._processes: list[BaseProcess] = []
+        self._clients: dict[int, tuple[int, Hello, _Line]] = {}
+        self._hiring: set[asyncio.Task[None]] = set()
+        self._leaving = False
+
+    @classmethod
+    async def hired(cls, model: "CorrectorModel", count: int, say: Callable[[str], None]) -> "Staff":
+        """A staff that is ready to correct.
+
+        Parameters
+        ----------
+        model : the corrector.
+        count : processes.
+        say : takes a line for the person who runs the server.
+
+        Raises
+        ------
+        MessageError : a process ended as it began.
+        """
+        staff = cls(model, say)
+        try:
+            ready = [await staff._begin(k) for k in range(count)]
+            for one in ready:
+                reply = await asyncio.wait_for(one, _START)
+                if isinstance(reply, Exception):
+                    raise reply
+        except BaseException:
+            await staff.leave()
+            raise
+        return staff
+
+    async def _begin(self, place: int) -> "asyncio.Future[Any]":
+        """Start the process at a place of the staff; what is returned comes when it is ready."""
+        ours, theirs = socket.socketpair()
+        process = multiprocessing.get_context("spawn").Process(target=_work, args=(self._model, theirs), daemon=True)
+        process.start()
+        theirs.close()
+        loop = asyncio.get_running_loop()
+        _, line = await loop.create_connection(lambda: _Line(lambda: self._lost(place)), sock=ours)
+        self._lines[place : place + 1] = [line]
+        self._processes[place : place + 1] = [process]
+        return line.expect()
+
+    def _lost(self, place: int) -> None:
+        """A process has ended: another takes its place, unless all are leaving."""
+        if not self._leaving:
+            self._say("warning: a process that corrected has ended, another takes its place; its clients begin anew")
+            hiring = asyncio.get_running_loop().create_task(self._replace(place))
+            self._hiring.add(hiring)
+            hiring.add_done_callback(self._hiring.discard)
+
+    async def _replace(self, place: int) -> None:
+        await asyncio.sleep(_PAUSE)  # should it end at once again and again
+        await self._begin(place)
+
+    async def open(self, client: int, hello: Hello) -> None:
+        """Begin a session, or begin it anew, at the process with the fewest clients."""
+        if client in self._clients:
+            place = self._clients[client][0]
+        else:
+            taken = [place for place, _, _ in self._clients.values()]
+            place = min(range(len(self._lines)), key=taken.count)
+        line = self._lines[place]
+        self._clients[client] = (place, hello, line)
+        await line.ask((client, hello, 0.0))
+
+    async def answer(self, client: int, frame: Frame, t_in: float) -> Answer:
+        """Correct a frame of a session that has begun; one whose process was replaced begins anew."""
+        place, hello, line = self._clients[client]
+        if self._lines[place] is not line:
+            await self.open(client, hello)
+            line = self._lines[place]
+        answer: Answer = await line.ask((client, frame, t_in))
+        return answer
+
+    def close(self, client: int) -> None:
+        """Forget a client, whether it had a session or not."""
+        if client in self._clients:
+            self._clients.pop(client)[2].tell((client, None, 0.0))
+
+    async def leave(self) -> None:
+        """End all processes."""
+        self._leaving = True
+        for hiring in self._hiring:
+            hiring.cancel()
+        for line in self._lines:
+            line.hang_up()
+        await asyncio.sleep(0)  # the lines are closed now, and who hears nothing more goes
+        for process in self._processes:
+            await asyncio.to_thread(process.join, 2.0)
+            if process.is_alive():
+                process.terminate()
+
+
+def _work(model: "CorrectorModel", line: socket.socket) -> None:
+    """A process of the staff: correct what comes over the line until it ends."""
+    from ..batch import one_blas_thread
+    from .warm import warm
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
+    sessions: dict[int, Session] = {}
+    with one_blas_thread(), line, line.makefile("rb") as heard:
+        warm(model)
+        line.sendall(_packed("ready"))
+        while len(head := heard.read(_LENGTH.size)) == _LENGTH.size:
+            client, what, t_in = pickle.loads(heard.read(_LENGTH.unpack(head)[0]))
+            if what is None:
+                sessions.pop(client, None)
+                continue
+            line.sendall(_packed(_reply(model, sessions, client, what, t_in)))
+
+
+def _reply(
+    model: "CorrectorModel", sessions: dict[int, Session], client: int, what: Hello | Frame, t_in: float
+) -> Answer | MessageError | str:
+    """What is said to a hello or a frame."""
+    try:
+        if isinstance(what, Hello):
+            sessions.pop(client, None)
+            sessions[client] = opened(model, what)
+            return "open"
+        sessions[client], answer = answered(model, sessions[client], what, t_in)
+        return answer
+    except MessageError as error:
+        return error
+
+
+def _packed(what: Any) -> bytes:
+    data = pickle.dumps(what, pickle.HIGHEST_PROTOCOL)
+    return _LENGTH.pack(len(data)) + data
