@@ -1,0 +1,93 @@
+"""A person's body from the first seconds of a recording, with neither lengths nor poses known (section 3.8)."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..bodies import anatomy
+from ..bodies.camera import DepthFrame
+from ..bodies.performer import Performer, Pose
+from ..errors import MismatchError
+from .calibrate import Calibration, calibrated, size_from
+from .detect import detect
+from .foreground import Scene, find_person, remember, scene_of
+from .model import TrackerModel
+from .observation import Observation
+from .settings import TrackSettings
+from .tracker import start, step
+
+WIDTH = 160  # px, of the pictures that bodies are fitted to
+SURE = 0.40  # share of wrongly explained pixels up to which a pose serves as a beginning
+
+
+def measure_person(
+    model: TrackerModel,
+    settings: TrackSettings,
+    frames: Sequence[DepthFrame],
+    scene: Scene | None = None,
+    pose: Pose | None = None,
+    passes: int = 2,
+) -> Calibration:
+    """Find how long and wide the person in some frames is.
+
+    The size comes from distances between detected joints; then the frames are tracked with the body known so far and
+    the body is fitted to those that were tracked well, `passes` times.
+
+    Parameters
+    ----------
+    model : with a detector, unless `pose` is given.
+    settings : of the tracking; as `step` takes them.
+    frames : the first few seconds, in order.
+    scene : the empty room, if it was seen.
+    pose : of frame 0, if it is known.
+    passes : how often.
+
+    Returns
+    -------
+    Calibration : its performer is to be used from now on.
+
+    Raises
+    ------
+    MismatchError : when there is nobody who could be followed in these frames.
+    """
+    seen: dict[int, Observation] = {}
+    detections = []
+    last = None
+    for k, frame in enumerate(frames):
+        frame = _narrow(frame, 320)
+        room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
+        person = find_person(room, frame, last)
+        scene = remember(room, frame, person)
+        if not person.found:
+            continue
+        last = person.place
+        whole = Observation(frame.camera, person.depth, person.free, frame.time)
+        seen[k] = whole.every(max(1, round(frame.camera.width / WIDTH)))
+        if model.detector is not None and k % 4 == 0:
+            detections.append(detect(model.detector, replace(frame, depth=person.depth)))
+    if not seen:
+        raise MismatchError("a person in the first frames was wanted, there is nobody")
+    average = anatomy.average()
+    begin = average.stretched(np.full((1, 3), size_from(average, detections)))
+
+    def follow(body: Performer) -> list[tuple[Observation, Pose]]:
+        state = start(model, settings, frames[0], body, pose)
+        followed = []
+        for k, frame in enumerate(frames):
+            state, estimate = step(model, settings, state, frame)
+            if k in seen and estimate.pose is not None and "tracked" in estimate.flags:
+                followed.append((estimate.wrong, seen[k], estimate.pose))
+        good = [one for one in followed if one[0] < SURE]
+        # Where nothing fits well yet, as with a child and an adult's body, the better half has to do.
+        kept = good if good else sorted(followed, key=lambda one: one[0])[: (len(followed) + 1) // 2]
+        return [(frame, found) for _, frame, found in kept]
+
+    return calibrated(begin, follow, passes)
+
+
+def _narrow(frame: DepthFrame, width: int) -> DepthFrame:
+    n = max(1, round(frame.camera.width / width))
+    if n == 1:
+        return frame
+    return DepthFrame(frame.camera.every(n), np.ascontiguousarray(frame.depth[::n, ::n]), None, frame.time)
