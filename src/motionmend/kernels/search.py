@@ -60,11 +60,9 @@ def likeliest_history(
     frames, coordinates = observed.shape
     modes = len(factors)
     most = width * (modes + 1) + 1
-    mean, speed = np.zeros((width, coordinates)), np.zeros((width, coordinates))
-    cov = np.zeros((width, coordinates, 3))  # of place, of place with speed, of speed
+    # of each history and coordinate: place, speed, and their covariance (place, place with speed, speed)
+    state, after = np.zeros((width, coordinates, 5)), np.zeros((width, coordinates, 5))
     score, turns, mode_of = np.zeros(width), np.zeros(width, np.int64), np.zeros(width, np.int64)
-    new_mean, new_speed = np.zeros((most, coordinates)), np.zeros((most, coordinates))
-    new_cov = np.zeros((most, coordinates, 3))
     new_score, new_turns, new_mode = np.zeros(most), np.zeros(most, np.int64), np.zeros(most, np.int64)
     came_from, rejects = np.zeros(most, np.int64), np.zeros(most, np.int64)
     parent, event = np.zeros((frames, width), np.int16), np.zeros((frames, width), np.uint8)
@@ -73,69 +71,56 @@ def likeliest_history(
     mask = (1 << (2 * RECENT)) - 1
     kept = 1
     for g in range(coordinates):
-        mean[0, g], cov[0, g, 0], cov[0, g, 2] = start[g], start_var[g], speed_var[g]
+        state[0, g, 0], state[0, g, 2], state[0, g, 4] = start[g], start_var[g], speed_var[g]
     for t in range(frames):
         seen = True
         for g in range(coordinates):
             if np.isnan(observed[t, g]):
                 seen = False
+        # what each history can become, and how likely that is
         count = 0
         for h in range(kept):
             last = mode_of[h]
-            for k in range(modes):
-                if t == 0 and k > 0:
-                    break
-                n = count
+            for k in range(modes if seen and t > 0 else 1):
                 total = score[h]
                 if t > 0 and not at_pole[t]:
                     total += log_modes[last, k]
-                measured = total + log_in
+                told_square, told_spread, seen_square, seen_spread = 0.0, 1.0, 0.0, 1.0
                 for g in range(coordinates):
-                    x, v = mean[h, g], speed[h, g]
-                    a, b, c = cov[h, g, 0], cov[h, g, 1], cov[h, g, 2]
+                    x, a = state[h, g, 0], state[h, g, 2]
                     if t > 0:
-                        e = step_var[t, g] * factors[k]
-                        x, v = x + v + pull[t, g], v + pull[t, g]
-                        a, b, c = a + 2.0 * b + c + e, b + c + e, c + e
+                        x += state[h, g, 1] + pull[t, g]
+                        a += 2.0 * state[h, g, 3] + state[h, g, 4] + step_var[t, g] * factors[k]
                     if hint_var[t, g] < np.inf:
                         s, r = a + hint_var[t, g], hint[t, g] - x
-                        cost = 0.5 * (log(2.0 * pi * s) + r * r / s)
-                        total -= cost
-                        measured -= cost
-                        x, v = x + a / s * r, v + b / s * r
-                        a, b, c = a - a * a / s, b - a * b / s, c - b * b / s
-                    new_mean[n, g], new_speed[n, g] = x, v
-                    new_cov[n, g, 0], new_cov[n, g, 1], new_cov[n, g, 2] = a, b, c
+                        told_spread *= 2.0 * pi * s
+                        s = 1.0 / s
+                        told_square += r * r * s
+                        x, a = x + a * s * r, a - a * a * s
                     if seen:
                         s, r = a + noise_var[g], observed[t, g] - x
-                        measured -= 0.5 * (log(2.0 * pi * s) + r * r / s)
-                        m = n + 1  # the same walk with the sample believed
-                        new_mean[m, g], new_speed[m, g] = x + a / s * r, v + b / s * r
-                        new_cov[m, g, 0] = a - a * a / s
-                        new_cov[m, g, 1] = b - a * b / s
-                        new_cov[m, g, 2] = c - b * b / s
+                        seen_square += r * r / s
+                        seen_spread *= 2.0 * pi * s
                 if not seen:
-                    new_score[n], new_turns[n], new_mode[n] = total, turns[h], k
-                    came_from[n], rejects[n] = h, 0
-                    count = n + 1
-                    break
-                m = n
+                    new_score[count] = total - 0.5 * (log(told_spread) + told_square)
+                    new_turns[count], new_mode[count], came_from[count], rejects[count] = turns[h], k, h, 0
+                    count += 1
+                    continue
                 if not vouched[t] and (k == last or t == 0):
                     # a rejected sample tells nothing of the mode: it stays
-                    new_score[n], new_turns[n], new_mode[n] = total + log_out, ((turns[h] << 2) | 1) & mask, k
-                    came_from[n], rejects[n] = h, 1
-                    m = n + 1
-                else:
-                    for g in range(coordinates):
-                        new_mean[n, g], new_speed[n, g] = new_mean[n + 1, g], new_speed[n + 1, g]
-                        for i in range(3):
-                            new_cov[n, g, i] = new_cov[n + 1, g, i]
-                new_score[m], new_mode[m] = measured, k
-                new_turns[m] = ((turns[h] << 2) | (2 if k > 0 else 0)) & mask
-                came_from[m], rejects[m] = h, 0
-                count = m + 1
+                    new_score[count] = total + log_out - 0.5 * (log(told_spread) + told_square)
+                    new_turns[count], new_mode[count] = ((turns[h] << 2) | 1) & mask, k
+                    came_from[count], rejects[count] = h, 1
+                    count += 1
+                new_score[count] = total + log_in - 0.5 * (log(told_spread * seen_spread) + told_square + seen_square)
+                new_turns[count], new_mode[count] = ((turns[h] << 2) | (2 if k > 0 else 0)) & mask, k
+                came_from[count], rejects[count] = h, 0
+                count += 1
+        # the best of those that differ in their latest turns
         kept = 0
         for n in range(count):
+            if kept == width and new_score[n] <= new_score[order[kept - 1]]:
+                continue
             twin = -1
             for i in range(kept):
                 if new_turns[order[i]] == new_turns[n]:
@@ -147,8 +132,6 @@ def likeliest_history(
                 for i in range(twin, kept - 1):
                     order[i] = order[i + 1]
                 kept -= 1
-            if kept == width and new_score[n] <= new_score[order[kept - 1]]:
-                continue
             place = kept if kept < width else width - 1
             while place > 0 and new_score[order[place - 1]] < new_score[n]:
                 order[place] = order[place - 1]
@@ -156,15 +139,33 @@ def likeliest_history(
             order[place] = n
             if kept < width:
                 kept += 1
+        # only their states are worked out
         best = new_score[order[0]]
         for i in range(kept):
             n = order[i]
+            h = came_from[n]
             for g in range(coordinates):
-                mean[i, g], speed[i, g] = new_mean[n, g], new_speed[n, g]
-                for j in range(3):
-                    cov[i, g, j] = new_cov[n, g, j]
+                x, v = state[h, g, 0], state[h, g, 1]
+                a, b, c = state[h, g, 2], state[h, g, 3], state[h, g, 4]
+                if t > 0:
+                    e = step_var[t, g] * factors[new_mode[n]]
+                    x, v = x + v + pull[t, g], v + pull[t, g]
+                    a, b, c = a + 2.0 * b + c + e, b + c + e, c + e
+                if hint_var[t, g] < np.inf:
+                    s, r = 1.0 / (a + hint_var[t, g]), hint[t, g] - x
+                    x, v = x + a * s * r, v + b * s * r
+                    a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
+                if seen and rejects[n] == 0:
+                    s, r = 1.0 / (a + noise_var[g]), observed[t, g] - x
+                    x, v = x + a * s * r, v + b * s * r
+                    a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
+                after[i, g, 0], after[i, g, 1] = x, v
+                after[i, g, 2], after[i, g, 3], after[i, g, 4] = a, b, c
+            parent[t, i], event[t, i] = h, 2 * new_mode[n] + rejects[n]
+        for i in range(kept):
+            n = order[i]
             score[i], turns[i], mode_of[i] = new_score[n] - best, new_turns[n], new_mode[n]
-            parent[t, i], event[t, i] = came_from[n], 2 * new_mode[n] + rejects[n]
+        state, after = after, state
     outlier, mode = np.zeros(frames, np.uint8), np.zeros(frames, np.uint8)
     history = 0
     for t in range(frames - 1, -1, -1):
