@@ -347,6 +347,35 @@ def assemble(
 
 
 @compiled
+def spreads(
+    covariance: Floats, twists: Floats, first: Ints, order: Ints, bones: Ints, points: Floats, std: Floats
+) -> None:
+    """Standard deviations of points on bones, m: the root of a third of the trace of their covariance.
+
+    Parameters
+    ----------
+    covariance, twists, first, order : (D, D), (D, 6) and which degrees of freedom move which bone, as for `assemble`.
+    bones, points : (N,), (N, 3) m. std : (N,) is written.
+    """
+    slope = np.empty((twists.shape[0], 3))
+    for n in range(bones.shape[0]):
+        b = bones[n]
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        variance = 0.0
+        for p in range(first[b], first[b + 1]):
+            d = order[p]
+            w = twists[d]
+            slope[d, 0] = w[1] * z - w[2] * y + w[3]
+            slope[d, 1] = w[2] * x - w[0] * z + w[4]
+            slope[d, 2] = w[0] * y - w[1] * x + w[5]
+            for q in range(first[b], p + 1):
+                e = order[q]
+                product = slope[d, 0] * slope[e, 0] + slope[d, 1] * slope[e, 1] + slope[d, 2] * slope[e, 2]
+                variance += (1.0 if e == d else 2.0) * covariance[d, e] * product
+        std[n] = sqrt(max(variance, 0.0) / 3.0)
+
+
+@compiled
 def steps(depth: Singles, unknown: Bools, jump: float, points: Singles, edge: Singles) -> None:
     """Near sides of steps in depth: pixels beside one that is empty, or farther by more than `jump` m.
 

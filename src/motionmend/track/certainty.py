@@ -3,9 +3,11 @@
 import numpy as np
 
 from ..arrays import Bools, Floats
-from ..bodies.performer import BONES, DOFS, FIRST, LANDMARK_BONES, MOVES, PARENTS, Performer, Pose, landmarks, twists
+from ..bodies.performer import BONES, FIRST, LANDMARK_BONES, PARENTS, Performer, Pose, landmarks, twists
 from ..numerics.least_squares import System, inverse
+from .evidence import STANDARD
 from .limbs import COARSE, Coarse, cast_parts
+from .view import BONES_MOVED, MOVED_FIRST
 
 FIT = 0.08  # m; a rendered pixel this near to what is seen shows its bone
 ENOUGH = 4.0  # standard samples of a bone that show it well; see `Evidence.weight`
@@ -50,18 +52,13 @@ def certainty_of(
     doubt : (16,) m, how far other poses of the limb that explain the frame as well have the joint.
     wrong : share of pixels explained wrongly.
     """
-    from .evidence import STANDARD
+    from ..kernels.match import spreads
 
     residual = system.costs.get("surface", 0.0) / (2.0 * STANDARD)
     variance = CLUMP * (residual + SHAPE**2) * (1.0 + 4.0 * wrong)
     covariance = variance * inverse(system.normal)
-    moving = twists(performer, pose)
-    place = landmarks(performer, pose)
-    std = np.empty(len(place))
-    for i, b in enumerate(LANDMARK_BONES):
-        rows = MOVES[b]
-        slope = np.zeros((DOFS, 3))
-        slope[rows] = np.cross(moving[rows, :3], place[i]) + moving[rows, 3:]
-        std[i] = np.sqrt(max(np.trace(slope.T @ covariance @ slope) / 3.0, 0.0))
+    std = np.empty(len(LANDMARK_BONES))
+    place, moving = landmarks(performer, pose), twists(performer, pose)
+    spreads(covariance, moving, MOVED_FIRST, BONES_MOVED, LANDMARK_BONES, place, std)
     stray = REACH * (1.0 - np.exp(-STRAY * hidden / REACH))
     return covariance, np.sqrt(std**2 + stray**2 + doubt**2)

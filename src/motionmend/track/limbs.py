@@ -108,7 +108,7 @@ def cast_parts(
     from ..kernels import articulated, raycast
 
     solids = performer.solids
-    chosen = _parts_of(solids) if without is None else _parts_of(solids, without.bones)
+    chosen = _chosen(solids) if without is None else _chosen(solids, without.bones)
     placed = np.empty((len(performer.bones), 4, 4))
     articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
     bones, kinds, centers, turns, sizes, tapers = chosen
@@ -121,7 +121,7 @@ def cast_parts(
     return depth, solid
 
 
-def _parts_of(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...] = ()) -> tuple[Any, ...]:
+def _chosen(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...] = ()) -> tuple[Any, ...]:
     """Bones, kinds, centres, turns, sizes and tapers of some of the solids."""
     every = solids.bone, solids.kind, solids.center, solids.turn, solids.size, solids.taper
     if not (without or only):
@@ -142,7 +142,7 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
     """(C,) disagreement, in pixels up to a constant, of the pose with each of `candidates` (C, n) for the limb."""
     from ..kernels import limbs
 
-    bones, kinds, centers, turns, sizes, tapers = _parts_of(performer.solids, only=limb.bones)
+    bones, kinds, centers, turns, sizes, tapers = _chosen(performer.solids, only=limb.bones)
     base, _ = cast_parts(performer, pose, coarse, limb)
     costs = np.empty(len(candidates))
     limbs.limb_costs(

@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import Floats
 from ..bodies.performer import Pose, landmarks
 from ..numerics.least_squares import Solution
+from .certainty import ENOUGH, explained_by_bone
 from .evidence import Evidence
 from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
 from .model import TrackerModel
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 GAIN = 0.02  # share of the person's pixels that a limb's new pose must explain better
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
+SUSPECT = 0.01  # share of pixels explained wrongly beyond the usual that makes every limb be looked for
 TRIED = 2  # of each limb's candidates are refined
 
 
@@ -42,7 +44,11 @@ def mend_limbs(
     doubt = np.zeros(16)
     moved = 0
     wrong = disagreement(performer, solution.state, coarse)
+    shown = explained_by_bone(performer, solution.state, coarse, evidence.weight)
+    usual = state.wrong if np.isfinite(state.wrong) else 0.0
     for number, limb in enumerate(LIMBS):
+        if wrong < usual + SUSPECT and min(shown[limb.bones[0]], shown[limb.bones[1]]) > ENOUGH:
+            continue
         pose = solution.state
         now = pose.joints[limb.columns]
         candidates = np.concatenate((now[None], expected.joints[limb.columns][None], model.limb_shapes[number]))
