@@ -114,6 +114,17 @@ def test_names_of_sensors_are_matched_by_meaning() -> None:
     assert "mean" in found.notes[0]
 
 
+@pytest.mark.parametrize("signs", [(1, -1, 1), (-1, -1, 1)])
+def test_sensors_with_y_up_are_compared_with_cameras(signs: tuple[int, int, int]) -> None:
+    rng = np.random.default_rng(0)
+    at = np.array([[0, 0.9, 3], [0, 1.6, 3], [0.4, 1.2, 2.8], [-0.4, 1.1, 2.9]]) + 0.05 * rng.normal(size=(20, 4, 3))
+    truth = Postures(NAMES, at, np.arange(20) / 30)
+    found = compare_joints(truth, truth.with_positions(at * np.array(signs)))
+    assert found.mean_cm == pytest.approx(0.0)
+    assert "changed sign" in found.notes[0]
+    assert compare_joints(truth, truth).notes == ()
+
+
 def test_nothing_in_common() -> None:
     truth = postures()
     with pytest.raises(MismatchError, match="names"):

@@ -114,9 +114,12 @@ def follow(
     FileError : an image that cannot be read.
     MismatchError : fewer than three joints to start from.
     """
+    import cv2
+
     from ..track.start import pose_from_joints
     from ..track.tracker import start, step
 
+    cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
     begin = perf_counter()
     first = recording.frame(0)
     read = perf_counter() - begin

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
-from ..bodies.joint_sets import correspondence
+from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
 from ..errors import MismatchError
 from .metrics import bone_drift, jitter, position_error
@@ -84,6 +84,8 @@ def compare_joints(truth: Postures, other: Postures) -> JointComparison:
     place, notes = _matching(truth.names, other.names)
     truth, other, said = _in_step(truth, other)
     notes += said
+    other, said = _upright_alike(truth, other, place)
+    notes += said
     true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
     other_at = np.where((place >= 0)[None, :, None], other.positions[:, place], np.nan)
     there, seen = truth.present, np.asarray(np.isfinite(other_at).all(axis=2))
@@ -127,17 +129,50 @@ def _matching(wanted: tuple[str, ...], came: tuple[str, ...]) -> tuple[Ints, tup
     """(J,) where each joint of the truth stands in the other, -1 for nowhere; and what is worth a sentence."""
     place = np.array([came.index(name) if name in came else -1 for name in wanted], dtype=np.int64)
     notes: tuple[str, ...] = ()
+    if (place < 0).any():
+        meant = correspondence(came, wanted)
+        if (meant >= 0).sum() > (place >= 0).sum():
+            place = meant
+            notes += ("joints were matched by what their names mean, and each sensor places them a little elsewhere",)
     if (place < 0).all():
-        place = correspondence(came, wanted)
-        if (place < 0).all():
-            raise MismatchError(
-                f"a comparison needs joints of the same names, came {_few(came)} where the truth has {_few(wanted)}"
-            )
-        notes += ("no joint is named alike: matched by what the names mean, which each sensor places elsewhere",)
+        raise MismatchError(
+            f"a comparison needs joints of the same names, came {_few(came)} where the truth has {_few(wanted)}"
+        )
     lacking = [name for name, p in zip(wanted, place, strict=True) if p < 0]
     if lacking:
         notes += (f"{len(lacking)} joints of the truth have no column and count as missing: {_few(lacking)}",)
     return place, notes
+
+
+def _upright_alike(truth: Postures, other: Postures, place: Ints) -> tuple[Postures, tuple[str, ...]]:
+    """The other with y pointing as the truth's does: sensors' skeletons have it up, cameras down.
+
+    Where y is turned round, x is too when that brings the joints nearer: some sensors' x goes to the image's left.
+    """
+    ups = [_up_along_y(one) for one in (truth, other)]
+    if not ups[0] * ups[1] < 0:
+        return other, ()
+    best: tuple[float, str, Postures] | None = None
+    for signs, axes in (((1.0, -1.0, 1.0), "y"), ((-1.0, -1.0, 1.0), "x and y")):
+        turned = other.with_positions(other.positions * np.array(signs))
+        apart = _mean(np.linalg.norm(turned.positions[:, place] - truth.positions, axis=2)[:, place >= 0])
+        if best is None or apart < best[0]:
+            best = apart, axes, turned
+    assert best is not None
+    return best[2], (f"one has y up, the other y down: the other's {best[1]} changed sign",)
+
+
+def _up_along_y(postures: Postures) -> float:
+    """Median height along y of the head above pelvis, knees and ankles, m; NaN where those are not there."""
+    named = meanings(postures.names)
+    low = [k for k, meaning in enumerate(named) if meaning == "pelvis" or meaning[1:] in ("_knee", "_ankle", "_foot")]
+    high = [k for k, meaning in enumerate(named) if meaning in ("head", "neck", "neck_base")]
+    if not low or not high:
+        return float("nan")
+    y = postures.positions[:, :, 1]
+    rise = (y[:, high][:, :, None] - y[:, low][:, None, :]).ravel()
+    rise = rise[np.isfinite(rise)]
+    return float(np.median(rise)) if rise.size else float("nan")
 
 
 def _few(names: tuple[str, ...] | list[str]) -> str:
