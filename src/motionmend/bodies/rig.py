@@ -7,9 +7,10 @@ import numpy as np
 
 from ..arrays import Floats, Ints, frozen
 from ..errors import MismatchError
+from .motion import Motion
 from .performer import BONES
 from .roles import Roles, roles
-from .skeleton import ROTATION, Skeleton, rest_positions
+from .skeleton import ROTATION, Skeleton, forward, rest_positions
 
 
 @final
@@ -104,3 +105,11 @@ def landmark_positions(part: Roles, position: Floats, head: Floats) -> Floats:
 def toe_tip(part: Roles, side: int) -> int:
     """The tip of the toes, or what comes nearest to it; -1 where the foot has no length."""
     return part.feet.ends[side] if part.feet.ends[side] >= 0 else part.feet.toes[side]
+
+
+def motion_landmarks(motion: Motion) -> Floats:
+    """(T, 16, 3) m, where the joints of `LANDMARKS` lie in a motion; NaN in frames with missing angles above them."""
+    rig = rig_of(motion.skeleton)
+    position, turned = forward(motion.skeleton, motion.q)
+    head = BONES.index("head")
+    return landmark_positions(rig.roles, position, turned[:, rig.joints[head]] @ rig.rests[head])
