@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive
-from motionmend.kernels.banded import solve_walks, walk_certainty, walk_factors
+import naive_denoise
+from motionmend.kernels.banded import bend_back, bend_forward, solve_walks, step_along, walk_certainty, walk_factors
 
 SIZES = st.tuples(st.integers(1, 14), st.integers(1, 3), st.integers(0, 10**6))
 
@@ -102,3 +103,30 @@ def test_certainty_far_from_its_ends_does_not_feel_a_vague_start():
     known = walk_certainty(weight, step_var, np.array([1.0]), np.array([1.0]))[0]
     assert vague[100, 0] == pytest.approx(known[100, 0], rel=1e-4)
     assert (vague > 0).all()
+
+
+@given(SIZES)
+@settings(max_examples=40)
+def test_bends_forward_and_back_are_those_of_the_plain_twins(size):
+    weight, scale, x = _system((size[0] + 2, *size[1:]))
+    bend = bend_forward(x, scale)
+    np.testing.assert_allclose(bend, naive_denoise.bend_forward(x, scale), rtol=1e-12, atol=1e-12)
+    back = bend_back(x, weight, bend, scale)
+    wanted = naive_denoise.bend_back(x, weight, bend, scale)
+    np.testing.assert_allclose(back, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
+    for n in range(x.shape[1]):  # together they are the system that the factors solve
+        system = naive.walk_system(weight[:, n], np.square(scale[:, n]))
+        np.testing.assert_allclose(back[:, n], system @ x[:, n], rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
+
+
+@given(SIZES, st.floats(-3, 3))
+@settings(max_examples=40)
+def test_a_step_goes_along_the_direction_and_changes_nothing_else(size, length):
+    direction, turned, x = _system(size)
+    residual = x[::-1].copy()
+    wanted = naive_denoise.step_along(x, residual, direction, turned, length)
+    kept = direction.copy(), turned.copy()
+    step_along(x, residual, direction, turned, length)
+    np.testing.assert_allclose(x, wanted[0], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(residual, wanted[1], rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal((direction, turned), kept)

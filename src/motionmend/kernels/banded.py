@@ -45,20 +45,22 @@ def solve_walks(diagonal: Floats, first: Floats, second: Floats, right: Floats) 
     frames, walks = right.shape
     x = right.copy()
     for t in range(1, frames):
-        for n in range(walks):
-            x[t, n] -= first[t, n] * x[t - 1, n]
-        if t >= 2:
+        if t == 1:
             for n in range(walks):
-                x[t, n] -= second[t, n] * x[t - 2, n]
+                x[t, n] -= first[t, n] * x[t - 1, n]
+        else:
+            for n in range(walks):
+                x[t, n] -= first[t, n] * x[t - 1, n] + second[t, n] * x[t - 2, n]
     for t in range(frames - 1, -1, -1):
-        for n in range(walks):
-            x[t, n] /= diagonal[t, n]
-        if t + 1 < frames:
-            for n in range(walks):
-                x[t, n] -= first[t + 1, n] * x[t + 1, n]
         if t + 2 < frames:
             for n in range(walks):
-                x[t, n] -= second[t + 2, n] * x[t + 2, n]
+                x[t, n] = x[t, n] / diagonal[t, n] - first[t + 1, n] * x[t + 1, n] - second[t + 2, n] * x[t + 2, n]
+        elif t + 1 < frames:
+            for n in range(walks):
+                x[t, n] = x[t, n] / diagonal[t, n] - first[t + 1, n] * x[t + 1, n]
+        else:
+            for n in range(walks):
+                x[t, n] /= diagonal[t, n]
     return x
 
 
@@ -106,3 +108,43 @@ def walk_certainty(weight: Floats, step_var: Floats, place_var: Floats, speed_va
             if t > 0:
                 doubt[t, ch] = min(1.0, max(1e-3, 1.0 - step_var[t, ch] * (n00 + 2.0 * n01 + n11)))
     return variance, doubt
+
+
+@compiled
+def bend_forward(x: Floats, scale: Floats) -> Floats:
+    """(T - 2, N) second differences of x (T, N), each times the `scale` (T, N) of the frame it leads into."""
+    frames, walks = x.shape
+    bend = np.empty((frames - 2, walks))
+    for t in range(2, frames):
+        for n in range(walks):
+            bend[t - 2, n] = (x[t - 2, n] - 2.0 * x[t - 1, n] + x[t, n]) * scale[t, n]
+    return bend
+
+
+@compiled
+def bend_back(x: Floats, weight: Floats, bend: Floats, scale: Floats) -> Floats:
+    """(T, N) weight x + D₂ᵀ (scale bend): what is left of `bend_forward`, transposed, and the samples' share."""
+    frames, walks = x.shape
+    back = np.empty((frames, walks))
+    for t in range(frames):
+        for n in range(walks):
+            back[t, n] = weight[t, n] * x[t, n]
+        if t < frames - 2:
+            for n in range(walks):
+                back[t, n] += bend[t, n] * scale[t + 2, n]
+        if 1 <= t < frames - 1:
+            for n in range(walks):
+                back[t, n] -= 2.0 * (bend[t - 1, n] * scale[t + 1, n])
+        if t >= 2:
+            for n in range(walks):
+                back[t, n] += bend[t - 2, n] * scale[t, n]
+    return back
+
+
+@compiled
+def step_along(x: Floats, residual: Floats, direction: Floats, turned: Floats, length: float) -> None:
+    """One step of conjugate gradients in place: x along the direction, the residual along what it is turned into."""
+    for t in range(x.shape[0]):
+        for n in range(x.shape[1]):
+            x[t, n] += length * direction[t, n]
+            residual[t, n] -= length * turned[t, n]

@@ -74,6 +74,8 @@ def smooth_coupled(
     walks of their own. Where samples are missing or motion bursts, each channel is taken for a walk of its own, with
     every weight and scale as it is.
     """
+    from ..kernels.banded import bend_back, bend_forward, step_along
+
     if not weight.any():
         return (np.zeros(observed.shape) if start is None else start), 0
     usual = np.exp(np.log(scale[2:]).mean(axis=0))
@@ -86,25 +88,23 @@ def smooth_coupled(
     preconditioned = _parted(w, coupling) if even else _channelwise(w, calm, coupling)
 
     def normal(x: Floats) -> Floats:
-        bend = (x[:-2] - 2.0 * x[1:-1] + x[2:]) * calm[2:]
-        return np.asarray(w * x + _second_differences_back((bend @ precision) * calm[2:]))
+        return bend_back(x, w, bend_forward(x, calm) @ precision, calm)
 
     right = w * observed / unit
     x = np.zeros_like(right) if start is None else start / unit
     residual = right - normal(x)
     nearer = preconditioned(residual)
-    direction, size = nearer, float((residual * nearer).sum())
+    direction, size = nearer.copy(), float(np.vdot(residual, nearer))
     # the size is the squared error in units of what the samples leave open, summed over all values
     enough = TOLERANCE**2 * observed.size
     steps = 0
     while steps < MOST_STEPS and size > enough:
         turned = normal(direction)
-        length = size / float((direction * turned).sum())
-        x = x + length * direction
-        residual = residual - length * turned
+        step_along(x, residual, direction, turned, size / float(np.vdot(direction, turned)))
         nearer = preconditioned(residual)
-        before, size = size, float((residual * nearer).sum())
-        direction = nearer + (size / before) * direction
+        before, size = size, float(np.vdot(residual, nearer))
+        direction *= size / before
+        direction += nearer
         steps += 1
     return np.asarray(x * unit), steps
 
@@ -130,15 +130,6 @@ def _channelwise(w: Floats, calm: Floats, coupling: Coupling) -> Callable[[Float
 
 def _each_frame(row: Floats, frames: int) -> Floats:
     return np.ascontiguousarray(np.broadcast_to(row, (frames, len(row))))
-
-
-def _second_differences_back(bend: Floats) -> Floats:
-    """D₂ᵀ of (T - 2, C): (T, C)."""
-    result = np.zeros((len(bend) + 2, bend.shape[1]))
-    result[:-2] += bend
-    result[1:-1] -= 2.0 * bend
-    result[2:] += bend
-    return result
 
 
 def lone_step_variance(weight: Floats, covariance: Floats) -> Floats:

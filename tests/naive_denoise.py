@@ -1,0 +1,19 @@
+"""Plain twins of the kernels of the coupled smoother."""
+
+import numpy as np
+
+
+def bend_forward(x, scale):
+    """Second differences, each times the scale of the frame it leads into."""
+    return np.diff(x, n=2, axis=0) * scale[2:]
+
+
+def bend_back(x, weight, bend, scale):
+    """The samples' share and the transpose of `bend_forward`, by a dense matrix."""
+    bends = np.diff(np.eye(len(x)), n=2, axis=0)
+    return weight * x + bends.T @ (bend * scale[2:])
+
+
+def step_along(x, residual, direction, turned, length):
+    """Both after a step."""
+    return x + length * direction, residual - length * turned
