@@ -15,13 +15,14 @@ from ..numerics.least_squares import Solution
 from .certainty import certainty_of, explained_by_bone, trust_of
 from .edge_term import EdgeTerm
 from .evidence import Evidence, evidence_of
-from .foreground import Scene, find_person, remember, scene_of
+from .foreground import Scene, scene_of
 from .freespace_term import FreespaceTerm
 from .limbs import Coarse, coarse_of, disagreement
 from .limits_term import LimitsTerm
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .observation import Observation
+from .person import person_of
 from .prior_term import prior_term
 from .settings import TrackSettings
 from .smooth_term import SmoothTerm, difference
@@ -148,8 +149,8 @@ def step(
     clock = _Clock()
     frame = _worked(frame)
     scene = scene_of(frame) if state.scene is None else state.scene
-    person = find_person(scene, frame, None if state.pose is None else state.pose.translation, settings.median)
-    scene = remember(scene, frame, person)
+    last = None if state.pose is None else state.pose.translation
+    person, scene = person_of(scene, frame, last, settings.median)
     elapsed = frame.time - state.time if np.isfinite(state.time) else 0.0
     state = replace(state, scene=scene, time=frame.time)
     observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings))
