@@ -75,6 +75,13 @@ def _is_depth(path: Path) -> bool:
     return ending(path) == ".mat" and kind_of(path) == "depth"
 
 
+def _is_truth(path: Path) -> bool:
+    """Whether a text is what an optical system recorded beside a sensor."""
+    from ..io.sensor import kind_of
+
+    return ending(path) == ".txt" and path.is_file() and kind_of(path) in ("uiprmd markers", "keraal bodies")
+
+
 def look(item: Input, *, fps: float | None, skeleton: Path | None) -> Done:
     """Facts about one file."""
     from .compare_joints import holds_joints
@@ -84,7 +91,7 @@ def look(item: Input, *, fps: float | None, skeleton: Path | None) -> Done:
     if item.path.is_dir() or (kind == ".mat" and _is_depth(item.path)):
         facts = depth_facts(item.path)
         return Done(facts, _table(facts), guesses=facts["guesses"])
-    if kind in SENSORS or holds_joints(item.path):
+    if kind in SENSORS or holds_joints(item.path) or _is_truth(item.path):
         facts = joint_facts(item.path, fps)
         return Done(facts, _table(facts), guesses=facts["guesses"])
     if kind == ".asf":
@@ -195,12 +202,15 @@ def _model(path: Path) -> Done:
 
     stored = load_model(path)
     model = restore(stored, path)
+    common = {"input": path, "kind": "model", "format": "mend", "model": stored.kind, "sha256": stored.sha256}
+    if stored.kind != "denoiser":
+        known = {name: getattr(model, name) for name in ("pairs", "frames") if isinstance(getattr(model, name, 0), int)}
+        names = getattr(model, "names", None)
+        joints = {} if names is None else {"joints": tuple(names)}
+        facts = {**common, **known, **joints, "units": {}, "warnings": getattr(model, "notes", ()), "guesses": []}
+        return Done(facts, _table(facts))
     facts = {
-        "input": path,
-        "kind": "model",
-        "format": "mend",
-        "model": stored.kind,
-        "sha256": stored.sha256,
+        **common,
         "learned_from": "joint angles" if model.layout.kind == "motion" else model.layout.kind,
         "model_fps": model.settings.fps,
         "window": model.settings.window,
@@ -219,8 +229,24 @@ def _model(path: Path) -> Done:
 def _table(facts: dict[str, Any]) -> str:
     """The facts as lines for people: short ones as `name  value`, long ones summed up."""
     rows = [("file", str(facts["input"])), ("kind", f"{facts['kind']} (.{facts['format']})")]
-    plain = ("model", "learned_from", "bones", "dofs", "model_fps", "window", "energy", "bases", "clips")
-    rows += [(name.replace("_", " "), _number(facts[name])) for name in plain if name in facts]
+    plain = (
+        "model",
+        "sensor",
+        "learned_from",
+        "pairs",
+        "bones",
+        "dofs",
+        "model_fps",
+        "window",
+        "energy",
+        "bases",
+        "clips",
+    )
+    rows += [
+        (name.replace("_", " "), _number(facts[name]))
+        for name in plain
+        if isinstance(facts.get(name), str | int | float)
+    ]
     if facts.get("fps"):
         rows.append(("rate", f"{facts['fps']:g} Hz"))
     if "frames" in facts:
@@ -236,8 +262,10 @@ def _table(facts: dict[str, Any]) -> str:
             rows.append((name, f"{len(facts[name])}: {', '.join(facts[name])}"))
     units = facts["units"].items()
     rows.append(("units", ", ".join(f"{name.replace('_', ' ')} {_number(unit)}" for name, unit in units)))
+    rows = [(name, value) for name, value in rows if value]
     if "share_missing" in facts:
         rows += _gaps(facts)
+        rows += _sensed(facts)
         rows += _jumps(facts["jumps"]) if facts["kind"] == "motion" else []
         rows += _suspicions(facts["suspicious"])
     rows += [("warning", warning) for warning in facts["warnings"]]
@@ -253,6 +281,25 @@ def _gaps(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ("missing", percent(facts["share_missing"])),
         *(("", f"{name}: {percent(share)}") for share, name in worst),
     ]
+
+
+def _sensed(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    """What only joints have: states, bones, sides."""
+    from .findings import percent
+
+    rows = []
+    if facts.get("share_inferred") is not None:
+        lost = percent(facts["share_not_tracked"])
+        rows.append(("states", f"{percent(facts['share_inferred'])} inferred, {lost} not tracked"))
+    if facts.get("bone_variation") is not None:
+        worst = max(facts["bones"], key=lambda name: facts["bones"][name]["variation"])
+        most = percent(facts["bones"][worst]["variation"])
+        rows.append(("bone lengths", f"vary by {percent(facts['bone_variation'])} (median), to {worst} by {most}"))
+    if facts.get("swaps"):
+        frames = ", ".join(str(frame) for frame in facts["swaps"][:SHOWN_FRAMES])
+        more = f" and {len(facts['swaps']) - SHOWN_FRAMES} more" if len(facts["swaps"]) > SHOWN_FRAMES else ""
+        rows.append(("swaps", f"left and right change places at frame {frames}{more}"))
+    return rows
 
 
 def _jumps(found: list[dict[str, Any]]) -> list[tuple[str, str]]:

@@ -1,11 +1,14 @@
 """What `inspect` finds in recordings of depth cameras and in joints over time."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Floats
+
+if TYPE_CHECKING:
+    from ..bodies.postures import Postures
 
 LOOKED_AT = 60  # depth images, spread evenly over the recording
 _NEAR, _FAR = 0.3, 15.0  # m; most depth sensors see nothing beyond
@@ -64,9 +67,15 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
     from ..io.joint_table import read_joint_table
     from ..io.sensor import kind_of, read_postures
     from ..io.sensor_source import warnings_of
+    from ..io.truth import read_truth
 
-    own = kind_of(path) == "joints"
-    postures = read_joint_table(path) if own else read_postures(path, fps=fps)
+    kind = kind_of(path)
+    if kind == "joints":
+        postures = read_joint_table(path)
+    elif kind in ("uiprmd markers", "keraal bodies"):
+        postures = read_truth(path, fps=fps)
+    else:
+        postures = read_postures(path, fps=fps)
     present = postures.present
     share = 1.0 - present.mean(axis=0) if postures.frames else np.zeros(len(postures.names))
     beside = [name for name in ("std", "reliability", "state") if getattr(postures, name) is not None]
@@ -85,11 +94,33 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
         "units": {"length": "m", "duration": "s"},
         "joints": postures.names,
         "beside": beside,
+        **_sensed(postures),
         "share_missing": float(1 - present.mean()) if present.size else 0.0,
         "missing": dict(zip(postures.names, share.tolist(), strict=True)),
         "suspicious": _fast(postures.names, postures.positions, postures.times),
         "warnings": warnings,
         "guesses": postures.guesses,
+    }
+
+
+def _sensed(postures: "Postures") -> dict[str, Any]:
+    """What the recording is, how much of it was inferred, how its bones vary, and where sides change places."""
+    from ..bodies.sensed import bone_variation, side_changes
+
+    names, lengths, variation = bone_variation(postures)
+    seen = np.isfinite(variation)
+    state = postures.state
+    return {
+        "sensor": getattr(postures.source, "kind", None),
+        "share_inferred": None if state is None else float((state == 1).mean()),
+        "share_not_tracked": None if state is None else float((state == 0).mean()),
+        "bone_variation": float(np.median(variation[seen])) if seen.any() else None,
+        "bones": {
+            name: {"length": float(length), "variation": float(share)}
+            for name, length, share in zip(names, lengths, variation, strict=True)
+            if np.isfinite(share)
+        },
+        "swaps": side_changes(postures),
     }
 
 

@@ -29,12 +29,13 @@ def report(
     Where a NAME.mend.json stands beside a recording, what it says of the repair is shown. Lengths are in metres,
     angles in degrees.
     """
-    from ..io import READABLE, read
+    from ..io import READABLE
+    from ..io.sensor import SENSOR_ENDINGS
     from ..report import html_report
 
     if out.suffix.lower() != ".html":
         raise UsageError(f"-o: a page's name ends in .html, came {out}")
-    inputs, refused = gather(files, READABLE)
+    inputs, refused = gather(files, (*READABLE, *SENSOR_ENDINGS), meant=_meant)
     if out.exists() and not force:
         raise FileError(f"{out} is there already: --force overwrites it")
     shown: list[tuple[str, Motion | Markers]] = []
@@ -45,7 +46,7 @@ def report(
         tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=debug)
     for one in inputs:
         try:
-            recording = read(one.path, fps=fps, skeleton=skeleton)
+            recording = _read(one.path, fps, skeleton)
             facts |= _facts_beside(one.path)
         except MotionMendError as error:
             failures.append(Failure(type(error).__name__, str(error), ""))
@@ -61,6 +62,31 @@ def report(
     tell_guesses(guesses)
     say(f"{len(shown)} recording{'s'[: len(shown) != 1]}: {out}")
     return exit_code(failures, refused)
+
+
+def _read(path: Path, fps: float | None, skeleton: Path | None) -> "Motion | Markers":
+    """A recording as it can be drawn: joints of a sensor as markers at an even rate."""
+    from ..bodies.motion import Markers
+    from ..io import read
+    from ..io.sensor import read_postures
+    from ..io.sensor_source import USUAL_FPS
+    from ..io.vertical import up_of
+    from .compare_joints import holds_joints
+
+    if not holds_joints(path):
+        return read(path, fps=fps, skeleton=skeleton)
+    postures = read_postures(path, fps=fps)
+    rate = postures.fps if postures.frames > 1 and postures.fps > 0 else USUAL_FPS
+    up, _ = up_of(postures.names, postures.positions)
+    return Markers(postures.names, postures.positions, rate, up=up, guesses=postures.guesses)
+
+
+def _meant(path: Path) -> bool:
+    """Whether a file found in a folder can be drawn."""
+    from ..io import READABLE, looks_meant
+    from ..io.sensor import looks_like_sensor
+
+    return (path.suffix.lower() in READABLE and looks_meant(path)) or looks_like_sensor(path)
 
 
 def _facts_beside(path: Path) -> dict[str, str]:
