@@ -114,11 +114,11 @@ def before_scene(
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
     for r in range(depth.shape[0]):
         for c in range(depth.shape[1]):
-            z = depth[r, c]
+            z = np.float64(depth[r, c])
             out[r, c] = False
             if np.isnan(z):
                 continue
-            if background[r, c] - z < near + steep * z * z:
+            if np.float64(background[r, c]) - z < near + steep * z * z:
                 continue
             x, y = (c - cx) * z / fx, (r - cy) * z / fy
             clear = True
@@ -217,7 +217,7 @@ def measures(depth: Singles, labels: np.ndarray, moved: Bytes, intrinsics: Float
             s = labels[r, c]
             if s < 0:
                 continue
-            z = depth[r, c]
+            z = np.float64(depth[r, c])
             x, y = (c - cx) * z / fx, (r - cy) * z / fy
             out[s, 0] += 1.0
             out[s, 1] += z * z / (fx * fy)
@@ -267,7 +267,7 @@ def sampled(
             k = slot[s]
             if (passed[s] - 1) % step[s] or counts[k] == out.shape[1]:
                 continue
-            z = depth[r, c]
+            z = np.float64(depth[r, c])
             out[k, counts[k], 0] = (c - intrinsics[2]) * z / intrinsics[0]
             out[k, counts[k], 1] = (r - intrinsics[3]) * z / intrinsics[1]
             out[k, counts[k], 2] = z

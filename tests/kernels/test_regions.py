@@ -1,0 +1,77 @@
+"""Clean-up, planes, background and connected surfaces against their plain twins."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import naive_detector as naive
+from motionmend.kernels import regions
+
+SEEDS = st.integers(0, 10**6)
+INTRINSICS = np.array([30.0, 28.0, 15.5, 11.5])
+
+
+def _depth(rng, missing=0.25):
+    depth = (2.0 + 0.02 * rng.normal(size=(18, 22))).astype(np.float32)
+    depth[:, 11:] += 0.6
+    depth[rng.uniform(size=depth.shape) < missing] = np.nan
+    return depth
+
+
+@given(SEEDS, st.integers(0, 2))
+@settings(max_examples=25)
+def test_clean_up_is_the_twins(seed, radius):
+    depth = _depth(np.random.default_rng(seed))
+    out = np.empty_like(depth)
+    regions.mend(depth, radius, 6, 0.05, out)
+    np.testing.assert_allclose(out, naive.mended(depth, radius, 6, 0.05), rtol=1e-6)
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_what_stands_before_the_scene_is_the_twins(seed):
+    rng = np.random.default_rng(seed)
+    depth = _depth(rng)
+    background = (depth + rng.uniform(-0.2, 0.3, depth.shape)).astype(np.float32)
+    background[rng.uniform(size=depth.shape) < 0.3] = np.nan
+    normal = np.column_stack([rng.normal(0, 0.2, (2, 2)), -np.ones(2)])
+    planes = np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)])
+    out = np.empty(depth.shape, bool)
+    regions.before_scene(depth, INTRINSICS, planes, background, 0.015, 0.007, out)
+    wanted = naive.before_scene(depth, INTRINSICS, planes, background, 0.015, 0.007)
+    np.testing.assert_array_equal(out, wanted)
+    assert 0 < out.sum() < out.size
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_surfaces_are_those_of_a_flood(seed):
+    rng = np.random.default_rng(seed)
+    depth = _depth(rng)
+    inside = np.isfinite(depth)
+    labels = np.empty(depth.shape, np.int32)
+    count = regions.surfaces(depth, inside, 0.04, 0.0, labels)
+    wanted, number = naive.surfaces(depth, inside, 0.04, 0.0)
+    assert count == number
+    np.testing.assert_array_equal(labels, wanted)
+
+
+@given(SEEDS)
+@settings(max_examples=10)
+def test_measures_and_samples_are_those_of_the_surfaces(seed):
+    rng = np.random.default_rng(seed)
+    depth = _depth(rng, 0.1)
+    labels = np.empty(depth.shape, np.int32)
+    count = regions.surfaces(depth, np.isfinite(depth), 0.1, 0.0, labels)
+    moved = (rng.uniform(size=depth.shape) < 0.5).astype(np.uint8)
+    out = np.empty((count, 13))
+    regions.measures(depth, labels, moved, INTRINSICS, out)
+    np.testing.assert_allclose(out, naive.measures(depth, labels, moved, INTRINSICS, count), rtol=1e-9, atol=1e-12)
+    largest = int(np.argmax(out[:, 0]))
+    slot, step = np.full(count, -1, np.int64), np.full(count, 3, np.int64)
+    slot[largest] = 0
+    points, counts = np.empty((1, 400, 3)), np.zeros(1, np.int64)
+    regions.sampled(depth, labels, slot, step, INTRINSICS, points, counts)
+    wanted = naive.points(depth, INTRINSICS)[labels == largest][::3]
+    assert counts[0] == len(wanted)
+    np.testing.assert_allclose(points[0, : counts[0]], wanted, rtol=1e-9)

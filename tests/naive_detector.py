@@ -1,0 +1,124 @@
+"""Plain NumPy twins of the kernels that find people: `kernels/forest.py` and `kernels/regions.py`."""
+
+import numpy as np
+
+# ---- kernels/forest.py -----------------------------------------------------------
+
+
+def difference(depth, row, column, fx, fy, far, clip, probe):
+    """Shotton's feature of one pixel."""
+    values = []
+    for across, down in (probe[:2], probe[2:]):
+        z = float(depth[row, column])
+        r = row + int(np.floor(float(down) * (fy / z) + 0.5))
+        c = column + int(np.floor(float(across) * (fx / z) + 0.5))
+        inside = 0 <= r < depth.shape[0] and 0 <= c < depth.shape[1]
+        values.append(float(depth[r, c]) if inside else far)
+    return np.float32(np.clip(values[0] - values[1], -clip, clip))
+
+
+def leaf(depth, row, column, fx, fy, far, clip, probes, thresholds, children, root):
+    """The leaf one pixel reaches."""
+    node = root
+    while children[node, 0] >= 0:
+        feature = difference(depth, row, column, fx, fy, far, clip, probes[node])
+        node = children[node, int(feature > thresholds[node])]
+    return -1 - children[node, 0]
+
+
+def mean_votes(reached, parts, offsets, points, area, joint, least):
+    """Votes and weights of the pixels likely enough to be of a part."""
+    share = parts[reached, joint].astype(float)
+    likely = share.mean(axis=1) > least
+    offset = (share[..., None] * offsets[reached, joint]).sum(axis=1)[likely] / share.sum(axis=1)[likely, None]
+    return points[likely] + offset, area[likely] * share.mean(axis=1)[likely] ** 2
+
+
+def climb(points, weights, bandwidth, start, rounds=200):
+    """Mean shift from one place."""
+    place = start
+    for _ in range(rounds):
+        near = np.linalg.norm(points - place, axis=1) < bandwidth
+        place = weights[near] @ points[near] / weights[near].sum()
+    return place
+
+
+def mass(points, weights, bandwidth, place):
+    """Epanechnikov-weighted sum at a place."""
+    gap = np.linalg.norm(points - place, axis=1) / bandwidth
+    return float((weights * np.maximum(1 - gap**2, 0)).sum())
+
+
+# ---- kernels/regions.py ----------------------------------------------------------
+
+
+def mended(depth, radius, enough, jump):
+    """Holes of one pixel filled with the nearer surface's median, then a median of what is measured."""
+    filled = depth.copy()
+    for r, c in np.argwhere(np.isnan(depth)):
+        ring = depth[max(r - 1, 0) : r + 2, max(c - 1, 0) : c + 2].ravel()
+        ring = np.sort(ring[~np.isnan(ring)])
+        if len(ring) >= enough:
+            near = ring[: 1 + int(np.argmin(np.append(ring[1:] - ring[0] < jump, False)))]
+            filled[r, c] = near[len(near) // 2]
+    out = np.full_like(depth, np.nan)
+    for r, c in np.argwhere(~np.isnan(filled)):
+        window = filled[max(r - radius, 0) : r + radius + 1, max(c - radius, 0) : c + radius + 1]
+        out[r, c] = np.nanmedian(window)
+    return out
+
+
+def points(depth, intrinsics):
+    """(H, W, 3) m."""
+    fx, fy, cx, cy = intrinsics
+    v, u = np.mgrid[: depth.shape[0], : depth.shape[1]]
+    z = depth.astype(float)
+    return np.stack([(u - cx) * z / fx, (v - cy) * z / fy, z], axis=-1)
+
+
+def before_scene(depth, intrinsics, planes, background, near, steep):
+    """Measured pixels in front of background and planes."""
+    depth, background = depth.astype(float), background.astype(float)
+    out = np.isfinite(depth) & ~(background - depth < near + steep * depth**2)
+    world = points(depth, intrinsics)
+    for plane in planes:
+        along = world @ plane[:3]
+        out &= ~(along + plane[3] < near + steep * depth * np.abs(along))
+    return out
+
+
+def surfaces(depth, inside, near, steep):
+    """Connected surfaces by flooding from each first pixel."""
+    out = np.full(depth.shape, -1)
+    count = 0
+    for start in map(tuple, np.argwhere(inside)):
+        if out[start] >= 0:
+            continue
+        out[start] = count
+        edge = [start]
+        while edge:
+            r, c = edge.pop()
+            for q in ((r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)):
+                if not (0 <= q[0] < depth.shape[0] and 0 <= q[1] < depth.shape[1]) or not inside[q] or out[q] >= 0:
+                    continue
+                later = max((r, c), q)  # the threshold is of the pixel that comes later in the image
+                if abs(depth[q] - depth[r, c]) < near + steep * depth[later]:
+                    out[q] = count
+                    edge.append(q)
+        count += 1
+    return out, count
+
+
+def measures(depth, labels, moved, intrinsics, count):
+    """Size and place of each surface."""
+    world = points(depth, intrinsics)
+    border = np.zeros(depth.shape, bool)
+    border[[0, -1]] = border[:, [0, -1]] = True
+    rows = []
+    for s in range(count):
+        own = labels == s
+        at = world[own]
+        box = np.stack([at.min(axis=0), at.max(axis=0)], axis=1).ravel()
+        area = (at[:, 2] ** 2).sum() / (intrinsics[0] * intrinsics[1])
+        rows.append([own.sum(), area, *box, *at.mean(axis=0), moved[own].mean(), border[own].mean()])
+    return np.array(rows).reshape(count, 13)
