@@ -36,7 +36,10 @@ def test_differences_are_those_of_the_twin(seed):
     probes = rng.uniform(-1, 1, (7, 4)).astype(np.float32)
     out = np.empty((len(rows), 7), np.float32)
     forest.differences(depth, rows, columns, 30.0, 28.0, FAR, CLIP, probes, out)
-    wanted = [[naive.difference(depth, r, c, 30.0, 28.0, FAR, CLIP, p) for p in probes] for r, c in zip(rows, columns)]
+    wanted = [
+        [naive.difference(depth, r, c, 30.0, 28.0, FAR, CLIP, p) for p in probes]
+        for r, c in zip(rows, columns, strict=True)
+    ]
     np.testing.assert_array_equal(out, np.array(wanted, np.float32))
 
 
@@ -50,7 +53,8 @@ def test_every_pixel_reaches_the_twins_leaf(seed):
     out = np.empty((len(rows), 1), np.int32)
     forest.leaves(depth, rows, columns, 30.0, 28.0, FAR, CLIP, probes, thresholds, children, roots, out)
     wanted = [
-        naive.leaf(depth, r, c, 30.0, 28.0, FAR, CLIP, probes, thresholds, children, 0) for r, c in zip(rows, columns)
+        naive.leaf(depth, r, c, 30.0, 28.0, FAR, CLIP, probes, thresholds, children, 0)
+        for r, c in zip(rows, columns, strict=True)
     ]
     np.testing.assert_array_equal(out[:, 0], wanted)
 
@@ -75,12 +79,12 @@ def test_votes_are_those_of_the_twin(seed):
 def test_modes_are_where_the_twin_climbs_to_and_weigh_as_much(seed):
     rng = np.random.default_rng(seed)
     centers = np.array([[0.0, 0, 2], [0.7, 0, 2], [0, 0.9, 2]])
-    points = np.concatenate([c + rng.normal(0, 0.02, (n, 3)) for c, n in zip(centers, (60, 40, 20))])
+    points = np.concatenate([c + rng.normal(0, 0.02, (n, 3)) for c, n in zip(centers, (60, 40, 20), strict=True)])
     weights = rng.uniform(0.5, 1.0, len(points))
     places, masses = np.full((3, 3), np.nan), np.zeros(3)
     assert forest.densest(points, weights, 0.1, 0.15, 100, places, masses) == 3
     assert np.all(np.diff(masses) <= 0)
-    for place, mass in zip(places, masses):
+    for place, mass in zip(places, masses, strict=True):
         np.testing.assert_allclose(naive.climb(points, weights, 0.1, place), place, atol=1e-3)
         np.testing.assert_allclose(naive.mass(points, weights, 0.1, place), mass, rtol=1e-6)
         assert np.linalg.norm(centers - place, axis=1).min() < 0.03
