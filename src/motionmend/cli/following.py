@@ -11,12 +11,16 @@ from ..arrays import Bools, Floats, frozen
 from ..bodies.anatomy import average
 from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..bodies.postures import Postures
+from ..errors import MismatchError
 
 if TYPE_CHECKING:
     from ..io.depth import DepthRecording
     from ..track.settings import TrackSettings
     from ..track.tracker import Estimate, TrackerModel
 
+MIRROR = np.array([-1.0, 1.0, 1.0])
+WINDOW = 3.0  # s, looked at to measure the person
+MEASURED_FPS = 15.0  # Hz, of the frames looked at
 UNSURE = 0.10  # m; a joint whose place has this standard deviation or more is not said to be known
 
 
@@ -28,7 +32,8 @@ class Followed:
     ----------
     postures : (T, 16) joints in camera axes with their deviations; NaN in an empty frame, deviations of 0.10 m or
         more where the body is lost.
-    poses : T poses; in a frame without the person that of the last one with it, NaN before the first.
+    poses : T poses of true left and right; in a frame without the person that of the last one with it, NaN before the
+        first.
     performer : the body that was followed.
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
@@ -116,28 +121,59 @@ def follow(
     """
     import cv2
 
-    from ..track.start import pose_from_joints
     from ..track.tracker import start, step
 
     cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
     begin = perf_counter()
-    first = recording.frame(0)
+    if landmarks is not None and recording.mirrored:
+        landmarks = landmarks * MIRROR
+    body = performer if performer is not None else _measured(model, settings, recording, landmarks)
+    fitted = performer is None and body is not None
+    body = average() if body is None else body
+    pose = None if landmarks is None else _posed(model, body, landmarks)
+    calibrate = perf_counter() - begin
+    begin = perf_counter()
+    first = recording.true_frame(0)
     read = perf_counter() - begin
-    body = average() if performer is None else performer
-    examples = model.database.joints
-    pose = None if landmarks is None else pose_from_joints(body, landmarks, examples[:: 1 + len(examples) // 1000])[0]
     state = start(model, settings, first, body, pose)
-    calibrate = perf_counter() - begin - read
     log = _Log()
     for number in range(recording.frames):
         begin = perf_counter()
-        frame = first if number == 0 else recording.frame(number)
+        frame = first if number == 0 else recording.true_frame(number)
         there = perf_counter()
         state, estimate = step(model, settings, state, frame)
         done = perf_counter()
         read += there - begin
         log.add(estimate, bool(np.isfinite(frame.depth).any()), done - there)
-    return log.followed(recording, body, read, calibrate)
+    return log.followed(recording, body, read, calibrate, fitted)
+
+
+def _measured(
+    model: "TrackerModel", settings: "TrackSettings", recording: "DepthRecording", landmarks: Floats | None
+) -> Performer | None:
+    """The body of who is seen first, from the first seconds in which somebody is; None when nobody ever is."""
+    from ..track.measure import measure_person
+
+    window = max(1, round(WINDOW * recording.fps))
+    thin = max(1, round(recording.fps / MEASURED_FPS))
+    for begin in range(0, recording.frames, window):
+        frames = [recording.true_frame(k) for k in range(begin, min(begin + window, recording.frames), thin)]
+        pose = None
+        if begin == 0 and landmarks is not None:
+            pose = _posed(model, average(), landmarks)
+        try:
+            return measure_person(model, settings, frames, pose=pose).performer
+        except MismatchError:
+            continue
+    return None
+
+
+def _posed(model: "TrackerModel", body: Performer, landmarks: Floats) -> Pose:
+    """The pose of a body with its joints at given places."""
+    from ..track.start import pose_from_joints
+
+    examples = model.database.joints
+    return pose_from_joints(body, landmarks, examples[:: 1 + len(examples) // 1000])[0]
 
 
 @dataclass
@@ -173,12 +209,16 @@ class _Log:
         self.converged += estimate.converged
         self.restarts += estimate.restarts
 
-    def followed(self, recording: "DepthRecording", body: Performer, read: float, calibrate: float) -> Followed:
+    def followed(
+        self, recording: "DepthRecording", body: Performer, read: float, calibrate: float, fitted: bool
+    ) -> Followed:
         xyz, std = np.array(self.landmarks), np.array(self.std)
         there = np.isfinite(xyz).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags])
         seen = there & np.array(["lost" not in flags for flags in self.flags])
         std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
         xyz[~there], std[~there] = np.nan, np.nan
+        if recording.mirrored:
+            xyz = xyz * MIRROR  # back to where they are in the images; names stay the person's own
         return Followed(
             Postures(LANDMARKS, xyz, recording.times, std=std),
             _whole(self.poses),
@@ -196,6 +236,7 @@ class _Log:
             self.cost,
             self.converged,
             self.restarts,
+            fitted,
         )
 
 

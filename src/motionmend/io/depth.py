@@ -2,9 +2,11 @@
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
+
+import numpy as np
 
 from ..arrays import Bytes, Floats, Singles
 from ..bodies.camera import Camera, DepthFrame
@@ -25,6 +27,8 @@ class DepthRecording:
     depth_of : depth (H, W) m of a frame by its number, NaN = no return; raises FileError for a damaged image.
     color_of : color (H, W, 3) registered to the depth, from the frame's number and depth; None where there is none.
     has_color : whether any frame has colour.
+    mirrored : whether the images are as in a mirror, as the first Kinect gives them by default: who faces the camera
+        has the right hand at the right of the image.
     guesses : a sentence for all that the recording did not say.
     """
 
@@ -35,6 +39,7 @@ class DepthRecording:
     depth_of: Callable[[int], Singles]
     color_of: Callable[[int, Singles], Bytes | None]
     has_color: bool = False
+    mirrored: bool = False
     guesses: tuple[str, ...] = ()
 
     @property
@@ -52,8 +57,21 @@ class DepthRecording:
         depth = self.depth_of(number)
         return DepthFrame(self.camera, depth, self.color_of(number, depth), float(self.times[number]))
 
+    def true_frame(self, number: int) -> DepthFrame:
+        """The frame as a camera sees it, a mirrored one turned round: left is left."""
+        frame = self.frame(number)
+        return turned_round(frame) if self.mirrored else frame
+
     def __iter__(self) -> Iterator[DepthFrame]:
         return (self.frame(number) for number in range(self.frames))
+
+
+def turned_round(frame: DepthFrame) -> DepthFrame:
+    """The frame with left and right of the image changed over; a point (x, y, z) of it becomes (-x, y, z)."""
+    camera = frame.camera
+    flipped = replace(camera, cx=camera.width - 1 - camera.cx)
+    color = None if frame.color is None else np.ascontiguousarray(frame.color[:, ::-1])
+    return DepthFrame(flipped, np.ascontiguousarray(frame.depth[:, ::-1]), color, frame.time)
 
 
 def read_depth(path: str | os.PathLike[str]) -> DepthRecording:

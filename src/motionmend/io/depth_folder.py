@@ -2,7 +2,8 @@
 
 Beyond the plain layout, camera.json may say where a colour camera beside the depth camera stands, and its images are
 then registered while they are read: `"color": {"width", "height", "fx", "fy", "cx", "cy", "R": 3 x 3, "T": [x, y, z]}`
-with a point p of the depth camera at R p + T (m) in the colour camera's axes.
+with a point p of the depth camera at R p + T (m) in the colour camera's axes. `"mirrored": true` says that the images
+are as in a mirror.
 """
 
 import json
@@ -76,7 +77,10 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
         guesses += (f"the images start at number {numbers[0]}: took the first for frame 0",)
     if scale * 65535 < 1.0 or scale > 0.1:
         guesses += (f"camera.json says depth_scale {scale:g} m per unit: 0.001 is usual, for millimetres",)
-    return DepthRecording(folder, camera, times, fps, depth_of, color_of, bool(colors), guesses)
+    mirrored = facts.get("mirrored", False)
+    if not isinstance(mirrored, bool):
+        raise FileError(f"{folder / 'camera.json'}: wanted 'mirrored' as true or false, came {str(mirrored)[:40]!r}")
+    return DepthRecording(folder, camera, times, fps, depth_of, color_of, bool(colors), mirrored, guesses)
 
 
 def write_depth_folder(

@@ -1,7 +1,8 @@
 """Depth images of UTD-MHAD: a MATLAB file per clip, the background removed.
 
 C. Chen, R. Jafari, N. Kehtarnavaz, "UTD-MHAD: A multimodal dataset for human action recognition utilizing a depth
-camera and a wearable inertial sensor", ICIP 2015. `d_depth` is uint16 (240, 320, T) in mm, 0 = no return.
+camera and a wearable inertial sensor", ICIP 2015. `d_depth` is uint16 (240, 320, T) in mm, 0 = no return. The images
+are mirrored: in clips of the right arm (swipes, throws) it is the arm at the image's right that moves.
 """
 
 import os
@@ -62,7 +63,14 @@ def read_utd_depth(path: str | os.PathLike[str]) -> DepthRecording:
         f"{_FPS:g} Hz, the file states none"
     )
     return DepthRecording(
-        Path(path), KINECT, np.arange(len(images)) / _FPS, _FPS, depth_of, lambda number, depth: None, guesses=(guess,)
+        Path(path),
+        KINECT,
+        np.arange(len(images)) / _FPS,
+        _FPS,
+        depth_of,
+        lambda number, depth: None,
+        mirrored=True,
+        guesses=(guess,),
     )
 
 
