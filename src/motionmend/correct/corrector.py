@@ -13,7 +13,7 @@ from ..numerics.factors import Factors
 from .anatomy import anatomy, following, matched
 from .follow import Followed
 from .hindsight import judged_again, placed_again
-from .learning import going_well, learned_factors, lessons, model_anatomy, usual_unsteadiness
+from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
 from .normalise import Standard
 from .pairing import Pair
 from .reliability import Detector
@@ -34,8 +34,8 @@ class Corrector:
     seed : of the choice of samples.
     """
 
-    members: int = 4
-    size: int = 400
+    members: int = 1
+    size: int = 1000
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -52,15 +52,7 @@ class Corrector:
         body = model_anatomy(pairs)
         taught, standard = lessons(pairs, body)
         good = going_well(taught)
-        known = [
-            np.isfinite(one.standard).all(axis=(1, 2)) & np.isfinite(one.offsets).any(axis=(1, 2)) for one in taught
-        ]
-        samples = np.concatenate(
-            [one.standard[k & g.all(axis=1)] for one, k, g in zip(taught, known, good, strict=True)]
-        )
-        offsets = np.concatenate(
-            [one.offsets[k & g.all(axis=1)] for one, k, g in zip(taught, known, good, strict=True)]
-        )
+        samples, offsets = offset_samples(taught)
         if not len(samples):
             raise MismatchError("wanted frames with all of the sensor's joints and some truth, came none")
         return CorrectorModel(

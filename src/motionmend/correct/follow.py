@@ -85,9 +85,10 @@ def follow(
     present = np.isfinite(standard).all(axis=1)
     values = np.where(present[:, None], standard, factors.mean) - factors.mean - before.own
     jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)
+    nothing = np.zeros(len(standard))
     expected, cov = model.expected(factors, forecast)
     own_variance = factors.noise
-    first = _distance(values - expected, cov, own_variance)
+    first = np.log1p(model.left_out(factors, values - expected, cov, nothing))
     features = np.column_stack([first, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
     chance, failing = chain_forward(before.failing, detector.evidence(features), seconds)
     belief = forecast
@@ -97,7 +98,7 @@ def follow(
         precision = trust / own_variance
         belief = model.seen(factors, forecast, values, precision)
         expected, cov = model.expected(factors, belief)
-        left = _left_out(values - expected, cov, own_variance, precision)
+        left = np.log1p(model.left_out(factors, values - expected, cov, precision))
         features = np.column_stack([left, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
         _, failing = chain_forward(before.failing, detector.evidence(features), seconds)
     failing = np.where(present, failing, 1.0)
@@ -117,22 +118,3 @@ def follow(
         (1.0 - trust[:, 0]) * unsure,
         features,
     )
-
-
-def _distance(rest: Floats, cov: Floats, noise: Floats) -> Floats:
-    """(J,) log(1 + Mahalanobis distance) of the residuals (J, 3)."""
-    whole = cov + noise[:, None, None] * np.eye(3)
-    square = (rest * np.linalg.solve(whole, rest[..., None])[..., 0]).sum(axis=1)
-    return np.log1p(np.sqrt(np.maximum(square, 0.0)))
-
-
-def _left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Floats:
-    """(J,) the same with the joint itself left out of the belief, by its leverage (as in PRESS).
-
-    With leverage h = cov * precision the residual without the joint is (1 - h)^-1 rest, and its covariance is
-    noise + cov (1 - h)^-1.
-    """
-    identity = np.eye(3)
-    keep = identity - cov * precision[:, None, None]
-    free = np.linalg.solve(keep + 1e-6 * identity, np.concatenate([rest[..., None], cov], axis=2))
-    return _distance(free[..., 0], 0.5 * (free[..., 1:] + free[..., 1:].swapaxes(1, 2)), noise)

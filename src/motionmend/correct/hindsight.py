@@ -10,8 +10,6 @@ from ..numerics.factors import Belief, Factors
 from .reliability import chain_backward
 from .watching import PATIENCE, Sight
 
-WINDOW = 90  # frames; beliefs further ahead than this say nothing more of a frame
-
 
 def judged_again(sights: Sequence[Sight]) -> Floats:
     """(T, J) the probability that each joint fails, by what came before and after."""
@@ -38,18 +36,17 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
     values = np.where(present[..., None], given, 0.0) - factors.mean - own
     times = np.array([one.time for one in sights], dtype=np.float64)
     gaps = np.diff(times, prepend=times[0])
-    steps = {gap: process.transition(factors, gap) for gap in np.unique(np.round(gaps, 6))}
     beliefs: list[Belief] = []
-    for t, gap in enumerate(np.round(gaps, 6)):
+    for t, gap in enumerate(gaps):
         known = t > 0 and gap <= PATIENCE
-        forecast = process.ahead(beliefs[-1], *steps[gap]) if known else process.start(factors)
+        forecast = process.ahead(factors, beliefs[-1], float(gap)) if known else process.start(factors)
         precision = np.where(trust[t] > 0.02, trust[t], 0.0) / factors.noise
         beliefs.append(process.seen(factors, forecast, np.where(present[t][:, None], values[t], 0.0), precision))
     posture, std = np.empty(given.shape), np.zeros(trust.shape)
     later = beliefs[-1]
     for t in range(len(sights) - 1, -1, -1):
         if t < len(sights) - 1 and gaps[t + 1] <= PATIENCE:
-            later = process.backward(later, beliefs[t], *steps[np.round(gaps[t + 1], 6)])
+            later = process.backward(factors, later, beliefs[t], float(gaps[t + 1]))
         else:
             later = beliefs[t]
         there, cov = process.expected(factors, later)

@@ -18,6 +18,8 @@ from .spatial import mirrored_postures
 STEP_SECONDS = 0.2  # steps of time longer than this say nothing of speed
 STRANGE = 6.0  # robust standard deviations from the usual offset: the sensor failed, or the truth did
 
+LEAST_STRANGE = 0.3  # standard metres; offsets less than this are learned in any case, if with little weight
+
 
 @dataclass(frozen=True, eq=False)
 class Lesson:
@@ -98,22 +100,39 @@ def _placed(raw: Floats, standard: Standard, body: Anatomy) -> Placement:
     return Placement(turn, origins(raw, weights, turn, scale, standard, body), scale)
 
 
-def going_well(taught: Sequence[Lesson]) -> list[Bools]:
+def going_well(taught: Sequence[Lesson], least: float = 0.06) -> list[Bools]:
     """(T, J) for each lesson: True unless the offset is far from the joint's usual one.
 
     Where the truth is not known the joint is taken to go well.
+
+    Parameters
+    ----------
+    least : standard metres; nothing nearer than this is a failure.
     """
     offsets = np.concatenate([one.offsets for one in taught])
     centre = np.nan_to_num(_medians(offsets))
     away = np.sqrt(((offsets - centre) ** 2).sum(axis=2))
     known = np.isfinite(away)
     usual = np.array([np.median(away[known[:, j], j]) if known[:, j].any() else 1.0 for j in range(away.shape[1])])
-    limit = STRANGE * np.maximum(usual, 0.01) / 1.54  # median of a chi(3)
+    limit = np.maximum(STRANGE * usual / 1.54, least)  # median of a chi(3)
     found = []
     for one in taught:
         distance = np.sqrt(((one.offsets - centre) ** 2).sum(axis=2))
         found.append(~(distance > limit))
     return found
+
+
+def offset_samples(taught: Sequence[Lesson]) -> tuple[Floats, Floats]:
+    """Postures (N, J, 3) and offsets (N, J, 3) of the frames to learn offsets from, standard units.
+
+    All of the sensor's joints are there and none is so far off that the posture must be wrong.
+    """
+    samples, offsets = [], []
+    for one, well in zip(taught, going_well(taught, LEAST_STRANGE), strict=True):
+        known = np.isfinite(one.standard).all(axis=(1, 2)) & np.isfinite(one.offsets).any(axis=(1, 2))
+        samples.append(one.standard[known & well.all(axis=1)])
+        offsets.append(one.offsets[known & well.all(axis=1)])
+    return np.concatenate(samples), np.concatenate(offsets)
 
 
 def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Factors:

@@ -18,7 +18,9 @@ from ..arrays import Floats, frozen
 from .anatomy import Anatomy
 
 DIRECTION = 0.25  # weight of a bone's unit direction beside its length (in standard metres)
-NOISE = 1.0  # variance of an offset that posture does not tell, by that which it does
+NOISE = 0.3  # variance of an offset that posture does not tell, by that which it does
+REACH = 1.5  # length of the kernel by the spread of all features together
+SCOUTS = 150  # samples that tell how well known a posture is
 FREEDOM = 4.0  # degrees of freedom of the offsets' Student-t distribution
 
 
@@ -33,7 +35,8 @@ class Committee:
     inputs : (M, N, D) features of each member's samples, less the centre.
     weights : (M, N, J*3).
     mean : (J, 3) standard metres, the offset far from all samples.
-    inverse : (M, N, N) inverse covariances, for the variance.
+    norms : (M, N) squared lengths of the features.
+    scouts : (M, S, S) inverse covariances of the first S samples, for the variance.
     spread : (J,) variance of an offset's coordinate, standard metres squared: what posture tells, far from all samples.
     floor : (J,) variance that stays however near the samples are.
     """
@@ -43,12 +46,13 @@ class Committee:
     inputs: Floats
     weights: Floats
     mean: Floats
-    inverse: Floats
+    norms: Floats
+    scouts: Floats
     spread: Floats
     floor: Floats
 
     def __post_init__(self) -> None:
-        for name in ("centre", "inputs", "weights", "mean", "inverse", "spread", "floor"):
+        for name in ("centre", "inputs", "weights", "mean", "norms", "scouts", "spread", "floor"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def predict(self, features: Floats) -> tuple[Floats, Floats]:
@@ -62,11 +66,17 @@ class Committee:
         square = (queries**2).sum(axis=1)
         total = np.zeros((len(queries), self.weights.shape[2]))
         unknown = np.zeros(len(queries))
-        for inputs, weights, inverse in zip(self.inputs, self.weights, self.inverse, strict=True):
-            apart = square[:, None] + (inputs**2).sum(axis=1) - 2.0 * queries @ inputs.T
-            cross = np.exp(-0.5 * np.maximum(apart, 0.0) / self.length**2)
+        for inputs, norms, weights, scouts in zip(self.inputs, self.norms, self.weights, self.scouts, strict=True):
+            apart = queries @ inputs.T
+            apart *= 2.0
+            apart -= norms
+            apart -= square[:, None]
+            np.minimum(apart, 0.0, out=apart)
+            apart *= 0.5 / self.length**2
+            cross = np.exp(apart, out=apart)
             total += cross @ weights
-            unknown += 1.0 - ((cross @ inverse) * cross).sum(axis=1)
+            near = cross[:, : len(scouts)]
+            unknown += 1.0 - ((near @ scouts) * near).sum(axis=1)
         members = len(self.inputs)
         offsets = self.mean + (total / members).reshape(len(queries), -1, 3)
         return offsets, np.maximum(unknown / members, 0.0)[:, None] * self.spread + self.floor
@@ -98,7 +108,7 @@ def mirrored_postures(standard: Floats, body: Anatomy) -> Floats:
 
 
 def fit_committee(
-    standard: Floats, offsets: Floats, body: Anatomy, members: int = 4, size: int = 400, seed: int = 0, rounds: int = 3
+    standard: Floats, offsets: Floats, body: Anatomy, members: int = 1, size: int = 1000, seed: int = 0, rounds: int = 3
 ) -> Committee:
     """Learn a committee.
 
@@ -116,11 +126,11 @@ def fit_committee(
     mean = _robust_mean(offsets, body)
     features = shape_features(standard, body), shape_features(mirrored_postures(standard, body), body)
     centre = 0.5 * (features[0].mean(axis=0) + features[1].mean(axis=0))
-    length = float(np.sqrt(0.5 * (features[0].var(axis=0) + features[1].var(axis=0)).sum())) or 1.0
+    length = REACH * float(np.sqrt(0.5 * (features[0].var(axis=0) + features[1].var(axis=0)).sum())) or 1.0
     half = min(size // 2, len(standard))
     known = np.isfinite(offsets).all(axis=2)
     targets = np.where(known[..., None], offsets, mean) - mean
-    parts: dict[str, list[Floats]] = {"inputs": [], "weights": [], "inverse": [], "left": [], "heard": []}
+    parts: dict[str, list[Floats]] = {"inputs": [], "weights": [], "norms": [], "scouts": [], "left": [], "heard": []}
     for chosen in _shares(len(standard), members, half, rng):
         inputs = np.vstack([features[0][chosen], features[1][chosen]]) - centre
         output = np.vstack([targets[chosen], mirrored_postures(targets[chosen], body)])
@@ -129,7 +139,9 @@ def fit_committee(
         weights, left = _robust_weights(kernel, output, have, rounds)
         parts["inputs"].append(inputs)
         parts["weights"].append(weights)
-        parts["inverse"].append(np.linalg.inv(kernel + NOISE * np.eye(len(inputs))))
+        parts["norms"].append((inputs**2).sum(axis=1))
+        few = min(SCOUTS, len(inputs))
+        parts["scouts"].append(np.linalg.inv(kernel[:few, :few] + NOISE * np.eye(few)))
         parts["left"].append(left)
         parts["heard"].append((kernel @ weights).reshape(output.shape).var(axis=(0, 2)))
     floor = np.mean(parts["left"], axis=0)
@@ -139,7 +151,8 @@ def fit_committee(
         np.stack(parts["inputs"]),
         np.stack(parts["weights"]),
         mean,
-        np.stack(parts["inverse"]),
+        np.stack(parts["norms"]),
+        np.stack(parts["scouts"]),
         floor / NOISE,
         floor,
     )
@@ -160,7 +173,7 @@ def _shares(count: int, members: int, half: int, rng: np.random.Generator) -> li
     order = rng.permutation(count)
     need = members * half
     repeated = np.concatenate([order] * (need // max(count, 1) + 1))[:need]
-    return [np.unique(part) for part in np.split(repeated, members)] if count >= need else [np.sort(order[:half])]
+    return list(np.split(repeated, members)) if count >= need else [order[:half]]
 
 
 def _robust_weights(kernel: Floats, output: Floats, have: Any, rounds: int) -> tuple[Floats, Floats]:

@@ -116,7 +116,6 @@ def look(
     positions: Floats,
     states: Bytes | None,
     time: float,
-    step: tuple[Floats, Floats] | None = None,
 ) -> Sight:
     """One frame on.
 
@@ -125,7 +124,6 @@ def look(
     positions : (J, 3) m in the sensor's axes by the model's joints, NaN = missing.
     states : (J,) or None.
     time : s.
-    step : of the factors' process over the time since the frame before, if at hand.
     """
     body = watcher.body
     rows = np.where((np.abs(positions) < FAR).all(axis=1)[:, None], positions, np.nan)
@@ -157,7 +155,7 @@ def look(
     standard = placement.inward(rows[None])[0]
     forecast = before.belief
     if seconds > 0:
-        forecast = process.ahead(forecast, *(process.transition(watcher.factors, seconds) if step is None else step))
+        forecast = process.ahead(watcher.factors, forecast, seconds)
     there, cov = process.expected(watcher.factors, forecast)
     variance = np.trace(cov, axis1=1, axis2=2) / 3.0 + watcher.factors.noise
     limbs = body.pairs

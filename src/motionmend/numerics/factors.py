@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Floats, frozen
+from ..kernels import factors as kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +85,8 @@ def start(factors: Factors) -> Belief:
     return Belief(np.zeros(2 * factors.count), np.diag(np.concatenate([np.ones(factors.count), factors.rates**2])))
 
 
-def transition(factors: Factors, seconds: float) -> tuple[Floats, Floats]:
-    """Matrix (2K, 2K) and noise (2K, 2K) of the Matern-3/2 process over a time.
+def transition(factors: Factors, seconds: float) -> Floats:
+    """(2K, 2K) matrix of the Matern-3/2 process over a time.
 
     Source
     ------
@@ -99,14 +100,12 @@ def transition(factors: Factors, seconds: float) -> tuple[Floats, Floats]:
     matrix[k, k + count] = decay * seconds
     matrix[k + count, k] = -decay * rate**2 * seconds
     matrix[k + count, k + count] = decay * (1.0 - rate * seconds)
-    lasting = np.concatenate([np.ones(count), rate**2])
-    noise = np.diag(lasting) - (matrix * lasting) @ matrix.T
-    return matrix, 0.5 * (noise + noise.T)
+    return matrix
 
 
-def ahead(belief: Belief, matrix: Floats, noise: Floats) -> Belief:
-    """The belief one step of time later."""
-    return Belief(matrix @ belief.mean, matrix @ belief.cov @ matrix.T + noise)
+def ahead(factors: Factors, belief: Belief, seconds: float) -> Belief:
+    """The belief after a time without looking."""
+    return Belief(*kernel.ahead(belief.mean, belief.cov, factors.rates, seconds))
 
 
 def seen(factors: Factors, belief: Belief, values: Floats, precision: Floats) -> Belief:
@@ -117,31 +116,31 @@ def seen(factors: Factors, belief: Belief, values: Floats, precision: Floats) ->
     values : (J, P) deviations from the mean; where `precision` is 0 anything finite.
     precision : (J,) one over the variance of what is seen; 0 = not seen.
     """
-    count = factors.count
-    flat = factors.loadings.reshape(-1, count)
-    weight = np.repeat(precision, values.shape[1])
-    weighted = flat * weight[:, None]
-    told = weighted.T @ flat
-    inner = belief.cov[:count, :count]
-    gain = np.linalg.solve(
-        np.eye(count) + told @ inner, np.column_stack([told, weighted.T @ values.ravel() - told @ belief.mean[:count]])
-    )
-    tall = belief.cov[:, :count]
-    cov = belief.cov - tall @ gain[:, :count] @ tall.T
-    return Belief(belief.mean + tall @ gain[:, count], 0.5 * (cov + cov.T))
+    return Belief(*kernel.seen(factors.loadings, belief.mean, belief.cov, values, precision))
 
 
 def expected(factors: Factors, belief: Belief) -> tuple[Floats, Floats]:
     """Deviations from the mean (J, P) that the factors make, and the covariance (J, P, P) of each group's."""
-    count = factors.count
-    values = factors.loadings @ belief.mean[:count]
-    cov = factors.loadings @ belief.cov[:count, :count] @ factors.loadings.swapaxes(1, 2)
-    return values, cov
+    values, covs = kernel.expected(factors.loadings, belief.mean, belief.cov)
+    return values, covs
 
 
-def backward(later: Belief, here: Belief, matrix: Floats, noise: Floats) -> Belief:
+def left_out(factors: Factors, rest: Floats, cov: Floats, precision: Floats) -> Floats:
+    """(J,) Mahalanobis distance of each group from where all the others and the past expect it.
+
+    Parameters
+    ----------
+    rest, cov : values less what is expected (J, 3) and the covariance (J, 3, 3), as `expected` gives them.
+    precision : (J,) with which each group was seen.
+    """
+    far: Floats = kernel.left_out(rest, cov, factors.noise, precision)
+    return far
+
+
+def backward(factors: Factors, later: Belief, here: Belief, seconds: float) -> Belief:
     """The belief at a frame once the whole recording is known, from that of the next frame (Rauch-Tung-Striebel)."""
-    forecast = ahead(here, matrix, noise)
+    forecast = ahead(factors, here, seconds)
+    matrix = transition(factors, seconds)
     gain = np.linalg.solve(forecast.cov, matrix @ here.cov).T
     cov = here.cov + gain @ (later.cov - forecast.cov) @ gain.T
     return Belief(here.mean + gain @ (later.mean - forecast.mean), 0.5 * (cov + cov.T))
