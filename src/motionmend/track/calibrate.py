@@ -7,6 +7,7 @@ factors, so that the normal equations have arrow shape and the poses are elimina
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -236,6 +237,7 @@ def body_from_json(stored: Mapping[str, Any]) -> Performer:
 _SOLID_FIELDS = ("bone", "kind", "center", "turn", "size", "taper")
 
 
+@cache
 def _basis() -> Floats:
     """(F, 15, 3) what each factor stretches."""
     basis = np.zeros((len(_FACTORS), len(BONES), 3))
