@@ -1,22 +1,20 @@
-"""Where frames are corrected: in the server's own process, or by a staff of others (staff.py)."""
+"""Where messages are answered: in the server's own process, or by a staff of others (staff.py)."""
 
 from typing import TYPE_CHECKING, Protocol, final
 
-from .messages import Answer, Frame, Hello
-from .session import Session, answered, opened
+from .session import Reply, Session, replied
 
 if TYPE_CHECKING:
     from ..correct import CorrectorModel
 
 
 class Desk(Protocol):
-    """Keeps a session for every client; a client has at most one call under way."""
+    """Keeps a session for every client; a client has at most one message under way."""
 
-    async def open(self, client: int, hello: Hello) -> None:
-        """Begin a session, or begin it anew. MessageError: the model knows none of the client's joints."""
-
-    async def answer(self, client: int, frame: Frame, t_in: float) -> Answer:
-        """Correct a frame of a session that has begun. MessageError: it cannot be corrected."""
+    async def reply(
+        self, client: int, message: bytes | str, t_in: float, flags: tuple[str, ...] = (), whole: bool = False
+    ) -> Reply:
+        """What is to be done about a client's message; parameters as of `session.replied`."""
 
     def close(self, client: int) -> None:
         """Forget a client, whether it had a session or not."""
@@ -36,16 +34,15 @@ class OwnDesk:
 
     def __init__(self, model: "CorrectorModel") -> None:
         self._model = model
-        self._sessions: dict[int, Session] = {}
+        self._sessions: dict[int, Session | None] = {}
 
-    async def open(self, client: int, hello: Hello) -> None:
-        """Begin a session, or begin it anew. MessageError: the model knows none of the client's joints."""
-        self._sessions[client] = opened(self._model, hello)
-
-    async def answer(self, client: int, frame: Frame, t_in: float) -> Answer:
-        """Correct a frame of a session that has begun. MessageError: it cannot be corrected."""
-        self._sessions[client], answer = answered(self._model, self._sessions[client], frame, t_in)
-        return answer
+    async def reply(
+        self, client: int, message: bytes | str, t_in: float, flags: tuple[str, ...] = (), whole: bool = False
+    ) -> Reply:
+        """What is to be done about a client's message; parameters as of `session.replied`."""
+        session = self._sessions.get(client)
+        self._sessions[client], reply = replied(self._model, session, message, t_in, flags, whole)
+        return reply
 
     def close(self, client: int) -> None:
         """Forget a client, whether it had a session or not."""

@@ -12,6 +12,9 @@ class Listener(Protocol):
     def opened(self, client: int, hello: Hello) -> None:
         """A client has begun, or begun anew."""
 
+    def wants(self, client: int) -> bool:
+        """Whether it is told of this client's frames now."""
+
     def frame(self, client: int, frame: Frame, answer: Answer) -> None:
         """A frame of a client that has begun was corrected."""
 
@@ -31,9 +34,15 @@ class Listeners:
         """A client has begun, or begun anew."""
         self._tell(lambda one: one.opened(client, hello))
 
+    def wants(self, client: int) -> bool:
+        """Whether one of them is told of this client's frames now."""
+        found: list[bool] = []
+        self._tell(lambda one: found.append(one.wants(client)))
+        return any(found)
+
     def frame(self, client: int, frame: Frame, answer: Answer) -> None:
         """A frame of a client that has begun was corrected."""
-        self._tell(lambda one: one.frame(client, frame, answer))
+        self._tell(lambda one: one.frame(client, frame, answer) if one.wants(client) else None)
 
     def closed(self, client: int) -> None:
         """A client has left, whether it had begun or not."""

@@ -43,6 +43,10 @@ class Laboratory:
         name = next(one for one in names if one not in taken)
         self._outlets[client] = (hello, self._lsl.StreamOutlet(self._described(name, hello)))
 
+    def wants(self, client: int) -> bool:
+        """Whether the client has a stream."""
+        return client in self._outlets
+
     def frame(self, client: int, frame: Frame, answer: Answer) -> None:
         """Push a frame, stamped with the time at which it came from its sensor."""
         outlet = self._outlets[client][1]

@@ -194,9 +194,11 @@ def _frame(fields: Fields, hello: Hello, text: bool, seq: int) -> Frame:
     state = None
     if fields.get("state") is not None:
         codes, _ = _numbers("state", fields["state"], "u1", count, text)
-        if not np.isin(codes, (0, 1, 2)).all():
+        state = codes.astype(np.uint8) if codes.dtype != np.uint8 else codes
+        if codes.max() > 2 or (state != codes).any():
             raise MessageError(f"state: 2 tracked, 1 inferred or 0 not tracked was wanted, came {codes.max():g}")
-        state = codes.astype(np.uint8)
+    if joints.max() <= FARTHEST and joints.min() >= -FARTHEST:  # then all are finite, too
+        return Frame(seq, float(t), joints, state, form)
     finite = np.isfinite(joints).all(axis=1)
     known = np.full(count, TRACKED) if state is None else state
     if (~finite & (known != NOT_TRACKED)).any():

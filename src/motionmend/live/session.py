@@ -1,25 +1,36 @@
-"""One client's correction: a hello opens it, each frame gives an answer and the session after it."""
+"""One client's correction: messages in, replies out, and the session after each."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from ..bodies.postures import NOT_TRACKED
-from .messages import Answer, Frame, Hello, MessageError
+from .messages import (
+    Answer,
+    Frame,
+    Hello,
+    MessageError,
+    decode,
+    encode_answer,
+    encode_error,
+    is_hello,
+    read_frame,
+    read_hello,
+)
 
 if TYPE_CHECKING:
     from ..correct import CorrectorModel
 
 BACK = 1.0  # s; a clock that goes back farther starts a recording anew
 STILL = 1e-6  # s; the least step between two frames
+NO_HELLO = "a hello {v, skeleton, fps, units} was wanted before the first frame"
 _EPOCH = time.time() - time.perf_counter()
 
 
-def now() -> float:
+def now(epoch: float = _EPOCH) -> float:
     """Unix time in s that never goes back while the process runs."""
-    return _EPOCH + time.perf_counter()
+    return epoch + time.perf_counter()
 
 
 @final
@@ -30,6 +41,62 @@ class Session:
     hello: Hello
     state: Any
     last: float | None = None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Reply:
+    """What is to be done about a message.
+
+    Attributes
+    ----------
+    data : to be sent back; None after a hello.
+    hello : of a session that has just begun.
+    frame, answer : what `data` answers, and with what, where that was asked for.
+    error : whether `data` is one.
+    """
+
+    data: bytes | str | None
+    hello: Hello | None = None
+    frame: Frame | None = None
+    answer: Answer | None = None
+    error: bool = False
+
+
+def replied(
+    model: "CorrectorModel",
+    session: Session | None,
+    message: bytes | str,
+    t_in: float,
+    flags: tuple[str, ...] = (),
+    whole: bool = False,
+) -> tuple[Session | None, Reply]:
+    """The session after a message, and the reply to it.
+
+    Parameters
+    ----------
+    model : the corrector.
+    session : after the message before; None before a hello.
+    message : as it came.
+    t_in : s, `now()` when it came.
+    flags : to be added to an answer's.
+    whole : whether the reply shall hold frame and answer, too.
+    """
+    text = isinstance(message, str)
+    try:
+        fields, _ = decode(message)
+        if is_hello(fields):
+            session = None  # whatever comes of it, the one before has ended
+            session = opened(model, read_hello(fields))
+            return session, Reply(None, hello=session.hello)
+        if session is None:
+            raise MessageError(NO_HELLO, fields["seq"] if type(fields.get("seq")) is int else None)
+        frame = read_frame(fields, session.hello, text)
+        session, answer = answered(model, session, frame, t_in, flags)
+        data = encode_answer(answer, frame.form)
+        return session, Reply(data, frame=frame, answer=answer) if whole else Reply(data)
+    except MessageError as error:
+        return session, Reply(encode_error(error, text), error=True)
 
 
 def opened(model: "CorrectorModel", hello: Hello) -> Session:
@@ -47,7 +114,9 @@ def opened(model: "CorrectorModel", hello: Hello) -> Session:
         raise MessageError(str(error)) from None
 
 
-def answered(model: "CorrectorModel", session: Session, frame: Frame, t_in: float) -> tuple[Session, Answer]:
+def answered(
+    model: "CorrectorModel", session: Session, frame: Frame, t_in: float, flags: tuple[str, ...] = ()
+) -> tuple[Session, Answer]:
     """The session after a frame, and the answer to it.
 
     Frames at the same time, or a little before the last, are taken as the next instant. A clock that goes back by more
@@ -55,43 +124,30 @@ def answered(model: "CorrectorModel", session: Session, frame: Frame, t_in: floa
 
     Parameters
     ----------
-    model : the corrector.
-    session : after the frame before.
+    model, session, t_in, flags : as of `replied`.
     frame : as the client sent it.
-    t_in : s, `now()` when it came.
 
     Raises
     ------
     MessageError : the frame cannot be corrected; the session then stays as it was.
     """
-    flags: tuple[str, ...] = ()
     if session.last is not None and frame.t < session.last - BACK:
-        session = replace(opened(model, session.hello), last=None)
-        flags = ("restarted",)
-    time_of = frame.t if session.last is None else max(frame.t, session.last + STILL)
-    if session.last is None and not np.isfinite(frame.joints).any():
-        raise MessageError("joints: somebody was wanted in the first frame, all joints are missing", frame.seq)
-    state, corrected = model.step(session.state, frame.joints, _states(frame), time_of)
+        session = opened(model, session.hello)
+        flags = (*flags, "restarted")
+    if session.last is None:
+        if not np.isfinite(frame.joints).any():
+            raise MessageError("joints: somebody was wanted in the first frame, all joints are missing", frame.seq)
+        time_of = frame.t
+    else:
+        time_of = max(frame.t, session.last + STILL)
+    state, corrected = model.step(session.state, frame.joints, frame.state, time_of)
     answer = Answer(
         frame.seq,
         t_in,
-        now(),
+        max(now(), t_in),
         corrected.positions,
         corrected.reliability,
         corrected.std,
         (*flags, *corrected.flags),
     )
     return Session(session.hello, state, time_of), answer
-
-
-def _states(frame: Frame) -> Any:
-    """What the client says of its joints; joints without a position are not tracked, whoever says so."""
-    missing = ~np.isfinite(frame.joints).all(axis=1)
-    if frame.state is None or not missing.any():
-        return frame.state
-    return np.where(missing, NOT_TRACKED, frame.state).astype(np.uint8)
-
-
-def leaving(answer: Answer, *flags: str) -> Answer:
-    """The answer as it leaves the server now, with some flags more."""
-    return replace(answer, t_out=now(), flags=(*answer.flags, *flags))

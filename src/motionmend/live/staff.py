@@ -10,8 +10,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, cast, final
 
-from .messages import Answer, Frame, Hello, MessageError
-from .session import Session, answered, opened
+from ..errors import FileError
+from .messages import MessageError, encode_error
+from .session import Reply, Session, replied
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
@@ -56,7 +57,7 @@ class _Line(asyncio.Protocol):
         self._transport = None
         for asked in self._asked:
             if not asked.done():
-                asked.set_result(MessageError(ENDED))
+                asked.set_result(None)
         self._asked.clear()
         self._lost()
 
@@ -72,15 +73,12 @@ class _Line(asyncio.Protocol):
             self._transport.write(_packed(what))
 
     async def ask(self, what: Any) -> Any:
-        """Say something and wait for the answer; an answer that is an error is raised."""
+        """Say something and wait for the answer; None when the process ended meanwhile."""
         if self._transport is None:
-            raise MessageError(ENDED)
+            return None
         asked = self.expect()
         self._transport.write(_packed(what))
-        reply = await asked
-        if isinstance(reply, Exception):
-            raise reply
-        return reply
+        return await asked
 
     def hang_up(self) -> None:
         """End the line, and with it the process."""
@@ -100,7 +98,8 @@ class Staff:
         self._say = say
         self._lines: list[_Line] = []
         self._processes: list[BaseProcess] = []
-        self._clients: dict[int, tuple[int, Hello, _Line]] = {}
+        self._clients: dict[int, tuple[int, _Line]] = {}  # place of the process, and the line to it
+        self._hellos: dict[int, bytes | str] = {}
         self._hiring: set[asyncio.Task[None]] = set()
         self._leaving = False
 
@@ -116,15 +115,14 @@ class Staff:
 
         Raises
         ------
-        MessageError : a process ended as it began.
+        FileError : a process ended as it began.
         """
         staff = cls(model, say)
         try:
             ready = [await staff._begin(k) for k in range(count)]
             for one in ready:
-                reply = await asyncio.wait_for(one, _START)
-                if isinstance(reply, Exception):
-                    raise reply
+                if await asyncio.wait_for(one, _START) is None:
+                    raise FileError("a process that should correct ended as it began: --jobs 0 does without")
         except BaseException:
             await staff.leave()
             raise
@@ -154,30 +152,37 @@ class Staff:
         await asyncio.sleep(_PAUSE)  # should it end at once again and again
         await self._begin(place)
 
-    async def open(self, client: int, hello: Hello) -> None:
-        """Begin a session, or begin it anew, at the process with the fewest clients."""
-        if client in self._clients:
-            place = self._clients[client][0]
-        else:
-            taken = [place for place, _, _ in self._clients.values()]
-            place = min(range(len(self._lines)), key=taken.count)
-        line = self._lines[place]
-        self._clients[client] = (place, hello, line)
-        await line.ask((client, hello, 0.0))
+    async def reply(
+        self, client: int, message: bytes | str, t_in: float, flags: tuple[str, ...] = (), whole: bool = False
+    ) -> Reply:
+        """What is to be done about a client's message; parameters as of `session.replied`.
 
-    async def answer(self, client: int, frame: Frame, t_in: float) -> Answer:
-        """Correct a frame of a session that has begun; one whose process was replaced begins anew."""
-        place, hello, line = self._clients[client]
+        A client stays with the process that had the fewest clients when it came. Where that was replaced, its session
+        begins anew with the hello it had said.
+        """
+        if client not in self._clients:
+            taken = [place for place, _ in self._clients.values()]
+            place = min(range(len(self._lines)), key=taken.count)
+            self._clients[client] = (place, self._lines[place])
+        place, line = self._clients[client]
         if self._lines[place] is not line:
-            await self.open(client, hello)
             line = self._lines[place]
-        answer: Answer = await line.ask((client, frame, t_in))
-        return answer
+            self._clients[client] = (place, line)
+            if client in self._hellos:
+                await line.ask((client, self._hellos[client], t_in, (), False))
+                flags = (*flags, "restarted")
+        reply: Reply | None = await line.ask((client, message, t_in, flags, whole))
+        if reply is None:
+            return Reply(encode_error(MessageError(ENDED), isinstance(message, str)), error=True)
+        if reply.hello is not None:
+            self._hellos[client] = message
+        return reply
 
     def close(self, client: int) -> None:
         """Forget a client, whether it had a session or not."""
+        self._hellos.pop(client, None)
         if client in self._clients:
-            self._clients.pop(client)[2].tell((client, None, 0.0))
+            self._clients.pop(client)[1].tell((client, None, 0.0, (), False))
 
     async def leave(self) -> None:
         """End all processes."""
@@ -199,31 +204,17 @@ def _work(model: "CorrectorModel", line: socket.socket) -> None:
     from .warm import warm
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
-    sessions: dict[int, Session] = {}
+    sessions: dict[int, Session | None] = {}
     with one_blas_thread(), line, line.makefile("rb") as heard:
         warm(model)
         line.sendall(_packed("ready"))
         while len(head := heard.read(_LENGTH.size)) == _LENGTH.size:
-            client, what, t_in = pickle.loads(heard.read(_LENGTH.unpack(head)[0]))
-            if what is None:
+            client, message, t_in, flags, whole = pickle.loads(heard.read(_LENGTH.unpack(head)[0]))
+            if message is None:
                 sessions.pop(client, None)
                 continue
-            line.sendall(_packed(_reply(model, sessions, client, what, t_in)))
-
-
-def _reply(
-    model: "CorrectorModel", sessions: dict[int, Session], client: int, what: Hello | Frame, t_in: float
-) -> Answer | MessageError | str:
-    """What is said to a hello or a frame."""
-    try:
-        if isinstance(what, Hello):
-            sessions.pop(client, None)
-            sessions[client] = opened(model, what)
-            return "open"
-        sessions[client], answer = answered(model, sessions[client], what, t_in)
-        return answer
-    except MessageError as error:
-        return error
+            sessions[client], reply = replied(model, sessions.get(client), message, t_in, flags, whole)
+            line.sendall(_packed(reply))
 
 
 def _packed(what: Any) -> bytes:

@@ -56,10 +56,12 @@ class Avatar:
             self._stage = None
         self._clients[client] = hello
 
+    def wants(self, client: int) -> bool:
+        """Whether this client is the first."""
+        return client == self._leader
+
     def frame(self, client: int, frame: Frame, answer: Answer) -> None:
-        """Send the frame if it is the first client's."""
-        if client != self._leader:
-            return
+        """Send the first client's frame."""
         if self._stage is None:
             self._stage = Stage(self._clients[client])
         for datagram in datagrams(self._stage.bones(answer.joints), time.perf_counter() - self._start):

@@ -41,6 +41,10 @@ class Watching:
         self._clients[client] = hello
         self._tell_clients()
 
+    def wants(self, client: int) -> bool:
+        """Whether somebody looks at this client."""
+        return any(viewer.client == client for viewer in self._viewers)
+
     def frame(self, client: int, frame: Frame, answer: Answer) -> None:
         """A frame was corrected."""
         for viewer in self._viewers:
