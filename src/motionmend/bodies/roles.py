@@ -1,7 +1,7 @@
 """Which joint of a skeleton is which part of the body."""
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -162,10 +162,7 @@ def _wrists(skeleton: Skeleton, feet: Feet, head: int, guesses: list[str]) -> tu
         path = upwards(skeleton, max(reach)[2])
         trunk = set(upwards(skeleton, head))
         own = [j for j in path if j not in trunk]
-        longest = sorted(own[:-1], key=lambda j: -float(np.linalg.norm(skeleton.offsets[j])))[:2]
-        if len(longest) < 2:
-            raise MismatchError("a performer needs shoulders, elbows and wrists; this skeleton's arms are too short")
-        wrists[index] = min(longest, key=own.index)
+        wrists[index] = _likely_arm(skeleton, own)[2]
     guesses.append(
         "no joint is named as a wrist: the chain ends farthest to the sides are taken as hands, wrists "
         f"'{skeleton.names[wrists[0]]}' and '{skeleton.names[wrists[1]]}'"
@@ -175,12 +172,16 @@ def _wrists(skeleton: Skeleton, feet: Feet, head: int, guesses: list[str]) -> tu
 
 def _arm(skeleton: Skeleton, side: str, wrist: int, trunk: int) -> Arm:
     """Shoulder and elbow above a wrist: by name, or as the turning joints with a long bone below them."""
+    rest = rest_positions(skeleton)
     path = [j for j in upwards(skeleton, wrist) if j != trunk and trunk in upwards(skeleton, j)]
     named = _named(skeleton, (*ELBOWS, *SHOULDERS), side)
+    if not named and not _named(skeleton, WRISTS, side):
+        whole = [j for j in upwards(skeleton, _tip(skeleton, wrist, rest)) if trunk in upwards(skeleton, j)[1:]]
+        shoulder, elbow, wrist = _likely_arm(skeleton, whole)
+        named = {"shoulder": shoulder, "elbow": elbow}
     elbow = next((named[part] for part in ELBOWS if named.get(part, -1) in path[1:]), -1)
     higher = path[path.index(elbow) + 1 :] if elbow >= 0 else path[1:]
     shoulder = next((named[part] for part in SHOULDERS if named.get(part, -1) in higher), -1)
-    rest = rest_positions(skeleton)
     length = sum(float(np.linalg.norm(rest[a] - rest[b])) for a, b in pairwise(path))
     for joint in path[1:]:
         if not _turns(skeleton, joint):
@@ -196,6 +197,27 @@ def _arm(skeleton: Skeleton, side: str, wrist: int, trunk: int) -> Arm:
         raise MismatchError(f"a performer needs shoulders, elbows and wrists; '{skeleton.names[wrist]}' hangs on none")
     over = [j for j in path[path.index(shoulder) + 1 :] if _turns(skeleton, j)]
     return Arm(over[-1] if over else -1, shoulder, elbow, wrist, _tip(skeleton, wrist, rest))
+
+
+def _likely_arm(skeleton: Skeleton, path: list[int]) -> tuple[int, int, int]:
+    """Shoulder, elbow and wrist among the turning joints of a path from the hand's tip up to the trunk.
+
+    Upper arm and forearm are about as long as each other and together two thirds of the way.
+    """
+    rest = rest_positions(skeleton)
+    turning = [j for j in path if _turns(skeleton, j)]
+    whole = sum(float(np.linalg.norm(skeleton.offsets[j])) for j in path)
+    best, found = np.inf, (-1, -1, -1)
+    for wrist, elbow, shoulder in combinations(turning, 3):
+        upper = float(np.linalg.norm(rest[shoulder] - rest[elbow]))
+        lower = float(np.linalg.norm(rest[elbow] - rest[wrist]))
+        if min(upper, lower) > 0.05 * whole:
+            miss = np.log(upper / lower / 1.1) ** 2 + np.log((upper + lower) / whole / 0.66) ** 2
+            if miss < best:
+                best, found = float(miss), (shoulder, elbow, wrist)
+    if found[0] < 0:
+        raise MismatchError("a performer needs shoulders, elbows and wrists; this skeleton's arms have too few joints")
+    return found
 
 
 def _tip(skeleton: Skeleton, wrist: int, rest: Floats) -> int:
