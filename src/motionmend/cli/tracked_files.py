@@ -1,6 +1,5 @@
 """What `track` writes: tables of joints in camera axes, or joint angles."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,20 +47,15 @@ def followed_motion(followed: "Followed", skeleton: "Skeleton | None", fps: floa
     ----------
     followed, skeleton, fps : as for `write_followed`.
     """
-    from ..bodies.templates import motion_of
+    from ..bodies.handback import motion_of
+    from ..bodies.templates import skeleton_of
 
-    there = np.isfinite(followed.poses.joints).all(axis=1)
-    first = int(np.flatnonzero(there)[0])
+    there = followed.postures.present.any(axis=1)
     poses = followed.poses
-    whole = Poses(*(_filled(getattr(poses, name), there, first) for name in ("translation", "root", "joints")))
-    motion = motion_of(whole.moved(UPRIGHT, np.zeros(3)), followed.performer, skeleton, fps)
-    q = motion.q.copy()
-    q[~followed.postures.present.any(axis=1)] = np.nan
-    return replace(motion, q=q)
-
-
-def _filled(values: np.ndarray, there: np.ndarray, first: int) -> np.ndarray:
-    """The same with what comes before the first pose made equal to it."""
-    whole = values.copy()
-    whole[~there] = values[first]
-    return whole
+    translation, root, joints = (
+        np.where(there.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
+        for values in (poses.translation, poses.root, poses.joints)
+    )
+    upright = Poses(translation, root, joints).moved(UPRIGHT, np.zeros(3))
+    body = followed.performer
+    return motion_of(upright, body, skeleton_of(body) if skeleton is None else skeleton, fps)

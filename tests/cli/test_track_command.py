@@ -1,0 +1,218 @@
+"""`motionmend fit tracker` and `motionmend track`, on folders drawn of a sample clip."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import Command, files_below
+
+from motionmend import samples
+from motionmend.bodies.camera import Camera, DepthFrame
+from motionmend.bodies.motion import Motion
+from motionmend.bodies.performer import LANDMARKS, landmarks
+from motionmend.bodies.postures import Postures
+from motionmend.bodies.surface import render
+from motionmend.bodies.templates import performer_of, poses_of
+from motionmend.cli import main
+from motionmend.io import write
+from motionmend.io.body_file import read_body
+from motionmend.io.depth_folder import write_depth_folder
+from motionmend.io.joint_table import read_joint_table, write_joint_table
+
+CAMERA = Camera(160, 120, 142.8, 142.8, 80.0, 60.0)
+FRAMES, FPS = 12, 30.0
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model, the .asf of who is filmed, a depth folder of them with its truth and start; never write here."""
+    folder = tmp_path_factory.mktemp("studio")
+    clip = samples.clip("reach", seconds=3.0, seed=4)
+    write(folder / "clip.amc", clip)
+    assert main(["fit", "tracker", str(folder / "clip.amc"), "-o", str(folder / "m.mend"), "--images", "150"]) == 0
+    body = performer_of(clip.skeleton)
+    step = round(clip.fps / FPS)
+    poses = poses_of(Motion(clip.skeleton, clip.q[: FRAMES * step : step], FPS), body).poses
+    turn = _towards_camera(clip.skeleton.up)
+    seen = poses.moved(turn, np.array([0.0, -0.05, 3.0]) - turn @ poses.translation[0])
+    frames = [
+        DepthFrame(CAMERA, np.array(render(body, seen[t], CAMERA).depth, np.float32), None, t / FPS)
+        for t in range(FRAMES)
+    ]
+    truth = Postures(LANDMARKS, np.array([landmarks(body, seen[t]) for t in range(FRAMES)]), np.arange(FRAMES) / FPS)
+    write_depth_folder(folder / "take", frames, FPS)
+    write_joint_table(folder / "truth.csv", truth)
+    write_joint_table(folder / "start.csv", Postures(LANDMARKS, truth.positions[:1], truth.times[:1]))
+    return folder
+
+
+def _towards_camera(up: np.ndarray) -> np.ndarray:
+    """A rotation that brings `up` to the camera's -y."""
+    other = np.eye(3)[int(np.argmin(np.abs(up)))]
+    x = np.cross(other, -up) / np.linalg.norm(np.cross(other, -up))
+    return np.array([x, -up, np.cross(x, -up)])
+
+
+def error_cm(cli: Command, studio: Path, made: Path) -> float:
+    return float(json.loads(cli("compare", studio / "truth.csv", made, "--json").out)["mean_cm_counting_missing"])
+
+
+def test_a_known_body_from_a_known_pose(cli: Command, studio: Path, tmp_path: Path) -> None:
+    out = tmp_path / "take.csv"
+    known = ["--skeleton", studio / "clip.asf", "--start", studio / "start.csv"]
+    ran = cli("track", studio / "take", "-m", studio / "m.mend", *known, "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    (line,) = ran.out.splitlines()
+    facts = json.loads(line)
+    assert (facts["frames"], facts["lost"], facts["output"]) == (FRAMES, 0, str(out))
+    assert set(facts["seconds"]) >= {"startup", "read", "track", "write", "total"}
+    assert set(facts["frame_ms"]) == {"median", "p95", "max"}
+    assert facts["frame_ms"]["median"] <= facts["frame_ms"]["p95"] <= facts["frame_ms"]["max"]
+    parts = sum(facts["seconds"][name] for name in ("startup", "read", "track", "write"))
+    assert parts <= facts["seconds"]["total"] + 0.05
+    table = read_joint_table(out)
+    assert table.names == LANDMARKS
+    np.testing.assert_allclose(table.times, np.arange(FRAMES) / FPS, atol=1e-6)
+    assert table.std is not None
+    assert (table.std < 0.10).mean() > 0.9
+    assert out.read_text().splitlines()[0].startswith("time,pelvis_x,pelvis_y,pelvis_z,chest_x")
+    assert error_cm(cli, studio, out) < 3.0
+    beside = json.loads((tmp_path / "take.mend.json").read_text())
+    assert beside["output"] == "take.csv"
+    assert set(beside["channels"]) == set(LANDMARKS)
+    assert beside["model"]["file"] == "m.mend"
+    assert sum(beside["channels"]["l_wrist"].values()) == FRAMES
+    assert list(beside)[-1] == "seconds"
+
+
+def test_the_person_is_found_and_the_same_input_gives_the_same_bytes(
+    cli: Command, studio: Path, tmp_path: Path
+) -> None:
+    given = ["track", studio / "take", "-m", studio / "m.mend", "--skeleton", studio / "clip.asf"]
+    for name in ("a", "b"):
+        assert cli(*given, "-o", tmp_path / name).code == 0
+    first, second = (tmp_path / name / "take.csv" for name in ("a", "b"))
+    assert first.read_bytes() == second.read_bytes()
+    facts = [json.loads((tmp_path / name / "take.mend.json").read_text()) for name in ("a", "b")]
+    assert [one.pop("seconds") is not None for one in facts] == [True, True]
+    assert facts[0] == facts[1]
+    assert error_cm(cli, studio, first) < 12.0
+
+
+def test_a_frame_without_the_person_is_said_to_be_so(cli: Command, studio: Path, tmp_path: Path) -> None:
+    shutil.copytree(studio / "take", tmp_path / "take")
+    for number in (5, 6):
+        blank = [DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32))]
+        write_depth_folder(tmp_path / "blank", blank, FPS)
+        shutil.copy(tmp_path / "blank/depth/000000.png", tmp_path / f"take/depth/{number:06d}.png")
+    known = ["--skeleton", studio / "clip.asf", "--start", studio / "start.csv"]
+    ran = cli("track", tmp_path / "take", "-m", studio / "m.mend", *known, "-o", tmp_path / "o.csv", "--json")
+    assert ran.code == 0
+    assert json.loads(ran.out)["lost"] >= 2
+    table = read_joint_table(tmp_path / "o.csv")
+    assert table.frames == FRAMES
+    assert not table.present[5:7].any()
+    assert table.present[:5].all()
+    assert json.loads((tmp_path / "o.mend.json").read_text())["runs"]["empty"] == [[5, 2]]
+
+
+def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:
+    body = tmp_path / "body.json"
+    given = ["track", studio / "take", "-m", studio / "m.mend", "--body", body, "--start", studio / "start.csv"]
+    assert cli(*given, "-o", tmp_path / "a.csv").code == 0
+    stored = body.read_bytes()
+    read_body(body)
+    assert cli(*given, "-o", tmp_path / "b.csv").code == 0
+    assert body.read_bytes() == stored
+    lengths = [json.loads((tmp_path / f"{name}.mend.json").read_text())["bone_lengths_m"] for name in "ab"]
+    assert lengths[0] == lengths[1]
+
+
+def bad_copy(studio: Path, folder: Path, kind: str) -> Path:
+    place = folder / kind
+    shutil.copytree(studio / "take", place)
+    image = place / "depth/000003.png"
+    if kind == "no_camera":
+        (place / "camera.json").unlink()
+    elif kind == "cut_off":
+        image.write_bytes(image.read_bytes()[:200])
+    elif kind == "missing_number":
+        image.unlink()
+    else:
+        blank = [DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32))] * FRAMES
+        write_depth_folder(place, (DepthFrame(CAMERA, b.depth, None, k / FPS) for k, b in enumerate(blank)), FPS)
+    return place
+
+
+def test_bad_folders_are_a_line_each_and_the_others_are_done(cli: Command, studio: Path, tmp_path: Path) -> None:
+    kinds = ("no_camera", "cut_off", "missing_number", "all_zero")
+    bad = [bad_copy(studio, tmp_path / "in", kind) for kind in kinds]
+    known = ["-m", studio / "m.mend", "--skeleton", studio / "clip.asf"]
+    ran = cli("track", *bad, studio / "take", *known, "-o", tmp_path / "out", "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == len(kinds)
+    for kind in kinds:
+        assert sum(kind in line for line in ran.failures) == 1, kind
+    assert files_below(tmp_path / "out") == {"take.csv", "take.mend.json"}
+    assert any("nobody" in line for line in ran.failures)
+
+
+def test_nothing_is_overwritten_and_what_is_finished_is_skipped(cli: Command, studio: Path, tmp_path: Path) -> None:
+    out = tmp_path / "take.csv"
+    out.write_text("mine")
+    given = ["track", studio / "take", "-m", studio / "m.mend", "-o", out]
+    ran = cli(*given)
+    assert (ran.code, out.read_text()) == (1, "mine")
+    assert "--force" in ran.failures[0]
+    ran = cli(*given, "--resume", "--json")
+    assert (ran.code, out.read_text()) == (0, "mine")
+    assert json.loads(ran.out)["skipped"]
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--terms", "surface,magic"], "--terms"),
+        (["--preset", "best"], "--preset"),
+        (["--format", "fbx"], "--format"),
+        (["-o", "x.txt"], ".csv"),
+    ],
+)
+def test_bad_usage(cli: Command, studio: Path, more: list[str], said: str) -> None:
+    ran = cli("track", studio / "take", "-m", studio / "m.mend", *([] if "-o" in more else ["-o", "x.csv"]), *more)
+    assert ran.code == 2
+    assert said in ran.failures[0]
+
+
+def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: Path, tmp_path: Path) -> None:
+    (tmp_path / "start.csv").write_text("time,nose_x,nose_y,nose_z\n0,1,2,3\n")
+    (tmp_path / "body.json").write_text("{}")
+    given = ["track", studio / "take", "-o", tmp_path / "o.csv"]
+    for more, said in (
+        (["-m", studio / "m.mend", "--start", tmp_path / "start.csv"], "start.csv"),
+        (["-m", studio / "m.mend", "--body", tmp_path / "body.json"], "body.json"),
+        (["-m", library / "amc.mend"], "amc.mend"),
+        (["-m", tmp_path / "none.mend"], "none.mend"),
+    ):
+        ran = cli(*given, *more)
+        assert (ran.code, len(ran.failures)) == (1, 1)
+        assert said in ran.failures[0]
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_fit_leaves_out_what_it_cannot_use(cli: Command, studio: Path, tmp_path: Path) -> None:
+    (tmp_path / "bad.amc").write_text("nothing")
+    out = tmp_path / "m.mend"
+    ran = cli("fit", "tracker", studio / "clip.amc", tmp_path / "bad.amc", "-o", out, "--images", "0", "--json")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    facts = json.loads(ran.out)
+    assert (facts["kind"], facts["clips"], facts["failed"]) == ("tracker", 1, 1)
+    assert out.exists()
+    again = cli("fit", "tracker", studio / "clip.amc", "-o", out, "--images", "0")
+    assert again.code == 1
+    assert "--force" in again.failures[0]
+    first = out.read_bytes()
+    assert cli("fit", "tracker", studio / "clip.amc", "-o", out, "--images", "0", "--force").code == 0
+    assert out.read_bytes() == first
