@@ -15,6 +15,7 @@ from ..arrays import Bytes, Floats, Ints, Singles
 from .compile import compiled
 
 NEAR = 0.05  # m; what comes nearer than this is not seen
+STEEP = -1.0  # stands for a ray that needs more thought
 PARTS = 18  # numbers kept of a solid while rays are cast: 9 slopes, 3 of the camera's place, taper, kind, box 4
 
 
@@ -97,36 +98,37 @@ def _widen(frame: Floats, size: Floats, along: float, radius: float, depth: floa
 
 
 @compiled
-def _enters(x: float, y: float, w: float, kx: float, ky: float, kw: float, taper: float) -> float:
-    """Where the ray z·(x, y, w) - k first meets the cone |axis| <= 1 of unit radius; 0 where it misses."""
-    level = 1.0 - taper * ky
-    a = x * x + w * w - taper * taper * y * y
-    b = x * kx + w * kw + taper * y * level
-    c = kx * kx + kw * kw - level * level
-    square = b * b - a * c
+def _enters(a: float, b: float, c: float, square: float, y: float, ky: float) -> float:
+    """Where a ray first meets a cone between its ends, y·z - ky = -1 and 1; 0 where it misses, STEEP where a <= 0."""
+    if a <= 1e-12:
+        return STEEP
     if square < 0.0:
         return 0.0
     root = sqrt(square)
-    if a > 1e-12:
-        enter, leave = (b - root) / a, (b + root) / a
-        if y > 1e-12 or y < -1e-12:
-            one, other = (ky - 1.0) / y, (ky + 1.0) / y
-            if one > other:
-                one, other = other, one
-            if one > enter:
-                enter = one
-            if other < leave:
-                leave = other
-        elif ky > 1.0 or ky < -1.0:
-            return 0.0
-        return enter if enter <= leave else 0.0
-    # Steeper than the cone's own side: the first of what it meets between the ends.
+    over = 1.0 / a
+    enter, leave = (b - root) * over, (b + root) * over
+    if y > 1e-12 or y < -1e-12:
+        over = 1.0 / y
+        middle, half = ky * over, abs(over)
+        enter, leave = max(enter, middle - half), min(leave, middle + half)
+    elif ky > 1.0 or ky < -1.0:
+        return 0.0
+    return enter if enter <= leave else 0.0
+
+
+@compiled
+def _enters_steeply(
+    a: float, b: float, c: float, x: float, y: float, w: float, kx: float, ky: float, kw: float, taper: float
+) -> float:
+    """The same for a ray steeper than the cone's own side: the first of what it meets between the ends."""
     best = np.inf
-    if a < -1e-12:
+    square = b * b - a * c
+    if a < -1e-12 and square >= 0.0:
+        root = sqrt(square)
         for z in ((b - root) / a, (b + root) / a):
             if z > 0.0 and z < best and abs(z * y - ky) <= 1.0:
                 best = z
-    elif b != 0.0:
+    elif a >= -1e-12 and b != 0.0:
         z = 0.5 * c / b
         if z > 0.0 and abs(z * y - ky) <= 1.0:
             best = z
@@ -140,23 +142,47 @@ def _enters(x: float, y: float, w: float, kx: float, ky: float, kw: float, taper
 
 @compiled
 def cast(parts: Floats, depth: Singles, solid: np.ndarray) -> None:
-    """The nearest solid along each ray: `depth` (H, W) m along z, NaN = none, and `solid` (H, W) int16, -1 = none."""
-    depth[:] = np.nan
-    solid[:] = -1
+    """The nearest solid along each ray: `depth` (H, W) m along z, NaN = none, and `solid` (H, W) int16, -1 = none.
+
+    A ray z·m - k, m = m0 + u·g along one row, meets a·z² - 2·b·z + c = 0 where a, b and so b² - a·c are polynomials of
+    u: the row is cut to the stretch where that is not negative, and all three are cheap within it.
+    """
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            depth[v, u] = np.nan
+            solid[v, u] = -1
     for s in range(parts.shape[0]):
         part = parts[s]
         kx, ky, kw, taper, cone = part[9], part[10], part[11], part[12], part[13] > 0.5
-        left, right = int(part[14]), int(part[15])
-        constant = kx * kx + ky * ky + kw * kw - 1.0
+        gx, gy, gw = part[3], part[4], part[5]
+        # The quadric x² + metric·y² + w² = 1 or, of a cone, = (1 + taper·y)² with the linear part in by.
+        metric = -taper * taper if cone else 1.0
+        level = 1.0 - taper * ky
+        by = taper * level if cone else ky
+        c = kx * kx + kw * kw - level * level if cone else kx * kx + ky * ky + kw * kw - 1.0
+        a2, b1 = gx * gx + metric * gy * gy + gw * gw, gx * kx + gw * kw + gy * by
+        d2 = b1 * b1 - a2 * c
         for v in range(int(part[16]), int(part[17]) + 1):
             x0, y0, w0 = part[0] + v * part[6], part[1] + v * part[7], part[2] + v * part[8]
+            a0, a1 = x0 * x0 + metric * y0 * y0 + w0 * w0, x0 * gx + metric * y0 * gy + w0 * gw
+            b0 = x0 * kx + w0 * kw + y0 * by
+            d0, d1 = b0 * b0 - a0 * c, b0 * b1 - a1 * c
+            left, right = int(part[14]), int(part[15])
+            if d2 < 0.0:
+                square = d1 * d1 - d2 * d0
+                if square <= 0.0:
+                    continue
+                root = sqrt(square)
+                left = max(left, int(max(ceil((d1 - root) / -d2), -1.0)))
+                right = min(right, int(min(floor((d1 + root) / -d2), 1e6)))
             for u in range(left, right + 1):
-                x, y, w = x0 + u * part[3], y0 + u * part[4], w0 + u * part[5]
+                square = d0 + u * (2.0 * d1 + u * d2)
+                a, b = a0 + u * (2.0 * a1 + u * a2), b0 + u * b1
                 if cone:
-                    z = _enters(x, y, w, kx, ky, kw, taper)
+                    z = _enters(a, b, c, square, y0 + u * gy, ky)
+                    if z == STEEP:
+                        z = _enters_steeply(a, b, c, x0 + u * gx, y0 + u * gy, w0 + u * gw, kx, ky, kw, taper)
                 else:
-                    a, b = x * x + y * y + w * w, x * kx + y * ky + w * kw
-                    square = b * b - a * constant
                     z = (b - sqrt(square)) / a if square >= 0.0 else 0.0
                 if z >= NEAR and not z >= depth[v, u]:
                     depth[v, u] = z
