@@ -11,7 +11,8 @@ from ..errors import MismatchError
 
 _SMOOTHEST, _ROUGHEST = -2.0, 0.0  # slopes of log bend over log rate: constant acceleration, and white noise
 _TAILS = 3.0  # degrees of freedom of the Student distribution: heavy tails
-_SCALE_ROUNDS = 20
+_SCALE_ROUNDS, _SCALE_TOLERANCE = 20, 1e-3
+_SCALE_SAMPLES = 4096  # second differences that tell a scale well enough
 _HELD = 6.0  # scales; few second differences of clean motion lie beyond
 _LEAST_SCALE = 1e-3  # degrees or cm
 _STILL = 1e-12  # degrees or cm a step: a channel that bends less is at rest
@@ -135,10 +136,14 @@ def typical_bends(windows: Floats | Singles) -> Floats:
     if windows.shape[0] == 0 or windows.shape[1] < 3:
         return np.zeros((channels, channels))
     bend = (windows[:, :-2] - 2.0 * windows[:, 1:-1] + windows[:, 2:]).reshape(-1, channels).astype(float)
-    scale = 1.4826 * np.median(np.abs(bend), axis=0) + _LEAST_SCALE
+    some = bend[:: max(1, len(bend) // _SCALE_SAMPLES)]
+    scale, square = 1.4826 * np.median(np.abs(some), axis=0) + _LEAST_SCALE, np.square(some)
     for _ in range(_SCALE_ROUNDS):
-        weight = (_TAILS + 1.0) / (_TAILS + np.square(bend / scale))
-        scale = np.sqrt((weight * np.square(bend)).mean(axis=0)) + _LEAST_SCALE
+        before = scale
+        weighed = square / (_TAILS + square / np.square(scale))
+        scale = np.sqrt((_TAILS + 1.0) * weighed.mean(axis=0)) + _LEAST_SCALE
+        if np.abs(scale - before).max() <= _SCALE_TOLERANCE * before.min():
+            break
     held = np.clip(bend, -_HELD * scale, _HELD * scale)
     return np.asarray(held.T @ held / len(held))
 

@@ -17,6 +17,9 @@ NEAREST = 60  # exemplars taken for each window of the recording
 FEWEST = 120  # exemplars that make bases of their own
 WHOLE = 0.6  # of the library: so much of it is like the recording that it is the library that is wanted
 ENERGY = 0.99
+FEWER = 4  # times: with so many more windows it is sooner done than by all their inner products
+SPARE = 24  # random patterns beside those of the whole library, for what is rare there and common here
+ENOUGH = 0.994  # of the energy: so much the sought patterns have to hold, not to lose any that is needed
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +85,7 @@ def local_prior(near: Neighbourhood, values: Floats, fps: float) -> Prior | None
     here, there = (np.diag(near.library.curvature(rate)) for rate in (near.rate, fps))
     ratio = np.sqrt(there / np.where(here > 0, here, np.inf))
     bends = typical_bends(windows) * np.multiply.outer(ratio, ratio)
-    bases, stride = at_rate(_few_window_bases(windows), near.rate, fps)
+    bases, stride = at_rate(_few_window_bases(windows, near.bases.vectors), near.rate, fps)
     return Prior(bends, bases, stride)
 
 
@@ -98,14 +101,31 @@ def _nearest(wanted: Floats, places: Floats) -> Ints:
     return np.unique(np.argpartition(away, count - 1, axis=1)[:, :count])
 
 
-def _few_window_bases(windows: Floats) -> Eigenbases:
-    """Bases of fewer windows (N, M, C) than a window has values, by way of their inner products."""
+def _few_window_bases(windows: Floats, alike: Floats) -> Eigenbases:
+    """Bases of windows (N, M, C), sought near patterns (K, M, C) that are known to hold most of them.
+
+    One round of subspace iteration from the known patterns and some more; where these hold too little, all of the
+    windows' inner products are taken apart.
+
+    Source
+    ------
+    Halko, Martinsson and Tropp, Finding structure with randomness, SIAM Review 53(2), 2011, algorithm 4.4.
+    """
     count, shape = len(windows), windows.shape[1:]
     mean = windows.mean(axis=0)
     flat = (windows - mean).reshape(count, -1) / np.sqrt(count)
-    values, sides = np.linalg.eigh(flat @ flat.T)
+    total = float(np.square(flat).sum())
+    more = np.random.default_rng(0).normal(size=(SPARE, flat.shape[1])) / np.sqrt(flat.shape[1])
+    sought = np.concatenate([alike.reshape(len(alike), -1), more])
+    few = FEWER * len(sought) < min(flat.shape)
+    if few:
+        sides = np.linalg.qr(flat @ np.linalg.qr(flat.T @ np.linalg.qr(flat @ sought.T)[0])[0])[0]
+        within = sides.T @ flat
+        values, turns = np.linalg.eigh(within @ within.T)
+        sides = sides @ turns
+    if not few or values.sum() < ENOUGH * total:
+        values, sides = np.linalg.eigh(flat @ flat.T)
     values, sides = np.clip(values[::-1], 0.0, None), sides[:, ::-1]
-    total = float(values.sum())
     kept = min(int(np.searchsorted(np.cumsum(values), ENERGY * total)) + 1, count - 1)
     vectors = (sides[:, :kept] / np.sqrt(np.maximum(values[:kept], 1e-12 * max(total, 1e-12)))).T @ flat
     left = np.square(flat).sum(axis=0) - np.einsum("kd,k->d", np.square(vectors), values[:kept])

@@ -1,5 +1,9 @@
 """Channels repaired by the adaptive method: recordings of any length, rate and amount missing."""
 
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -9,12 +13,13 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
-from .adaptive import adapt
+from .adaptive import Adapted, adapt
 from .local_prior import Neighbourhood, Prior, local_prior
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
 
 BLOCK = 68.0  # s repaired at once; longer recordings go in blocks, so that memory stays bounded
+AT_ONCE = 2  # blocks, each on a core of its own as far as there are
 MARGIN = 2.0  # s of the neighbours that a block sees on each side
 LEAST_FRAMES = 24  # fewer are set among missing frames
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
@@ -73,11 +78,10 @@ def mend_channels(
     values, variance = np.empty(measured.shape), np.empty(measured.shape)
     outlier = nowhere.copy()
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
-    for core, seen in _blocks(len(measured), fps):
-        before, padded = _among_missing(measured[seen], least)
-        own = slice(before + core.start - seen.start, before + core.stop - seen.start)
-        adapted = adapt(
-            padded,
+
+    def block(seen: slice) -> Adapted:
+        return adapt(
+            _among_missing(measured[seen], least)[1],
             prior,
             fps,
             closer=closer,
@@ -85,6 +89,11 @@ def mend_channels(
             vouched=_among_missing(vouched[seen], least)[1],
             at_pole=_among_missing(at_pole[seen], least)[1],
         )
+
+    blocks = _blocks(len(measured), fps)
+    for (core, seen), adapted in zip(blocks, _at_once(block, [seen for _, seen in blocks]), strict=True):
+        before, padded = _among_missing(measured[seen], least)
+        own = slice(before + core.start - seen.start, before + core.stop - seen.start)
         values[core], variance[core] = adapted.values[own], adapted.variance[own]
         outlier[core] = adapted.outlier[own]
         noises.append(adapted.noise)
@@ -108,6 +117,18 @@ def mend_channels(
         found.values, found.std, found.weights, found.origin, steps, np.empty(0), True, warnings=said
     )
     return Mended(repair, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
+
+
+def _at_once(task: Callable[[slice], Adapted], items: list[slice]) -> Iterator[Adapted]:
+    """The task of every item, in order, a few side by side; no more results wait than are worked on."""
+    with ThreadPoolExecutor(max_workers=min(AT_ONCE, os.cpu_count() or 1)) as pool:
+        waiting: deque[Future[Adapted]] = deque()
+        for item in items:
+            waiting.append(pool.submit(task, item))
+            if len(waiting) == AT_ONCE:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
 
 
 def _blocks(frames: int, fps: float) -> list[tuple[slice, slice]]:

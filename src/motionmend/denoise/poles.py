@@ -54,10 +54,8 @@ def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
     if frames < 3 or not (bend > JUMP).any():
         return smooth
     known = np.isfinite(angles).all(axis=1)
-    whole = Rotation.identity(frames)
-    for i in range(3):
-        whole = whole * Rotation.from_rotvec(np.where(known, angles[:, i], 0.0)[:, None] / DEGREES * axes[i])
-    matrices = whole.as_matrix()
+    one, two, three = (_turns(np.where(known, angles[:, i], 0.0) / DEGREES, axes[i]) for i in range(3))
+    matrices = one @ two @ three
     for before, after in NEIGHBOURS:
         t = np.arange(max(0, -before), frames - max(0, after))
         share = -before / (after - before)
@@ -71,3 +69,11 @@ def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
         turn = np.arccos(np.clip(cosine, -1.0, 1.0)) * DEGREES
         smooth[t[turn < AS_ROTATION * jump]] = True
     return smooth
+
+
+def _turns(angle: Floats, axis: Floats) -> Floats:
+    """(T, 3, 3) rotations by angles (T,) rad about one axis (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))
