@@ -18,7 +18,7 @@ from .terms import Term
 if TYPE_CHECKING:
     from .tracker import TrackState
 
-GAIN = 0.02  # share of the person's pixels that a limb's new pose must explain better
+GAIN = 0.008  # share of the person's pixels that a limb's new pose must explain better
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
 SUSPECT = 0.01  # share of pixels explained wrongly beyond the usual that makes every limb be looked for
 TRIED = 2  # of each limb's candidates are refined
