@@ -88,7 +88,7 @@ def follow(
     nothing = np.zeros(len(standard))
     expected, cov = model.expected(factors, forecast)
     own_variance = factors.noise
-    first = np.log1p(model.left_out(factors, values - expected, cov, nothing))
+    first = np.log1p(model.left_out(factors, values - expected, cov, nothing)[0])
     features = np.column_stack([first, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
     chance, failing = chain_forward(before.failing, detector.evidence(features), seconds)
     belief = forecast
@@ -98,7 +98,7 @@ def follow(
         precision = trust / own_variance
         belief = model.seen(factors, forecast, values, precision)
         expected, cov = model.expected(factors, belief)
-        left = np.log1p(model.left_out(factors, values - expected, cov, precision))
+        left = np.log1p(model.left_out(factors, values - expected, cov, precision)[0])
         features = np.column_stack([left, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
         _, failing = chain_forward(before.failing, detector.evidence(features), seconds)
     failing = np.where(present, failing, 1.0)

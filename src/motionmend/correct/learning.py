@@ -1,13 +1,14 @@
 """From pairs of recordings to samples in standard form, and from those to what a corrector knows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.postures import Postures
 from ..errors import MismatchError
+from ..numerics import factors as process
 from ..numerics.factors import Factors, fit_factors
 from .anatomy import Anatomy, anatomy, matched
 from .normalise import Placement, Standard, bone_lengths, facing, origins, sizes, turns, upright
@@ -19,6 +20,9 @@ STEP_SECONDS = 0.2  # steps of time longer than this say nothing of speed
 STRANGE = 6.0  # robust standard deviations from the usual offset: the sensor failed, or the truth did
 
 LEAST_STRANGE = 0.3  # standard metres; offsets less than this are learned in any case, if with little weight
+
+MISFITS = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # standard metres, of people not seen in training
+HELD_OUT = 60  # frames of each third of the recordings that are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,26 +140,68 @@ def offset_samples(taught: Sequence[Lesson]) -> tuple[Floats, Floats]:
 
 
 def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Factors:
-    """Factors of the sensor's postures and of the same people in a mirror, from frames in which all joints go well."""
+    """Factors of the sensor's postures and of the same people in a mirror, from frames in which all joints go well.
+
+    What factors leave open is larger in people who were not seen in training: as large as makes the joints of some of
+    the recordings likeliest, each from all others, given factors of the rest.
+
+    Raises
+    ------
+    MismatchError : too few frames.
+    """
+    whole = _factors(taught, good, body)
+    if whole is None:
+        raise MismatchError(
+            "wanted frames in which the sensor has all joints near the truth, came none: check the pairs' offsets"
+        )
+    if len(taught) < 3:
+        return replace(whole, noise=whole.noise + MISFITS[3] ** 2)
+    scores = np.zeros(len(MISFITS))
+    for apart in np.array_split(np.arange(len(taught)), 3):  # recordings of one person mostly stand together
+        rest = [k for k in range(len(taught)) if k not in apart]
+        known = _factors([taught[k] for k in rest], [good[k] for k in rest], body)
+        frames = np.concatenate([taught[k].standard[_complete(taught[k], good[k])] for k in apart])
+        if known is None or not len(frames):
+            continue
+        some = frames[np.linspace(0, len(frames) - 1, min(len(frames), HELD_OUT)).astype(int)]
+        for m, misfit in enumerate(MISFITS):
+            scores[m] += _likelihood(replace(known, noise=known.noise + misfit**2), some)
+    return replace(whole, noise=whole.noise + MISFITS[int(np.argmax(scores))] ** 2)
+
+
+def _complete(one: Lesson, well: Bools) -> Bools:
+    return np.asarray(well.all(axis=1) & np.isfinite(one.standard).all(axis=(1, 2)))
+
+
+def _factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Factors | None:
     samples, steps, seconds = [], [], []
     for one, well in zip(taught, good, strict=True):
-        whole = well.all(axis=1) & np.isfinite(one.standard).all(axis=(1, 2))
+        whole = _complete(one, well)
         samples.append(one.standard[whole])
         passed = np.diff(one.times)
         pair = whole[1:] & whole[:-1] & (passed > 0) & (passed < STEP_SECONDS)
         steps.append((one.standard[1:] - one.standard[:-1])[pair])
         seconds.append(passed[pair])
-    both = np.concatenate(samples)
-    moved = np.concatenate(steps)
+    both, moved = np.concatenate(samples), np.concatenate(steps)
     if len(both) < 2:
-        raise MismatchError(
-            "wanted frames in which the sensor has all joints near the truth, came none: check the pairs' offsets"
-        )
+        return None
     return fit_factors(
         np.concatenate([both, mirrored_postures(both, body)]),
         np.concatenate([moved, mirrored_postures(moved, body)]),
         np.tile(np.concatenate(seconds), 2),
     )
+
+
+def _likelihood(factors: Factors, frames: Floats) -> float:
+    """Log-likelihood of every joint of every frame (T, J, 3) given the other joints."""
+    total = 0.0
+    precision = 1.0 / factors.noise
+    for frame in frames:
+        belief = process.seen(factors, process.start(factors), frame - factors.mean, precision)
+        there, cov = process.expected(factors, belief)
+        far, volume = process.left_out(factors, frame - factors.mean - there, cov, precision)
+        total -= 0.5 * float((np.minimum(far, 10.0) ** 2 + volume).sum())
+    return total
 
 
 def usual_unsteadiness(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Detector:

@@ -97,7 +97,7 @@ def expected(loadings: Floats, mean: Floats, cov: Floats) -> Any:
 
 @compiled
 def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Any:
-    """(J,) Mahalanobis distance of each group of three coordinates from where all others expect it.
+    """How far each group of three coordinates is from where all others expect it.
 
     With leverage h = cov * precision the residual without the group itself is (1 - h)^-1 rest (as in PRESS), and its
     covariance noise + (1 - h)^-1 cov. A group that was not seen (precision 0) is as far as its residual says.
@@ -108,8 +108,12 @@ def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Any
     cov : (J, 3, 3) of what is expected.
     noise : (J,) variance of a coordinate.
     precision : (J,) with which the group itself was seen.
+
+    Returns
+    -------
+    distance (J,) by Mahalanobis, and volume (J,), the logarithm of the determinant of the covariance.
     """
-    found = np.empty(len(rest))
+    found, volume = np.empty(len(rest)), np.empty(len(rest))
     for j in range(len(rest)):
         keep = np.eye(3) * (1.0 + 1e-9) - cov[j] * precision[j]
         right = np.empty((3, 4))
@@ -119,4 +123,5 @@ def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Any
         whole = 0.5 * (free[:, 1:] + free[:, 1:].T) + noise[j] * np.eye(3)
         far = np.ascontiguousarray(free[:, 0])
         found[j] = np.sqrt(max(np.dot(far, np.linalg.solve(whole, far)), 0.0))
-    return found
+        volume[j] = np.log(max(np.linalg.det(whole), 1e-300))
+    return found, volume
