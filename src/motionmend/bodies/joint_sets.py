@@ -153,7 +153,7 @@ _MIDDLE = {
     "pelvis": "pelvis hip hips hipcenter midhip root waist spinebase hipscenter centerhip pelvisroot cmidhip",
     "spine": "spine spinemid spinenavel spinenaval spine1 lowerback torso abdomen",
     "chest": "chest spinechest spine2 upperback spine3",
-    "neck_base": "neckbase shouldercenter spineshoulder thorax cshoulder midshoulder c7",
+    "neck_base": "neckbase shouldercenter spineshoulder cshoulder midshoulder c7",
     "neck": "neck lowerneck neck1",
     "head": "head upperneck",
     "head_top": "headtip headtop headend topofhead headsite",

@@ -26,7 +26,15 @@ for _side in "LR":
 _FEWEST = 6  # joints that make a marker set one of these
 
 # Acclaim skeletons: a joint is where its bone starts, so that names of bones mean the joint nearer to the root.
-_BONES = {"root": "pelvis", "lowerback": "", "lowerneck": "neck_base", "upperneck": "", "head": "neck"}
+_BONES = {
+    "root": "pelvis",
+    "lowerback": "",
+    "upperback": "spine",
+    "thorax": "chest",
+    "lowerneck": "neck_base",
+    "upperneck": "",
+    "head": "neck",
+}
 _BONES |= {"head_end": "head"}
 for _side in "lr":
     _BONES |= {

@@ -117,7 +117,7 @@ class Correction:
         start = perf_counter()
         sensor = read_postures(job.source, fps=self.fps)
         was_read = perf_counter()
-        corrected = self.model.correct(sensor, online=self.online, method=self.method)
+        corrected = _empty_where_empty(sensor, self.model.correct(sensor, online=self.online, method=self.method))
         seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
         warnings = (*warnings_of(sensor.source), *getattr(corrected.source, "warnings", ()))
         return self._save(job, sensor, corrected, warnings, seconds)
@@ -180,6 +180,17 @@ class Correction:
             f"reliability {mean if mean is not None else 'unknown'}: {job.target}"
         )
         return Done(said, line=line, warnings=warnings, guesses=sensor.guesses)
+
+
+def _empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
+    """A frame without the person stays one."""
+    empty = ~sensor.present.any(axis=1)
+    if not (empty[:, None] & corrected.present).any():
+        return corrected
+    positions = np.where(empty[:, None, None], np.nan, corrected.positions)
+    std = None if corrected.std is None else np.where(empty[:, None], np.nan, corrected.std)
+    sure = None if corrected.reliability is None else np.where(empty[:, None], 0.0, corrected.reliability)
+    return replace(corrected, positions=positions, std=std, reliability=sure)
 
 
 def counted(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
