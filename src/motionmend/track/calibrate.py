@@ -101,7 +101,7 @@ def size_from(performer: Performer, detections: Sequence[Detection]) -> float:
 
 
 def calibrate(
-    performer: Performer, frames: Sequence[Observation], poses: Sequence[Pose], rounds: int = 12
+    performer: Performer, frames: Sequence[Observation], poses: Sequence[Pose], rounds: int = 24
 ) -> Calibration:
     """Fit lengths, widths and poses to frames.
 
@@ -133,8 +133,8 @@ def calibrate(
             if not len(value):
                 links.append(None)
                 continue
-            # A surface's samples err together: clothes bulge over a hand's breadth, a twentieth of the samples' count.
-            trust = weight / (0.02**2 * 20.0)
+            # A surface's samples err together: clothes bulge by a centimetre or two over a hand's breadth.
+            trust = weight / (0.02**2 * 6.0)
             normal = (by_pose * trust[:, None]).T @ by_pose
             normal[np.diag_indices(DOFS)] += 1.0  # joints that no pixel tells of stay
             couple = (by_pose * trust[:, None]).T @ by_shape
@@ -153,7 +153,7 @@ def calibrate(
                 delta = link[:, -1] - link[:, :-1] @ step
                 current[k] = _limited(performer, advance(performer, current[k], np.clip(delta, -0.3, 0.3)))
         residual = float(np.sqrt(squares / count)) if count else float("inf")
-        if float(np.abs(step).max()) < 1e-3:
+        if float(np.abs(step).max()) < 2e-3:
             break
     spread = np.sqrt(np.diag(np.linalg.inv(information)))
     names = [name for name, *_ in _FACTORS]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Floats, Ints
 from ..bodies.camera import DepthFrame
-from ..bodies.performer import AXES, BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose, landmarks
+from ..bodies.performer import AXES, BONES, DOF_BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose, landmarks
 from ..errors import MismatchError
 from .detect import Detection, Detector, detect
 from .judge import judge
@@ -23,6 +23,8 @@ from .reach import TORSO, fitted, placed, reach, standing_at
 FIVE = ("head", "l_wrist", "r_wrist", "l_ankle", "r_ankle")
 """The joints that the dissertation starts from (section 3.3.2)."""
 _FIVE = np.array([LANDMARKS.index(name) for name in FIVE])
+
+_HINGES = np.isin(DOF_BONES[6:], [b for b, bone in enumerate(BONES) if bone.endswith(("forearm", "shank"))])
 
 Refine: TypeAlias = Callable[[Pose], tuple[Pose, float]]
 """A few steps of the tracker from a pose: where they lead, and a cost that can be compared; smaller is better."""
@@ -84,6 +86,8 @@ def poses_to(
     torso[TORSO] = weights[TORSO]
     if (torso > 0).sum() >= 3:
         begins = [placed(performer, begins[0].joints, joints, torso)]
+    # Straight elbows and knees do not tell which way to bend.
+    begins = [Pose(begin.translation, begin.root, np.where(_HINGES, 0.4, begin.joints)) for begin in begins]
     if examples is not None and len(examples):
         bodies = bodies_of(performer, examples)
         turns, shifts, left = fitted(bodies, joints, weights)
