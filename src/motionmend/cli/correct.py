@@ -184,7 +184,7 @@ class Correction:
 
 def _empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
     """A frame without the person stays one."""
-    empty = ~sensor.present.any(axis=1)
+    empty = np.asarray(~sensor.present.any(axis=1))
     if not (empty[:, None] & corrected.present).any():
         return corrected
     positions = np.where(empty[:, None, None], np.nan, corrected.positions)
