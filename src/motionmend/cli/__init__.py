@@ -77,6 +77,7 @@ def _app() -> "App":
         fit_corrector,
         fit_tracker,
         inspect,
+        pipeline,
         report,
         reproduce,
         serve,
@@ -104,6 +105,7 @@ def _app() -> "App":
     _add(app, corrupt.corrupt)
     _add(app, compare.compare)
     _add(app, report.report)
+    _add(app, pipeline.pipeline)
     _add(app, stream.stream)
     _add(app, serve.serve)
     _add(app, reproduce.reproduce)

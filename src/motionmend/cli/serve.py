@@ -94,12 +94,9 @@ def need_live(command: str) -> None:
 
 
 def _corrector(path: Path) -> "CorrectorModel":
-    from ..correct import CorrectorModel
     from ..models import load_model
 
-    model = load_model(path)
-    if not isinstance(model, CorrectorModel):
-        raise FileError(f"{path}: a corrector was wanted, came another model: make one with motionmend fit corrector")
+    model: CorrectorModel = load_model(path, "corrector")
     return model
 
 

@@ -1,0 +1,325 @@
+"""`motionmend pipeline`: from what was recorded to what can be used, in one go."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter, time
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from .. import __version__
+from ..errors import FileError
+from .inputs import Refusal
+from .options import WORKING, WRITING, AsJson, Out, Working, Writing
+from .output import Done, work
+from .pipeline_config import NO_DENOISE, PipelineConfig, read_config, with_models
+from .takes import Kind, Take, gather_takes, plan_takes
+from .transform import write_json
+
+if TYPE_CHECKING:
+    from ..bodies.motion import Markers, Motion, Repaired
+    from ..bodies.postures import Postures
+    from .correct import Correction
+    from .denoise import Repair
+    from .track import Follow
+
+LOST = 0.10  # m; a deviation that says that a joint was not seen but held
+
+
+def pipeline(
+    *takes: Annotated[
+        Path,
+        Parameter(
+            help="Depth folders, recordings of sensors' skeletons, of markers or of joint angles; or folders of them.",
+            negative="",
+        ),
+    ],
+    out: Out,
+    config: Annotated[
+        Path | None, Parameter(help="Models and options of the steps, TOML with sections track, correct, denoise.")
+    ] = None,
+    models: Annotated[
+        tuple[Path, ...],
+        Parameter(name=["-m", "--model"], help="A tracker, corrector or denoiser (.mend); may be given once for each."),
+    ] = (),
+    as_json: AsJson = False,
+    working: Working = WORKING,
+    writing: Writing = WRITING,
+) -> int:
+    """Take every recording all the way: depth is tracked and denoised, sensors' skeletons are corrected and denoised,
+    markers and joint angles are denoised.
+
+    What a take is, is seen from its content. Depth and sensors give tables of joints (.csv) or joint angles (.bvh, and
+    .amc for depth), by the ending of OUT or `format` in the configuration. Beside each output stands NAME.mend.json.
+    """
+    given = [working.reachable(take) for take in takes]
+    options = PipelineConfig() if config is None else read_config(config)
+    options = with_models(options, models)
+    found, refused = gather_takes(given)
+    planned, barred = plan_takes(found, given, working.reachable(out), options.format, writing)
+    chain, lacking = _chain(options, {take.kind for take in planned})
+    jobs = []
+    for take in planned:
+        if take.kind in lacking:
+            barred.append(Refusal(take.job.source, lacking[take.kind]))
+            continue
+        try:
+            take.job.target.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            why = f"the folder {take.job.target.parent} cannot be made: {error.strerror or error}"
+            barred.append(Refusal(take.job.source, why))
+            continue
+        jobs.append(take)
+    return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=[*refused, *barred])
+
+
+def _chain(options: PipelineConfig, kinds: set[Kind]) -> "tuple[Chain, dict[Kind, str]]":
+    """The steps with their models read, and why takes of a kind cannot be worked on."""
+    from .correct import Correction
+    from .denoise import Repair, _check
+    from .track import Follow, _settings
+
+    lacking: dict[Kind, str] = {}
+    chain = Chain(options.fps)
+    clean, seen, depth = options.denoise, options.correct, options.track
+    if clean.method != NO_DENOISE:
+        _check(clean.method, clean.robust, clean.max_std, clean.lag, clean.footskate, clean.model)
+        repair = Repair(
+            method=clean.method,
+            robust=clean.robust,
+            max_std=clean.max_std,
+            lag=clean.lag,
+            footskate=clean.footskate,
+            fps=options.fps,
+        )
+        chain = replace(chain, repair=repair.knowing(clean.model))
+    if "sensor" in kinds and seen.model is None:
+        lacking["sensor"] = "a corrector was wanted for a sensor's skeleton: give one with -m or in --config"
+    elif "sensor" in kinds and seen.model is not None:
+        correction = Correction(method=seen.method, online=seen.online, fps=options.fps)
+        chain = replace(chain, correction=correction.knowing(seen.model))
+    if "depth" in kinds and depth.model is None:
+        lacking["depth"] = "a tracker was wanted for depth: give one with -m or in --config"
+    elif "depth" in kinds and depth.model is not None:
+        if depth.body is not None and not depth.body.exists():
+            raise FileError(f"{depth.body}: no such body: `motionmend track --body` makes one")
+        terms = _settings(depth.preset, None if depth.terms is None else ",".join(depth.terms)).terms
+        follow = Follow(depth.preset, terms, time())
+        chain = replace(chain, follow=follow.knowing(depth.model, depth.skeleton, depth.body, None))
+    return chain, lacking
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a step of a chain leaves behind: its name, model, seconds, and what it had to say."""
+
+    name: str
+    model: dict[str, str] | None
+    seconds: float
+    warnings: tuple[str, ...] = ()
+
+    def facts(self) -> dict[str, Any]:
+        """For the file beside the output; seconds stand elsewhere, so that the rest is the same from run to run."""
+        return {"step": self.name, "model": self.model, "warnings": self.warnings}
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The steps of one command line with their models; called with each take."""
+
+    fps: float | None = None
+    follow: "Follow | None" = None
+    correction: "Correction | None" = None
+    repair: "Repair | None" = None
+
+    def __call__(self, take: Take, /) -> Done:
+        if take.job.finished:
+            facts = {"input": take.job.source, "output": take.job.target, "skipped": True}
+            return Done(facts, line=f"{take.job.source}: {take.job.target} is there already, skipped")
+        start = perf_counter()
+        if take.kind == "recording":
+            from ..io import read
+
+            given = read(take.job.source, fps=self.fps)
+            return self._cleaned(take, given, (), {"read": perf_counter() - start})
+        angles = take.job.target.suffix.lower() != ".csv"
+        found = self._tracked(take, angles) if take.kind == "depth" else self._corrected(take, angles)
+        recording, step, guesses, read_seconds = found
+        from ..bodies.postures import Postures
+
+        if isinstance(recording, Postures):
+            return self._table(take, recording, step, guesses, {"read": read_seconds, step.name: step.seconds})
+        recording = replace(recording, guesses=(*recording.guesses, *guesses))
+        return self._cleaned(take, recording, (step,), {"read": read_seconds, step.name: step.seconds})
+
+    def _tracked(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
+        """Depth as joints or joint angles."""
+        from ..io.depth import read_depth
+        from .tracked_files import followed_motion
+
+        assert self.follow is not None
+        start = perf_counter()
+        recording = read_depth(take.job.source)
+        followed = self.follow.followed(recording)
+        if not followed.seen.any():
+            raise FileError(f"{take.job.source}: nobody was found in any of {recording.frames} frames")
+        lost = f"{followed.lost} of {recording.frames} frames without the person"
+        step = Step(
+            "track",
+            self.follow.model_facts,
+            perf_counter() - start - followed.read,
+            (lost,) if followed.lost > 0.1 * recording.frames else (),
+        )
+        found = followed_motion(followed, self.follow.skeleton, recording.fps) if angles else followed.postures
+        return found, step, recording.guesses, followed.read
+
+    def _corrected(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
+        """A sensor's skeleton corrected, as joints or joint angles."""
+        from ..bodies.posed_skeleton import motion_of
+        from ..io.sensor import read_postures
+        from ..io.sensor_source import warnings_of
+
+        assert self.correction is not None
+        assert self.correction.model is not None
+        start = perf_counter()
+        sensor = read_postures(take.job.source, fps=self.fps)
+        was_read = perf_counter()
+        corrected = self.correction.model.correct(sensor, online=self.correction.online, method=self.correction.method)
+        step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings_of(sensor.source))
+        return motion_of(corrected) if angles else corrected, step, sensor.guesses, was_read - start
+
+    def _cleaned(
+        self, take: Take, recording: "Motion | Markers", steps: tuple[Step, ...], seconds: dict[str, float]
+    ) -> Done:
+        """Joint angles or markers, denoised and written."""
+        from ..io import write
+
+        repaired = None
+        if self.repair is not None:
+            repaired, spent = self.repair.timed(recording)
+            steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
+            seconds = {**seconds, "denoise": spent["repair"]}
+        result = recording if repaired is None else repaired.recording
+        start = perf_counter()
+        with ExitStack() as whole:
+            self._sidecar(whole, take, steps, result.frames, result.fps, repaired, recording.guesses, seconds)
+            write(take.job.target, result, repaired=repaired)
+        return _said(
+            take, steps, result.frames, repaired, recording.guesses, {**seconds, "write": perf_counter() - start}
+        )
+
+    def _table(
+        self, take: Take, postures: "Postures", step: Step, guesses: tuple[str, ...], seconds: dict[str, float]
+    ) -> Done:
+        """Joints, denoised as a cloud of markers and written as a table."""
+        from ..io.atomic import atomic
+        from ..io.joint_table import write_joint_table
+
+        steps: tuple[Step, ...] = (step,)
+        repaired = None
+        if self.repair is not None and postures.frames > 1:
+            repaired, spent = self.repair.timed(as_markers(postures))
+            steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
+            seconds = {**seconds, "denoise": spent["repair"]}
+            postures = denoised(postures, repaired)
+        start = perf_counter()
+        with ExitStack() as whole:
+            self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, guesses, seconds)
+            write_joint_table(whole.enter_context(atomic(take.job.target)), postures)
+        return _said(take, steps, postures.frames, repaired, guesses, {**seconds, "write": perf_counter() - start})
+
+    def _sidecar(
+        self,
+        whole: ExitStack,
+        take: Take,
+        steps: tuple[Step, ...],
+        frames: int,
+        fps: float,
+        repaired: "Repaired[Any] | None",
+        guesses: tuple[str, ...],
+        seconds: dict[str, float],
+    ) -> None:
+        """The file beside the output; appears with it."""
+        from ..io.atomic import atomic
+        from .provenance import provenance
+
+        facts = {
+            "version": __version__,
+            "input": take.job.source.name,
+            "output": take.job.target.name,
+            "kind": take.kind,
+            "steps": [step.facts() for step in steps],
+            "method": None if repaired is None else repaired.method,
+            "frames": frames,
+            "fps": fps,
+            **({} if repaired is None else provenance(repaired)),
+            "warnings": _warnings(steps),
+            "guesses": guesses,
+            "seconds": {name: round(value, 4) for name, value in seconds.items()},
+        }
+        write_json(whole.enter_context(atomic(take.job.beside(".mend.json"))), facts)
+
+
+def as_markers(postures: "Postures") -> "Markers":
+    """Joints as a cloud of markers at the postures' usual rate; those that were held rather than seen are missing."""
+    from ..bodies.joint_sets import known_set
+    from ..bodies.motion import Markers
+    from ..live.axes import page_from_sensor
+
+    known = known_set(postures.names)
+    positions = np.array(postures.positions)
+    if postures.std is not None:
+        positions[postures.std >= LOST] = np.nan
+    up = page_from_sensor("" if known is None else known.key)[2]
+    return Markers(postures.names, positions, postures.fps, up=up)
+
+
+def denoised(postures: "Postures", repaired: "Repaired[Markers]") -> "Postures":
+    """The postures after their repair as markers.
+
+    What the repair left open stays as the step before had it, and so does a frame without the person. A deviation is
+    the larger one of both steps: smoothing does not take away what is wrong all the time.
+    """
+    there = postures.present.any(axis=1)
+    mended = np.asarray(np.isfinite(repaired.recording.positions).all(axis=2)) & np.asarray(there)[:, None]
+    positions = np.where(mended[:, :, None], repaired.recording.positions, postures.positions)
+    std = postures.std
+    if std is not None:
+        filled = mended & (std >= LOST)
+        std = np.where(filled, repaired.std, np.fmax(std, np.where(mended, repaired.std, 0.0)))
+    return replace(postures, positions=positions, std=std)
+
+
+def _warnings(steps: tuple[Step, ...]) -> tuple[str, ...]:
+    return tuple(f"{step.name}: {warning}" for step in steps for warning in step.warnings)
+
+
+def _said(
+    take: Take,
+    steps: tuple[Step, ...],
+    frames: int,
+    repaired: "Repaired[Any] | None",
+    guesses: tuple[str, ...],
+    seconds: dict[str, float],
+) -> Done:
+    seconds = {**seconds, "total": sum(seconds.values())}
+    names = [step.name for step in steps]
+    facts = {
+        "input": take.job.source,
+        "output": take.job.target,
+        "kind": take.kind,
+        "steps": names,
+        "frames": frames,
+        "seconds": seconds,
+        "counts": {} if repaired is None else repaired.counts(),
+        "warnings": _warnings(steps),
+        "guesses": guesses,
+    }
+    line = f"{take.job.source}: {frames} frames, {' and '.join(names) or 'nothing'} done: {take.job.target}"
+    return Done(facts, line=line, warnings=_warnings(steps), guesses=guesses)
+
+
+def _source(take: Take) -> Path:
+    return take.job.source

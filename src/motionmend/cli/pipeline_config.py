@@ -1,0 +1,121 @@
+"""What a pipeline's TOML file says: the models and options of each step."""
+
+import tomllib
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ..errors import FileError, UsageError
+
+NO_DENOISE = "none"
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
+
+
+class TrackSection(_Section):
+    """Options of `motionmend track`."""
+
+    model: Path | None = None
+    skeleton: Path | None = None
+    body: Path | None = None
+    preset: str = "default"
+    terms: tuple[str, ...] | None = None
+
+
+class CorrectSection(_Section):
+    """Options of `motionmend correct`."""
+
+    model: Path | None = None
+    method: str = "default"
+    online: bool = False
+
+
+class DenoiseSection(_Section):
+    """Options of `motionmend denoise`; method "none" leaves the step out."""
+
+    model: Path | None = None
+    method: str = "adaptive"
+    robust: str = "welsch"
+    max_std: float | None = Field(default=None, ge=0)  # degrees for joint angles, m for joints and markers
+    lag: float | None = Field(default=None, ge=0)  # s
+    footskate: bool = False
+
+
+class PipelineConfig(_Section):
+    """All of a pipeline.
+
+    `fps` is the rate in Hz of files that carry none, `format` what is written of depth and of sensors' skeletons.
+    """
+
+    fps: float | None = Field(default=None, gt=0)
+    format: Literal["csv", "bvh", "amc"] | None = None
+    track: TrackSection = TrackSection()
+    correct: CorrectSection = CorrectSection()
+    denoise: DenoiseSection = DenoiseSection()
+
+
+def read_config(path: Path) -> PipelineConfig:
+    """The configuration in a TOML file; paths in it are relative to the file.
+
+    Raises
+    ------
+    FileError : no such file.
+    UsageError : not TOML, an entry that is not known, or a value that cannot be.
+    """
+    try:
+        found = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UsageError(f"{path}: TOML was wanted, this is none: {error}") from None
+    try:
+        config = PipelineConfig.model_validate(found)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise UsageError(f"{path}: {where}: {_reason(first['type'], first['msg'])}") from None
+    return _located(config, path.parent)
+
+
+def _reason(kind: str, message: str) -> str:
+    if kind == "extra_forbidden":
+        known = [*PipelineConfig.model_fields]
+        return f"no such entry; there are {', '.join(known)}, and in the last three the options of their commands"
+    return message
+
+
+def _located(config: PipelineConfig, folder: Path) -> PipelineConfig:
+    """The same with paths as this process finds them."""
+    sections: dict[str, _Section] = {}
+    for name in ("track", "correct", "denoise"):
+        section = getattr(config, name)
+        paths = {key: folder / value for key, value in section if isinstance(value, Path)}
+        sections[name] = section.model_copy(update=paths)
+    return config.model_copy(update=sections)
+
+
+def with_models(config: PipelineConfig, models: tuple[Path, ...]) -> PipelineConfig:
+    """The configuration with models put in by what each is; one given here goes before the file's.
+
+    Raises
+    ------
+    FileError : no model.
+    UsageError : two of one kind.
+    """
+    from ..io.model import load_model
+
+    places = {"tracker": "track", "corrector": "correct", "denoiser": "denoise"}
+    seen: set[str] = set()
+    for path in models:
+        kind = load_model(path).kind
+        if kind not in places:
+            raise FileError(f"{path}: one of {', '.join(places)} was wanted, came {kind!r}: update motionmend")
+        if kind in seen:
+            raise UsageError(f"-m: one {kind} was wanted, came two")
+        seen.add(kind)
+        section = getattr(config, places[kind])
+        config = config.model_copy(update={places[kind]: section.model_copy(update={"model": path})})
+    return config

@@ -1,0 +1,176 @@
+"""Takes of every kind: what a pipeline is given, what each is, and where its output belongs."""
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from ..errors import FileError, UsageError
+from .inputs import Input, Job, Refusal, ending, ready
+from .options import Writing
+from .output import say
+
+Kind: TypeAlias = Literal["depth", "sensor", "recording"]
+WRITTEN = {"depth": (".csv", ".bvh", ".amc"), "sensor": (".csv", ".bvh")}
+_FEWEST = 6  # joints whose meaning is known: then points with names are a skeleton, else they are markers
+
+
+@dataclass(frozen=True)
+class Take:
+    """One take to work on.
+
+    Attributes
+    ----------
+    job : its file or folder, and its output.
+    kind : depth pictures, a sensor's skeleton, or a recording of joint angles or markers.
+    """
+
+    job: Job
+    kind: Kind
+
+
+def gather_takes(given: Sequence[Path]) -> tuple[list[tuple[Input, Kind]], list[Refusal]]:
+    """All takes meant by files and folders, in the order given and sorted within a folder; each once.
+
+    Raises
+    ------
+    UsageError : nothing was given.
+    """
+    if not given:
+        raise UsageError("a take was wanted, none was given: name a depth folder, a sensor's recording, or markers")
+    found: list[tuple[Input, Kind]] = []
+    refused: list[Refusal] = []
+    seen: set[Path] = set()
+    for path in given:
+        if not path.exists():
+            refused.append(Refusal(path, "no such file or folder"))
+            continue
+        top = Path(path.resolve().name) if len(given) > 1 and path.is_dir() else Path()
+        takes = list(_below(path, top))
+        if not takes:
+            what = "no take in this folder" if path.is_dir() else f"no take: {_seldom(path)}"
+            refused.append(Refusal(path, what))
+        for take, kind in takes:
+            if take.path.resolve() not in seen:
+                seen.add(take.path.resolve())
+                found.append((take, kind))
+    return found, refused
+
+
+def _below(path: Path, top: Path) -> Iterator[tuple[Input, Kind]]:
+    """The takes that one name stands for; a place has the name of its take."""
+    from ..io.depth import looks_like_depth_folder
+
+    if looks_like_depth_folder(path):
+        yield Input(path, top if top.name == path.resolve().name else top / path.resolve().name), "depth"
+    elif path.is_dir():
+        for one in sorted(path.iterdir()):
+            if one.name.startswith(".") or one.name.endswith(".mend.json"):
+                continue
+            if one.is_dir() and not looks_like_depth_folder(one):
+                yield from _below(one, top / one.name)
+                continue
+            takes = list(_below(one, top))
+            yield from takes
+            if not takes and ending(one) not in (".asf", ".mend", ".toml", ".html"):
+                say(f"{one} is left out: {_seldom(one)}")
+    elif (kind := kind_of_take(path)) is not None:
+        yield Input(path, top / path.name), kind
+
+
+def kind_of_take(file: Path) -> Kind | None:
+    """What a file is; None for none of the kinds. What cannot be read is what its ending says, so that reading it
+    says why."""
+    from ..bodies.joint_sets import meanings
+    from ..io import READABLE, looks_meant
+    from ..io.sensor import SENSOR_ENDINGS, kind_of, looks_like_sensor, read_postures
+
+    if ending(file) in (".amc", ".bvh", ".c3d", ".zip"):
+        return "recording"
+    known = ending(file) in SENSOR_ENDINGS
+    try:
+        if known and kind_of(file) == "depth":
+            return "depth"
+        if known and looks_like_sensor(file):
+            if ending(file) not in READABLE:
+                return "sensor"
+            joints = sum(1 for meaning in meanings(read_postures(file).names) if meaning)
+            return "sensor" if joints >= _FEWEST or not looks_meant(file) else "recording"
+        return "recording" if ending(file) in READABLE and looks_meant(file) else None
+    except FileError:
+        return "recording" if ending(file) in READABLE and looks_meant(file) else "sensor" if known else None
+
+
+def plan_takes(
+    found: Sequence[tuple[Input, Kind]], given: Sequence[Path], out: Path, form: str | None, writing: Writing
+) -> tuple[list[Take], list[Refusal]]:
+    """Where each output goes: OUT itself for one take, a tree below OUT for several or for a folder of them.
+
+    Parameters
+    ----------
+    found : from `gather_takes(given)`.
+    out : what -o names.
+    form : csv, bvh or amc for depth and sensors; None takes the ending of OUT, else csv.
+    writing : what to do about outputs that are there.
+
+    Raises
+    ------
+    UsageError : OUT cannot be what is needed, or two takes would share an output.
+    """
+    alone = len(given) == 1 and len(found) == 1 and found[0][0].path == given[0]
+    if alone and out.suffix and not out.is_dir():
+        targets = [_checked(out, found[0][1], form)]
+    else:
+        if out.exists() and not out.is_dir():
+            raise UsageError(f"-o {out}: a folder was wanted for several takes, came a file")
+        if not out.is_dir() and any(ending(out) in endings for endings in WRITTEN.values()):
+            raise UsageError(f"-o {out}: a folder was wanted for several takes, came the name of a file")
+        targets = [out / _place(one, kind, form) for one, kind in found]
+    for shared, count in Counter(map(os.path.normcase, targets)).items():
+        if count > 1:
+            raise UsageError(f"{count} takes would all be written to {shared}: give them apart")
+    takes: list[Take] = []
+    refused: list[Refusal] = []
+    inputs = [one for one, _ in found]
+    for (one, kind), target in zip(found, targets, strict=True):
+        planned = Job(one.path, target, target.with_suffix(""))
+        job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
+        if isinstance(job, Refusal):
+            refused.append(job)
+        else:
+            takes.append(Take(job, kind))
+    return takes, refused
+
+
+def _checked(out: Path, kind: Kind, form: str | None) -> Path:
+    from ..io import WRITABLE
+
+    endings = WRITTEN.get(kind, WRITABLE)
+    if ending(out) not in endings:
+        raise UsageError(f"-o {out}: an ending of {', '.join(endings)} was wanted, came {out.suffix!r}")
+    if form is not None and kind in WRITTEN and ending(out) != f".{form}":
+        raise UsageError(f"-o {out}: its ending and format {form} differ: leave one of them out")
+    return out
+
+
+def _place(one: Input, kind: Kind, form: str | None) -> Path:
+    """A take's place with the ending of its output."""
+    from ..io import WRITABLE
+
+    if kind == "recording":
+        return one.place if ending(one.path) in WRITABLE else one.place.with_suffix(".c3d")
+    name = one.place.name if one.path.is_dir() else _stem(one.place.name)
+    wanted = f".{form or 'csv'}"
+    return one.place.with_name(name + (wanted if wanted in WRITTEN[kind] else ".csv"))
+
+
+def _stem(name: str) -> str:
+    """A file's name without its endings: `x_positions.txt.gz` is `x_positions`."""
+    whole = Path(name)
+    return Path(whole.stem).stem if whole.suffix.lower() == ".gz" and Path(whole.stem).suffix else whole.stem
+
+
+def _seldom(path: Path) -> str:
+    return f"neither depth, nor a sensor's skeleton, nor markers or joint angles ({path.suffix or 'no ending'})"
