@@ -8,9 +8,11 @@ from .ik import solve
 from .motion import Motion
 from .performer import BONES, LANDMARK_BONES, Performer, Poses
 from .rig import Rig, rig_of
-from .skeleton import ROTATION, Skeleton, forward
+from .skeleton import ROTATION, Skeleton, forward, positions
 
 NEAR_START = 0.02  # m of miss that weigh as much as one radian away from the rotations' own answer
+MET = 1e-3  # m; frames whose joints all lie within this are left as the rotations put them
+ROUNDS, CHUNK = 30, 500  # of the search, and frames that are searched side by side
 
 
 def motion_of(poses: Poses, performer: Performer, skeleton: Skeleton, fps: float) -> Motion:
@@ -37,23 +39,29 @@ def motion_of(poses: Poses, performer: Performer, skeleton: Skeleton, fps: float
     if len(seen):
         q[seen] = _angles(skeleton, rig, bone[seen] @ np.swapaxes(rig.rests, -1, -2))
         q[seen] += _shift(skeleton, rig.roles.pelvis, q[seen], landmark[seen, 0])
-        part = rig.roles
-        joints = [part.pelvis, part.chest, part.head]
-        if len(part.head_end) == 1:
-            joints.append(part.head_end[0])
-        columns = list(range(len(joints)))
-        for side, arm in enumerate(part.arms):
-            joints += [arm.shoulder, arm.elbow, arm.wrist]
-            columns += [4 + 3 * side + k for k in range(3)]
-        for side in (0, 1):
-            joints += [part.feet.hips[side], part.feet.knees[side], part.feet.ankles[side]]
-            columns += [10 + 3 * side + k for k in range(3)]
-        q[seen] = solve(
-            skeleton, q[seen], joints, landmark[seen][:, columns], rest_weight=NEAR_START, max_iterations=30
-        ).q
+        joints, columns = _placed(rig)
+        away = np.linalg.norm(positions(skeleton, q)[:, joints] - landmark[:, columns], axis=2).max(axis=1)
+        missed = seen[away[seen] > MET]
+        for some in np.array_split(missed, -(-len(missed) // CHUNK) or 1):
+            targets = landmark[some][:, columns]
+            q[some] = solve(skeleton, q[some], joints, targets, rest_weight=NEAR_START, max_iterations=ROUNDS).q
         for d in np.flatnonzero(skeleton.dof_kind == ROTATION):
             q[seen, d] = np.unwrap(q[seen, d])
     return Motion(skeleton, q, fps)
+
+
+def _placed(rig: Rig) -> tuple[list[int], list[int]]:
+    """The skeleton's joints that are to be placed, and which of `LANDMARKS` each is."""
+    part = rig.roles
+    joints, columns = [part.pelvis, part.chest, part.head], [0, 1, 2]
+    if len(part.head_end) == 1:
+        joints.append(part.head_end[0])
+        columns.append(3)
+    for arm in part.arms:
+        joints += [arm.shoulder, arm.elbow, arm.wrist]
+    for side in (0, 1):
+        joints += [part.feet.hips[side], part.feet.knees[side], part.feet.ankles[side]]
+    return joints, columns + list(range(4, 16))
 
 
 def performer_frames(poses: Poses, performer: Performer) -> Floats:
