@@ -14,9 +14,10 @@ from .anatomy import anatomy, following, matched
 from .follow import Followed
 from .hindsight import judged_again, placed_again
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
-from .normalise import Standard
+from .normalise import Standard, bone_lengths
 from .pairing import Pair
 from .reliability import Detector
+from .settling import Body, bones_outward, settled_frame, settled_recording, unborn
 from .spatial import Committee, fit_committee, shape_features
 from .watching import Sight, Watcher, acquainted, fresh, look, rows_of
 
@@ -55,14 +56,19 @@ class Corrector:
         samples, offsets = offset_samples(taught)
         if not len(samples):
             raise MismatchError("wanted frames with all of the sensor's joints and some truth, came none")
+        committee = fit_committee(samples, offsets, body, self.members, self.size, self.seed)
+        paired = np.isfinite(offsets).all(axis=2).mean(axis=0) > 0.05
+        some = samples[:: max(len(samples) // 500, 1)]
+        moved = some + following(body.names, paired) @ committee.predict(shape_features(some, body))[0]
         return CorrectorModel(
             self,
             body.names,
             standard,
             learned_factors(taught, good, body),
             usual_unsteadiness(taught, good, body),
-            fit_committee(samples, offsets, body, self.members, self.size, self.seed),
-            np.isfinite(offsets).all(axis=2).mean(axis=0) > 0.05,
+            committee,
+            np.append(bone_lengths(moved, body).mean(axis=0), np.nan),
+            paired,
             len(pairs),
             len(samples),
         )
@@ -76,11 +82,15 @@ class Joining:
     ----------
     to_model : (J of model,) the recording's joint of each of the model's, -1 = none.
     spread : (J, J of model) how the model's shifts move the recording's joints.
+    bones : (B, 2) of the recording's joints, from the root outward.
+    model_bones : (B,) the model's bone between the same joints, -1 = none.
     """
 
     names: tuple[str, ...]
     to_model: Ints
     spread: Floats
+    bones: Ints
+    model_bones: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +100,7 @@ class CorrectorState:
     joining: Joining
     fps: float
     sight: Sight
+    body: Body
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +133,7 @@ class CorrectorModel:
     factors : how the sensor sees people stand and move.
     detector : how its failures look.
     committee : the offsets.
+    bones : (B + 1,) mean lengths of corrected bones in standard metres, the last NaN.
     paired : (J,) joints of which some truth was known.
     pairs, frames : how many it was learned from.
     """
@@ -132,6 +144,7 @@ class CorrectorModel:
     factors: Factors
     detector: Detector
     committee: Committee
+    bones: Floats
     paired: Bools
     pairs: int
     frames: int
@@ -162,7 +175,8 @@ class CorrectorModel:
         """
         if not fps > 0:
             raise UsageError(f"a rate above 0 Hz was wanted, came {fps}")
-        return CorrectorState(self._joining(tuple(names)), float(fps), fresh(self.watcher))
+        joining = self._joining(tuple(names))
+        return CorrectorState(joining, float(fps), fresh(self.watcher), unborn(len(names), len(joining.bones)))
 
     def _joining(self, names: tuple[str, ...]) -> Joining:
         to_model = matched(names, self.names)
@@ -178,7 +192,10 @@ class CorrectorModel:
         own = np.zeros((len(names), len(self.names)))
         have = np.flatnonzero(back >= 0)
         own[have, back[have]] = 1.0
-        return Joining(names, to_model, following(names, back >= 0) @ own)
+        bones = bones_outward(names)
+        known = {(int(p), int(c)): b for b, (p, c) in enumerate(self.watcher.body.bones)}
+        model_bones = np.array([known.get((int(back[p]), int(back[c])), -1) for p, c in bones], dtype=np.int64)
+        return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -203,9 +220,12 @@ class CorrectorModel:
         sight = look(self.watcher, state.sight, rows, told, float(time))
         followed = sight.followed
         moved, std = self._moved(followed.posture[None], followed.std[None])
-        corrected = self._outward(joining, given[None], [sight], moved, std, followed.failing[None])
+        placed, deviation, trust = self._outward(joining, given[None], [sight], moved, std, followed.failing[None])
+        body, settled = settled_frame(
+            state.body, placed[0], float(time), trust[0], joining.bones, self.bones[joining.model_bones] * sight.scale
+        )
         flags = _words(sight)
-        return replace(state, sight=sight), Corrected(corrected[0][0], corrected[1][0], corrected[2][0], flags)
+        return replace(state, sight=sight, body=body), Corrected(settled, deviation[0], trust[0], flags)
 
     def correct(self, postures: Postures, online: bool = False, method: str = "default") -> Postures:
         """Correct a recording.
@@ -240,6 +260,7 @@ class CorrectorModel:
         posture, unsure = placed_again(self.factors, sights, failing)
         moved, std = self._moved(posture, unsure)
         positions, std, reliability = self._outward(state.joining, postures.positions, sights, moved, std, failing)
+        positions = settled_recording(positions, postures.times, reliability, state.joining.bones)
         return replace(postures, positions=positions, std=std, reliability=reliability)
 
     def _moved(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
@@ -250,26 +271,24 @@ class CorrectorModel:
     def _outward(
         self, joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats, failing: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        positions, deviations, reliability = [], [], []
-        for raw, sight, posture, sigma, fails in zip(given, sights, moved, std, failing, strict=True):
-            here = sight.placement.outward(posture[None])[0]
-            if sight.upright is not None:
-                here = here @ sight.upright
-            old = rows_of(joining.to_model, raw)
-            joint = np.where((joining.to_model >= 0) & np.isfinite(old).all(axis=1), True, False)
-            shift = np.where(joint[:, None], here - old, 0.0)
-            placed = np.array(raw)
-            own = joining.spread @ shift
-            placed = np.where(np.isfinite(raw), raw + own, np.nan)
-            for k, j in enumerate(joining.to_model):
-                if j >= 0:
-                    placed[j] = here[k]
-            trust = np.where(joint & ~sight.swapped, 1.0 - fails, 0.0)
-            share = np.abs(joining.spread)
-            positions.append(placed)
-            deviations.append(share @ (sigma * sight.placement.scale[0]))
-            reliability.append(np.where(np.isfinite(raw).all(axis=1), np.clip(share @ trust, 0.0, 1.0), 0.0))
-        return np.stack(positions), np.stack(deviations), np.stack(reliability)
+        here = np.concatenate(
+            [one.placement.outward(posture[None]) for one, posture in zip(sights, moved, strict=True)]
+        )
+        if sights[-1].upright is not None:
+            here = here @ sights[-1].upright
+        old = rows_of(joining.to_model, given)
+        seen = np.isfinite(old).all(axis=2)
+        placed = np.where(
+            np.isfinite(given), given + joining.spread @ np.where(seen[..., None], here - old, 0.0), np.nan
+        )
+        have = joining.to_model >= 0
+        anyone = seen.any(axis=1)
+        placed[:, joining.to_model[have]] = np.where(anyone[:, None, None], here[:, have], np.nan)
+        trust = np.where(seen & ~np.stack([one.swapped for one in sights]), 1.0 - failing, 0.0)
+        share = np.abs(joining.spread).T
+        scale = np.array([one.scale for one in sights])[:, None]
+        reliable = np.where(np.isfinite(given).all(axis=2), np.clip(trust @ share, 0.0, 1.0), 0.0)
+        return placed, (std * scale) @ share, reliable
 
     def to_arrays(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arrays and a JSON-able header from which `from_arrays` makes the model again."""
@@ -278,6 +297,7 @@ class CorrectorModel:
             "standard.trunk": self.standard.trunk,
             "paired": self.paired,
         }
+        arrays["bones"] = self.bones
         arrays |= {f"factors.{name}": getattr(self.factors, name) for name in ("mean", "loadings", "rates", "noise")}
         arrays |= {f"detector.{name}": value for name, value in self.detector.to_arrays().items()}
         arrays |= {f"committee.{name}": value for name, value in self.committee.to_arrays().items()}
@@ -305,6 +325,7 @@ class CorrectorModel:
             Factors(**below("factors.")),
             Detector.from_arrays(below("detector.")),
             Committee.from_arrays(below("committee.")),
+            arrays["bones"],
             arrays["paired"],
             header["pairs"],
             header["frames"],

@@ -57,6 +57,11 @@ class Sight:
     swapped: Bools
     refused: bool
 
+    @property
+    def scale(self) -> float:
+        """Size of the person by that of the standard body."""
+        return float(self.placement.scale[0])
+
 
 def fresh(watcher: Watcher) -> Sight:
     """Before the first frame."""

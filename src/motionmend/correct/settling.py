@@ -1,0 +1,143 @@
+"""Corrected joints made a body's: steady from frame to frame, with bones that keep their lengths.
+
+The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the two
+before it lead. The lengths are the person's own: the median of the recording, or live the mean so far.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Floats, Ints
+from ..bodies.joint_sets import parents
+from ..kernels import bones as kernel
+from ..numerics.whittaker import whittaker
+from .energy import Terms, solved
+
+STEADY = 0.1  # temporal weight by that of the posture, at 30 Hz: half of a motion of 8 Hz passes, nearly all below 4
+ROUNDS = 20  # of relaxation
+LOOSE = 4.0  # how much more a joint moves that is not trusted
+BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
+ACQUAINTED = 600.0  # frames after which lengths no longer follow
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Of one person while frames come: what was last put out, and bone lengths so far.
+
+    Attributes
+    ----------
+    last, earlier : (J, 3) m, the frames put out before; NaN = none.
+    time, before : s, of those; NaN = none.
+    lengths : (2, B) sums in m and counts.
+    """
+
+    last: Floats
+    earlier: Floats
+    time: float
+    before: float
+    lengths: Floats
+
+
+def unborn(joints: int, bones: int) -> Body:
+    """Before the first frame."""
+    nothing = np.full((joints, 3), np.nan)
+    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)))
+
+
+def bones_outward(names: Sequence[str]) -> Ints:
+    """(B, 2) parent and child, from the root outward."""
+    above = parents(names)
+    found: list[tuple[int, int]] = []
+    front = [int(k) for k in np.flatnonzero(above < 0)]
+    while front:
+        found += [(parent, int(k)) for parent in front for k in np.flatnonzero(above == parent)]
+        front = [int(k) for parent in front for k in np.flatnonzero(above == parent)]
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def settled_recording(positions: Floats, times: Floats, trust: Floats, bones: Ints) -> Floats:
+    """A whole recording made steady, then its bones made constant.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) m, corrected; NaN = missing.
+    times : (T,) s.
+    trust : (T, J) in [0, 1].
+    bones : (B, 2) of `bones_outward`.
+    """
+    if not len(positions):
+        return positions
+    steady = _steadied(positions, times)
+    lengths = _lengths(steady, bones)
+    usual = np.full(len(bones), np.nan)
+    for b, (parent, child) in enumerate(bones):
+        for least in (0.5, 0.0):
+            some = np.isfinite(lengths[:, b]) & (np.minimum(trust[:, parent], trust[:, child]) >= least)
+            if some.any():
+                usual[b] = np.median(lengths[some, b])
+                break
+    wanted = np.broadcast_to(usual, (len(positions), len(bones)))
+    return kernel.settle(steady, bones, np.ascontiguousarray(wanted), _mobility(trust), ROUNDS)
+
+
+def settled_frame(
+    body: Body, positions: Floats, time: float, trust: Floats, bones: Ints, prior: Floats
+) -> tuple[Body, Floats]:
+    """One live frame made steady and its bones kept.
+
+    Parameters
+    ----------
+    body : after the frame before.
+    positions : (J, 3) m, corrected; NaN = missing.
+    time : s.
+    trust : (J,) in [0, 1].
+    bones : (B, 2) of `bones_outward`.
+    prior : (B,) m, lengths to begin with; NaN = not known.
+    """
+    last, earlier = body.last, body.earlier
+    first, second = time - body.time, body.time - body.before
+    steady = positions
+    if 0.0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
+        ahead = last + (last - earlier) * (first / second)
+        known = np.isfinite(ahead)
+        weight = STEADY * (1.0 / (30.0 * first)) ** 4
+        terms = Terms(positions, np.zeros_like(positions), np.where(known, ahead, positions), np.zeros(len(positions)))
+        steady = positions + solved(terms, (np.array(1.0), np.array(min(weight, 10.0)), np.array(0.0)))
+    lengths = _lengths(steady[None], bones)[0]
+    seen = np.where(np.isfinite(lengths), np.minimum(trust[bones[:, 0]], trust[bones[:, 1]]), 0.0)
+    fade = ACQUAINTED / np.maximum(body.lengths[1], ACQUAINTED)
+    sums = body.lengths * fade + np.stack([seen * np.where(seen > 0, lengths, 0.0), seen])
+    start = np.where(np.isfinite(prior), prior, np.where(np.isfinite(lengths), lengths, 0.0))
+    usual = (sums[0] + 5.0 * start) / (sums[1] + 5.0)
+    placed = kernel.settle(steady[None], bones, usual[None], _mobility(trust[None]), ROUNDS)[0]
+    return Body(placed, last, time, body.time, sums), placed
+
+
+def _steadied(positions: Floats, times: Floats) -> Floats:
+    """(T, J, 3) each unbroken stretch steadied; joints that are missing somewhere in a stretch stay as they are."""
+    steps = np.diff(times)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    steady = np.array(positions)
+    if usual <= 0:
+        return steady
+    cuts = np.flatnonzero((steps > BREAK_STEPS * usual) | (steps <= 0)) + 1
+    for stretch in np.split(np.arange(len(positions)), cuts):
+        part = positions[stretch]
+        whole = np.isfinite(part).all(axis=(0, 2))
+        if len(stretch) < 4 or not whole.any():
+            continue
+        values = part[:, whole].reshape(len(stretch), -1)
+        smooth = whittaker(values, np.ones(len(stretch)), STEADY * (1.0 / (30.0 * usual)) ** 4)
+        steady[np.ix_(stretch, np.flatnonzero(whole))] = smooth.reshape(len(stretch), -1, 3)
+    return steady
+
+
+def _lengths(positions: Floats, bones: Ints) -> Floats:
+    apart = positions[:, bones[:, 1]] - positions[:, bones[:, 0]]
+    return np.asarray(np.sqrt((apart * apart).sum(axis=2)))
+
+
+def _mobility(trust: Floats) -> Floats:
+    return np.ascontiguousarray(1.0 + LOOSE * (1.0 - trust))
