@@ -4,16 +4,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Bytes, Floats
+from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance
 from .channels import Channels, to_channels
 from .filling import fill_gaps
+from .joints import root_rows
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
 from .layout import Layout, own_layout
 from .learning import at_rate as series_at_rate
 from .library import Library
+from .limits import within_body_limits, within_seen
 from .local_prior import Neighbourhood, Prior, neighbourhood
 from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
@@ -74,7 +77,12 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     channels = to_channels(recording, known.layout)
     if isinstance(recording, Motion):
         mended = _mended(channels.values, recording, channels, known)
-        return repaired_recording(recording, known.layout, channels, mended.found, "adaptive", mended.noise)
+        found = mended.found
+        if known.library is not None and not doubtful(mended):
+            found = within_seen(found, known.library.exemplars, _held(recording, channels))
+        return within_body_limits(
+            repaired_recording(recording, known.layout, channels, found, "adaptive", mended.noise)
+        )
     assert isinstance(recording, Markers)
     mended = _mended(channels.values, recording, channels, known)
     swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
@@ -116,6 +124,14 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         return first if own.bases is None else of_one_mind(first, mended(own))
     again = mended(_own_prior(mended(Prior(first_bends(values), None)), recording, known.fps))
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+
+
+def _held(motion: Motion, channels: Channels) -> Bools:
+    """(C,) True for the channels that are angles of joints, not of the root."""
+    skeleton = motion.skeleton
+    joint = skeleton.dof_kind == ROTATION
+    joint[np.concatenate(root_rows(skeleton))] = False
+    return np.where(channels.columns >= 0, joint[channels.columns], False)
 
 
 def _own_prior(first: Mended, recording: Motion | Markers, rate: float) -> Prior:
