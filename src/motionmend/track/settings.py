@@ -37,6 +37,7 @@ class TrackSettings:
     spread : rad, of a pose about its neighbours' that costs nothing much; 0 = the dissertation's projection.
     velocity : share of the last change of pose that is expected again.
     damping : of Levenberg-Marquardt, relative to the diagonal.
+    girth : the person's widths are learned while they are followed.
     search : limbs that do not fit are looked for among other poses of theirs.
     """
 
@@ -68,6 +69,7 @@ class TrackSettings:
     spread: float = 0.1
     velocity: float = 0.5
     damping: float = 1e-3
+    girth: bool = True
     search: bool = True
 
 
@@ -93,6 +95,7 @@ PRESETS = {
         spread=0.0,
         velocity=0.0,
         damping=0.0,
+        girth=False,
         search=False,
     ),
 }

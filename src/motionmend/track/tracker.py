@@ -17,6 +17,7 @@ from .edge_term import EdgeTerm
 from .evidence import Evidence, evidence_of
 from .foreground import Scene, scene_of
 from .freespace_term import FreespaceTerm
+from .girth import FRAMES, Girth, learned
 from .limbs import Coarse, coarse_of, disagreement
 from .limits_term import LimitsTerm
 from .mend_limbs import mend_limbs
@@ -24,6 +25,7 @@ from .model import TrackerModel
 from .observation import Observation
 from .person import person_of
 from .prior_term import prior_term
+from .rescue import moved_to, rescued, turned
 from .settings import TrackSettings
 from .smooth_term import SmoothTerm, difference
 from .solve import solve_pose
@@ -35,6 +37,7 @@ __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step"]
 FLAGS = ("tracked", "held", "lost", "recovered", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
+RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 
 
@@ -50,6 +53,7 @@ class TrackState:
     trust : (28,) in [0, 1] how well the last frame showed each joint coordinate.
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
+    girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
     time : s, of the last frame.
     """
@@ -62,6 +66,7 @@ class TrackState:
     hidden: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
     lost: bool = True
     wrong: float = float("nan")
+    girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
     time: float = float("nan")
 
@@ -126,7 +131,8 @@ def start(
     if pose is None and model.detector is None:
         raise UsageError("a start pose was wanted: this model was fitted without a detector")
     room = scene_of(_worked(frame)) if scene is None else scene
-    return TrackState(anatomy.average() if performer is None else performer, room, pose, lost=pose is None)
+    body = anatomy.average() if performer is None else performer
+    return TrackState(body, room, pose, lost=pose is None, girth=Girth(body) if settings.girth else None)
 
 
 def step(
@@ -180,7 +186,10 @@ def step(
         solution, restarts, doubt = mend_limbs(model, settings, state, evidence, coarse, terms, expected, solution)
         clock.lap("limbs")
     wrong = disagreement(state.performer, solution.state, coarse)
-    if wrong > LOST and settings.search and model.detector is not None and not recovered:
+    if settings.search and wrong > RESCUE * state.wrong + 0.03:
+        solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
+        clock.lap("rescue")
+    if _is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
         found = _found(model, settings, state, observation, evidence, coarse)
         if found is not None and disagreement(state.performer, found, coarse) < 0.8 * wrong:
             fresh = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)))
@@ -216,14 +225,22 @@ def terms_of(
     return terms
 
 
+def _is_lost(state: TrackState, wrong: float) -> bool:
+    """Whether a pose explains so little, of itself and beside what is usual with this person, that it is none."""
+    usual = state.wrong if np.isfinite(state.wrong) else 0.0
+    return wrong > max(LOST, 2.0 * usual)
+
+
 def _expected(state: TrackState, settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
     """Where the body should be by now: where its motion leads, unless where it was explains the frame better."""
     assert state.pose is not None
     if settings.velocity <= 0.0 or not 0.0 < elapsed < PAUSE:
         return state.pose
-    moved = advance(state.performer, state.pose, settings.velocity * elapsed * state.velocity)
-    ahead = disagreement(state.performer, moved, coarse)
-    return moved if ahead <= disagreement(state.performer, state.pose, coarse) + 0.02 else state.pose
+    # Half the last step is expected; all of it or none only where the frame says so clearly.
+    shares, handicaps = (settings.velocity, 0.0, 1.0), (0.0, 0.01, 0.01)
+    ways = [advance(state.performer, state.pose, share * elapsed * state.velocity) for share in shares]
+    wrong = [disagreement(state.performer, way, coarse) for way in ways]
+    return ways[int(np.argmin(np.add(wrong, handicaps)))]
 
 
 def _found(
@@ -240,7 +257,10 @@ def _found(
     from .start import Candidate, best_start, candidates
 
     few = observation.every(4)
-    tried = [] if state.pose is None else [Candidate(state.pose, judge(state.performer, state.pose, few).cost, "last")]
+    tried = []
+    if state.pose is not None:
+        last = (state.pose, *turned(moved_to(state.performer, state.pose, evidence, coarse), 8))
+        tried += [Candidate(pose, judge(state.performer, pose, few).cost, "last") for pose in last]
     if model.detector is not None:
         shown = DepthFrame(observation.camera, observation.depth, None, observation.time)
         tried += candidates(state.performer, detect(model.detector, shown), few, model.examples)
@@ -275,7 +295,7 @@ def _tracked(
     trust, seen = trust_of(share)
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, pose, solution.system, hidden, doubt, wrong)
-    lost = wrong > LOST and settings.search
+    lost = _is_lost(state, wrong) and settings.search
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed
@@ -286,11 +306,18 @@ def _tracked(
 
         cam = observation.camera
         before = bone_frames(performer, pose), observation.intensity, np.array([cam.fx, cam.fy, cam.cx, cam.cy])
+    girth = state.girth
+    if girth is not None and girth.frames < FRAMES and not (lost or recovered or restarts) and elapsed > 0.0:
+        girth = learned(girth, performer, pose, evidence, settings)
+        performer = girth.performer
+        clock.lap("girth")
     running = wrong if not np.isfinite(state.wrong) else 0.9 * state.wrong + 0.1 * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
     after = replace(
         state,
+        performer=performer,
+        girth=girth,
         pose=pose,
         velocity=frozen(velocity),
         trust=frozen(trust),

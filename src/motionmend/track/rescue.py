@@ -1,0 +1,72 @@
+"""The whole body tried otherwise: turned, moved, in the poses that followed similar ones in the library."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..bodies.performer import Performer, Pose, rotation
+from ..numerics.least_squares import Solution
+from .evidence import Evidence
+from .limbs import Coarse, cast_parts, disagreement
+from .model import TrackerModel
+from .settings import TrackSettings
+from .solve import solve_pose
+from .terms import Term
+
+if TYPE_CHECKING:
+    from .tracker import TrackState
+
+TURNS = (-40.0, -20.0, 20.0, 40.0)  # degrees about the vertical: a fast turn between two frames
+REFINED = 2  # candidates that Gauss-Newton is tried from
+GAIN = 0.01  # share of the pixels that another pose must explain better
+
+
+def rescued(
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: "TrackState",
+    evidence: Evidence,
+    coarse: Coarse,
+    terms: list[Term],
+    solution: Solution[Pose],
+    wrong: float,
+) -> tuple[Solution[Pose], float]:
+    """The best of the solution and what Gauss-Newton makes of other beginnings, with its share explained wrongly."""
+    performer = state.performer
+    assert state.pose is not None
+    here = [solution.state, moved_to(performer, solution.state, evidence, coarse), state.pose]
+    tried = [*here[1:], *(about_vertical(pose, degrees) for pose in here[:2] for degrees in TURNS)]
+    if len(model.database):
+        index, _ = model.database.search.nearest(state.pose.joints, 24)
+        ahead = model.database.following(index[::3], 2)[:, -1]
+        tried += [Pose(here[1].translation, here[1].root, model.database.joints[i]) for i in ahead]
+    costs = [disagreement(performer, pose, coarse) for pose in tried]
+    for i in np.argsort(costs, kind="stable")[:REFINED]:
+        trial = solve_pose(performer, evidence, terms, tried[i], settings, max(settings.iterations // 2, 1))
+        after = disagreement(performer, trial.state, coarse)
+        if after < wrong - GAIN:
+            solution, wrong = trial, after
+    return solution, wrong
+
+
+def about_vertical(pose: Pose, degrees: float) -> Pose:
+    """The pose turned about the camera's vertical through its root."""
+    return Pose(pose.translation, rotation(np.array([0.0, np.radians(degrees), 0.0])) @ pose.root, pose.joints)
+
+
+def turned(pose: Pose, count: int) -> list[Pose]:
+    """The pose at `count` headings all round, its own first."""
+    return [about_vertical(pose, 360.0 * k / count) for k in range(count)]
+
+
+def moved_to(performer: Performer, pose: Pose, evidence: Evidence, coarse: Coarse) -> Pose:
+    """The pose moved to where the person is: what is seen of both has the same middle."""
+    depth, _ = cast_parts(performer, pose, coarse)
+    rows, columns = np.nonzero(np.isfinite(depth))
+    if not len(rows):
+        inside = np.median(evidence.samples, axis=0) + np.array([0.0, 0.0, 0.1])  # half a body's depth
+        return Pose(inside, pose.root, pose.joints)
+    fx, fy, cx, cy = coarse.intrinsics
+    z = depth[rows, columns].astype(np.float64)
+    middle = np.array([np.median((columns - cx) * z / fx), np.median((rows - cy) * z / fy), np.median(z)])
+    return Pose(pose.translation + np.median(evidence.samples, axis=0) - middle, pose.root, pose.joints)
