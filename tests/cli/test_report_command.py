@@ -1,8 +1,17 @@
 """`motionmend report`."""
 
+import base64
+import re
 from pathlib import Path
 
+import numpy as np
 from commands import Command, files_below
+
+from motionmend.bodies.camera import Camera, DepthFrame
+from motionmend.bodies.postures import Postures
+from motionmend.io.depth_folder import write_depth_folder
+from motionmend.io.joint_table import write_joint_table
+from motionmend.io.png import color_pixels
 
 
 def test_a_page_with_what_is_known_of_a_repair(cli: Command, library: Path, tmp_path: Path) -> None:
@@ -49,3 +58,38 @@ def test_the_page_of_a_repair_names_its_method_once(cli: Command, library: Path,
     command = ["denoise", library / "take.amc", "-m", library / "amc.mend", "-o", tmp_path / "clean.amc", "--report"]
     assert cli(*command).code == 0
     assert (tmp_path / "clean.report.html").read_text("utf-8").count('<th scope="row">method</th>') == 1
+
+
+def test_what_the_camera_saw(cli: Command, tmp_path: Path) -> None:
+    camera = Camera(80, 60, 70.0, 70.0, 40.0, 30.0)
+    depth = np.full((60, 80), np.nan, np.float32)
+    depth[3:36, 30:50] = 2.5
+    frames = [DepthFrame(camera, depth, None, k / 30) for k in range(10)]
+    write_depth_folder(tmp_path / "take", frames, 30.0)
+    at = np.array([[0.0, -0.9, 2.6], [0.0, 0.1, 2.6], [0.2, 0.0, 2.6]])
+    for name, way in (("camera", (1, 1, 1)), ("sensor", (1, -1, 1))):
+        table = Postures(("head", "pelvis", "l_wrist"), np.tile(at * way, (10, 1, 1)), np.arange(10) / 30)
+        write_joint_table(tmp_path / f"{name}.csv", table)
+    pages = [tmp_path / "both.html", tmp_path / "again.html"]
+    for page in pages:
+        ran = cli("report", tmp_path / "take", tmp_path / "camera.csv", tmp_path / "sensor.csv", "-o", page)
+        assert ran.code == 0
+    text = pages[0].read_text()
+    assert text == pages[1].read_text()
+    pictures = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
+    assert len(pictures) == 8
+    (tmp_path / "picture.png").write_bytes(base64.b64decode(pictures[0]))
+    picture = color_pixels(tmp_path / "picture.png").astype(int)
+    # The sensor's y up was turned: its pose lies on the camera's, drawn last, and none of the first is left beside it.
+    second = np.abs(picture - [0xD5, 0x5E, 0x00]).sum(axis=2) < 12
+    first = np.abs(picture - [0x00, 0x72, 0xB2]).sum(axis=2) < 12
+    assert second.sum() > 150
+    assert first.sum() < 0.05 * second.sum()
+    assert "frame 0" in text
+
+
+def test_a_depth_folder_that_cannot_be_read_is_a_line(cli: Command, library: Path, tmp_path: Path) -> None:
+    (tmp_path / "take" / "depth").mkdir(parents=True)
+    ran = cli("report", tmp_path / "take", library / "clean.amc", "-o", tmp_path / "r.html")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert "camera.json" in ran.failures[0]

@@ -2,6 +2,7 @@
 
 import json
 import re
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -15,6 +16,8 @@ from ..io.atomic import atomic
 from .payload import Named, alike, index_before, index_of, payload
 from .tables import channel_tables, counts_line, facts_table, guesses_card, recordings_table, warnings_card
 
+Picture = tuple[str, bytes]
+
 _SCRIPTS = ("data.js", "scene.js", "plot.js", "timeline.js", "player.js")
 
 
@@ -24,6 +27,7 @@ def html_report(
     *,
     repaired: Repaired[Any] | None = None,
     facts: Mapping[str, str] = MappingProxyType({}),
+    pictures: Sequence[Picture] = (),
 ) -> None:
     """Write a self-contained page: a 3D player, curves, the origin of every sample, and tables.
 
@@ -43,6 +47,7 @@ def html_report(
         otherwise it is added at the end as "repaired". What it was made from is the recording alike whose gaps
         agree best, the nearest before it in the list.
     facts : further lines for the table of facts, e.g. the model's name.
+    pictures : (words, PNG) pairs, shown below the player: what a camera saw.
 
     Raises
     ------
@@ -56,12 +61,14 @@ def html_report(
     for name, recording in named:
         if recording.frames == 0:
             raise UsageError(f"a report needs frames to draw, {name!r} has none: leave it out")
-    page = _page(named, repaired, facts)
+    page = _page(named, repaired, facts, pictures)
     with atomic(path) as temporary:
         Path(temporary).write_text(page, encoding="utf-8", newline="\n")
 
 
-def _page(named: Sequence[Named], repaired: Repaired[Any] | None, facts: Mapping[str, str]) -> str:
+def _page(
+    named: Sequence[Named], repaired: Repaired[Any] | None, facts: Mapping[str, str], pictures: Sequence[Picture]
+) -> str:
     """The template with its slots filled in one pass, so that no name can be taken for a slot."""
     after, before = index_of(named, repaired), index_before(named, repaired)
     data = payload(named, repaired, before)
@@ -77,11 +84,28 @@ def _page(named: Sequence[Named], repaired: Repaired[Any] | None, facts: Mapping
         "warnings": warnings_card(repaired),
         "guesses": guesses_card(named),
         "channels": channel_tables(named, repaired, pair, shown),
+        "pictures": _pictures_card(pictures),
         "style": _asset("player.css"),
         "script": "".join(_asset(name) for name in _SCRIPTS),
         "data": _script_safe(json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], _asset("player.html"))
+
+
+def _pictures_card(pictures: Sequence[Picture]) -> str:
+    """What a camera saw, frame by frame; empty when there is nothing."""
+    figures = "".join(
+        f'<figure><img alt="{escape(words)}" src="data:image/png;base64,{b64encode(png).decode("ascii")}">'
+        f"<figcaption>{escape(words)}</figcaption></figure>"
+        for words, png in pictures
+    )
+    said = "depth with its edges, the joints drawn over it, and the same from the camera's right"
+    return (
+        f'<section class="card"><h2>What the camera saw <small>{said}</small></h2>'
+        f'<div class="seen">{figures}</div></section>'
+        if pictures
+        else ""
+    )
 
 
 def _first_and_last(named: Sequence[Named], repaired: Repaired[Any] | None) -> tuple[int, int] | None:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bytes, Floats
+from ..bodies.joint_sets import meanings, parents
 from ..bodies.motion import Markers, Motion, Origin, Repaired
 from ..bodies.skeleton import positions
 from .edges import rigid_edges
@@ -119,8 +120,15 @@ def _marker_edges(
     for i in sorted(range(len(named)), key=lambda i: i != after):
         recording = named[i][1]
         if isinstance(recording, Markers) and recording.names not in edges:
-            edges[recording.names] = rigid_edges(recording.names, points[i]).tolist()
+            edges[recording.names] = _lines(recording.names, points[i])
     return edges
+
+
+def _lines(names: tuple[str, ...], points: Floats) -> list[list[int]]:
+    """Bones between joints where most names are those of joints, else lines between markers of one bone."""
+    if 2 * sum(map(bool, meanings(names))) > len(names):
+        return [[int(above), joint] for joint, above in enumerate(parents(names)) if above >= 0]
+    return [[int(one), int(other)] for one, other in rigid_edges(names, points)]
 
 
 def _view(up: Floats) -> Floats:
