@@ -71,6 +71,7 @@ def _app() -> "App":
         compare,
         correct,
         corrupt,
+        data,
         demo,
         denoise,
         fit,
@@ -99,6 +100,10 @@ def _app() -> "App":
     _add(learning, fit.denoiser)
     _add(learning, fit_tracker.tracker)
     _add(learning, fit_corrector.corrector)
+    keeping = App(name="data", help="Public recordings by name.", help_format="plaintext")
+    app.command(keeping)
+    _add(keeping, data.listed, "list")
+    _add(keeping, data.get)
     _add(app, denoise.denoise)
     _add(app, track.track)
     _add(app, correct.correct)
@@ -112,10 +117,10 @@ def _app() -> "App":
     return app
 
 
-def _add(app: "App", command: Callable[..., int]) -> None:
-    """The command under its own name, its docstring as help with each paragraph on a line of its own."""
+def _add(app: "App", command: Callable[..., int], name: str | None = None) -> None:
+    """The command under its own name or another, its docstring as help with each paragraph on a line of its own."""
     paragraphs = cleandoc(command.__doc__ or "").split("\n\n")
-    app.command(command, help="\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs))
+    app.command(command, name=name, help="\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs))
 
 
 def _say(line: str, code: int) -> int:
