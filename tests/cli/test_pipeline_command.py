@@ -1,0 +1,189 @@
+"""`motionmend pipeline`: every kind of take all the way, and what is said of takes that cannot go."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import Command, files_below
+
+from motionmend import samples
+from motionmend.bodies.camera import Camera, DepthFrame
+from motionmend.bodies.joint_sets import KINECT20, correspondence
+from motionmend.bodies.motion import Motion
+from motionmend.bodies.performer import LANDMARKS
+from motionmend.bodies.postures import Postures
+from motionmend.bodies.skeleton import positions
+from motionmend.bodies.surface import render
+from motionmend.bodies.templates import performer_of, poses_of
+from motionmend.cli import main
+from motionmend.correct import Corrector, Pair
+from motionmend.io import read, write
+from motionmend.io.depth_folder import write_depth_folder
+from motionmend.io.joint_table import read_joint_table, write_joint_table
+from motionmend.models import load_model, save_model
+
+CAMERA = Camera(120, 90, 107.1, 107.1, 60.0, 45.0)
+
+
+@pytest.fixture(scope="module")
+def clip() -> Motion:
+    return samples.clip("walk", seconds=2.0, seed=3)
+
+
+@pytest.fixture(scope="module")
+def sensor(clip: Motion) -> Postures:
+    """The walk as a sensor might see it: noise, one jump, one joint missing for a while."""
+    truth = positions(clip.skeleton, clip.q)[::4, correspondence(clip.skeleton.names, KINECT20.names)]
+    seen = truth + np.random.default_rng(0).normal(0, 0.008, truth.shape)
+    seen[30, 7] += 0.4
+    state = np.full(truth.shape[:2], 2, np.uint8)
+    seen[10:16, 15], state[10:16, 15] = np.nan, 0
+    return Postures(KINECT20.names, seen, np.arange(len(truth)) / 30.0, state=state)
+
+
+@pytest.fixture(scope="module")
+def takes(clip: Motion, sensor: Postures, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of a sensor's skeleton, markers and joint angles, and a corrector beside it; never write here."""
+    folder = tmp_path_factory.mktemp("pipeline")
+    (folder / "takes" / "day").mkdir(parents=True)
+    write_joint_table(folder / "takes" / "seen.csv", sensor)
+    write(folder / "takes" / "day" / "marked.c3d", samples.markers(clip))
+    write(folder / "takes" / "day" / "body.amc", clip)
+    clean = Postures(sensor.names, np.nan_to_num(sensor.positions), sensor.times)
+    model = Corrector(members=1, size=30).fit([Pair(clean, clean.with_positions(clean.positions + 0.02))])
+    save_model(folder / "sensor.mend", model)
+    (folder / "all.toml").write_text('[correct]\nmodel = "sensor.mend"\n[denoise]\nmethod = "adaptive"\n')
+    return folder
+
+
+def test_a_folder_of_takes_goes_all_the_way(cli: Command, takes: Path, sensor: Postures, tmp_path: Path) -> None:
+    ran = cli(
+        "pipeline", takes / "takes", "-o", tmp_path / "out", "--config", takes / "all.toml", "--json", "--jobs", "1"
+    )
+    assert (ran.code, ran.failures) == (0, [])
+    said = [json.loads(line) for line in ran.out.splitlines()]
+    kinds = {(Path(one["input"]).name, one["kind"], tuple(one["steps"])) for one in said}
+    assert kinds == {
+        ("seen.csv", "sensor", ("correct", "denoise")),
+        ("marked.c3d", "recording", ("denoise",)),
+        ("body.amc", "recording", ("denoise",)),
+    }
+    made = files_below(tmp_path / "out")
+    assert {"seen.csv", "seen.mend.json", "day/marked.c3d", "day/body.amc", "day/marked.mend.json"} <= made
+    table = read_joint_table(tmp_path / "out" / "seen.csv")
+    assert table.names == sensor.names
+    assert table.frames == sensor.frames
+    assert np.isfinite(table.positions).all()
+    assert table.std is not None
+    assert table.reliability is not None
+    assert np.array_equal(table.state, sensor.state)
+    corrected = load_model(takes / "sensor.mend").correct(sensor)
+    bends = [np.abs(np.diff(one.positions, n=2, axis=0)).mean() for one in (corrected, table)]
+    assert bends[1] < 0.7 * bends[0]  # noise is gone
+    beside = json.loads((tmp_path / "out" / "seen.mend.json").read_text())
+    assert [step["step"] for step in beside["steps"]] == ["correct", "denoise"]
+    assert beside["steps"][0]["model"]["file"] == "sensor.mend"
+    assert sum(beside["channels"]["Head"].values()) == sensor.frames
+    assert list(beside)[-1] == "seconds"
+
+
+def test_recordings_come_out_as_denoise_makes_them(cli: Command, takes: Path, tmp_path: Path) -> None:
+    for name in ("marked.c3d", "body.amc"):
+        take = takes / "takes" / "day" / name
+        assert cli("pipeline", take, "-o", tmp_path / f"one_{name}").code == 0
+        assert cli("denoise", take, "-o", tmp_path / f"two_{name}").code == 0
+        assert (tmp_path / f"one_{name}").read_bytes() == (tmp_path / f"two_{name}").read_bytes()
+
+
+def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp_path: Path) -> None:
+    out = tmp_path / "seen.bvh"
+    ran = cli("pipeline", takes / "takes" / "seen.csv", "-m", takes / "sensor.mend", "-o", out)
+    assert ran.code == 0, ran.err
+    motion = read(out)
+    assert isinstance(motion, Motion)
+    assert motion.frames == 60
+    assert motion.fps == pytest.approx(30)
+
+
+def test_what_is_there_stays_unless_forced_and_resume_skips(cli: Command, takes: Path, tmp_path: Path) -> None:
+    command = ["pipeline", takes / "takes" / "seen.csv", "-m", takes / "sensor.mend", "-o", tmp_path / "seen.csv"]
+    assert cli(*command).code == 0
+    before = (tmp_path / "seen.csv").read_bytes()
+    again = cli(*command)
+    assert again.code == 1
+    assert "--force" in again.failures[0]
+    assert cli(*command, "--resume").code == 0
+    assert cli(*command, "--force").code == 0
+    assert (tmp_path / "seen.csv").read_bytes() == before
+
+
+def test_without_its_model_a_take_fails_and_the_others_are_done(cli: Command, takes: Path, tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "notes.txt").write_text("not a take")
+    given = [takes / "takes", tmp_path / "in", tmp_path / "none.c3d"]
+    ran = cli("pipeline", *given, "-o", tmp_path / "out", "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == 3
+    assert any("seen.csv" in line and "corrector" in line for line in ran.failures)
+    assert any("none.c3d" in line for line in ran.failures)
+    assert "notes.txt is left out" in ran.err
+    assert {"takes/day/marked.c3d", "takes/day/body.amc"} <= files_below(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("[correct]\nmodle = 'x'\n", "correct.modle"),
+        ("[smooth]\nx = 1\n", "smooth"),
+        ("fps = -1\n", "fps"),
+        ("format = 'fbx'\n", "format"),
+        ("[denoise]\nmax_std = -1\n", "denoise.max_std"),
+        ("[denoise]\nmethod = 'magic'\n", "magic"),
+        ("[correct\n", "TOML"),
+    ],
+)
+def test_a_configuration_with_a_mistake_is_bad_usage(
+    text: str, word: str, cli: Command, takes: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "bad.toml").write_text(text)
+    ran = cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "bad.toml")
+    assert ran.code == 2
+    assert len(ran.failures) == 1
+    assert word in ran.failures[0]
+
+
+def test_bad_usage_and_models_that_are_none(cli: Command, takes: Path, tmp_path: Path) -> None:
+    assert cli("pipeline", "-o", tmp_path / "out").code == 2
+    two = ["-m", takes / "sensor.mend", "-m", takes / "sensor.mend"]
+    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", *two).code == 2
+    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "-m", takes / "all.toml").code == 1
+    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "no.toml").code == 1
+    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out.csv").code == 2
+    assert cli("pipeline", takes / "takes" / "seen.csv", "-o", tmp_path / "out.c3d").code == 2
+
+
+@pytest.mark.slow
+def test_depth_is_tracked_and_denoised(cli: Command, clip: Motion, tmp_path: Path) -> None:
+    write(tmp_path / "clip.amc", clip)
+    assert main(["fit", "tracker", str(tmp_path / "clip.amc"), "-o", str(tmp_path / "t.mend"), "--images", "60"]) == 0
+    body = performer_of(clip.skeleton)
+    poses = poses_of(Motion(clip.skeleton, clip.q[:40:4], 30.0), body).poses
+    up = clip.skeleton.up
+    across = np.cross(np.eye(3)[int(np.argmin(np.abs(up)))], -up)
+    across /= np.linalg.norm(across)
+    turn = np.array([across, -up, np.cross(across, -up)])
+    seen = poses.moved(turn, np.array([0.0, -0.05, 3.0]) - turn @ poses.translation[0])
+    frames = [
+        DepthFrame(CAMERA, np.array(render(body, seen[t], CAMERA).depth, np.float32), None, t / 30.0) for t in range(10)
+    ]
+    write_depth_folder(tmp_path / "in" / "take", frames, 30.0)
+    (tmp_path / "t.toml").write_text('[track]\nmodel = "t.mend"\nskeleton = "clip.asf"\n')
+    ran = cli("pipeline", tmp_path / "in", "-o", tmp_path / "out", "--config", tmp_path / "t.toml")
+    assert ran.code == 0, ran.err
+    table = read_joint_table(tmp_path / "out" / "take.csv")
+    assert table.names == LANDMARKS
+    assert table.frames == 10
+    assert table.std is not None
+    beside = json.loads((tmp_path / "out" / "take.mend.json").read_text())
+    assert [step["step"] for step in beside["steps"]] == ["track", "denoise"]
