@@ -254,16 +254,19 @@ def _found(
     """The pose that explains the frame best, of those the detector proposes and the last one; None = no body."""
     from .detect import detect
     from .judge import judge
-    from .start import Candidate, best_start, candidates
+    from .settle import settled_start
+    from .start import Candidate, candidates
 
     few = observation.every(4)
     tried = []
     if state.pose is not None:
         last = (state.pose, *turned(moved_to(state.performer, state.pose, evidence, coarse), 8))
         tried += [Candidate(pose, judge(state.performer, pose, few).cost, "last") for pose in last]
+    detection = None
     if model.detector is not None:
         shown = DepthFrame(observation.camera, observation.depth, None, observation.time)
-        tried += candidates(state.performer, detect(model.detector, shown), few, model.examples)
+        detection = detect(model.detector, shown)
+        tried += candidates(state.performer, detection, few, model.examples)
 
     def refine(pose: Pose) -> tuple[Pose, float]:
         trial = replace(state, pose=pose, before=None, trust=frozen(np.ones(DOFS - 6)))
@@ -271,7 +274,8 @@ def _found(
         solution = solve_pose(state.performer, evidence, terms, pose, settings)
         return solution.state, disagreement(state.performer, solution.state, coarse)
 
-    best = best_start(sorted(tried, key=lambda one: one.cost), refine)
+    tried.sort(key=lambda one: one.cost)
+    best = settled_start(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
     return None if best is None or best.cost > 1.5 * LOST else best.pose
 
 
