@@ -8,7 +8,7 @@ from ..arrays import Floats
 from .performer import BONES, LANDMARKS, Performer
 from .solids import CONE, ELLIPSOID, Solids
 
-# Breadths and depths of an adult of 1.75 m (medians of both sexes, NASA RP-1024 and ANSUR II), m.
+# Breadths and depths of an adult of 1.75 m: medians of both sexes of ANSUR II (Gordon et al. 2014), girths over 2 pi.
 _LIMBS = 1.40  # m, upper arm, forearm, thigh and shank of that adult together
 
 
@@ -82,10 +82,10 @@ def performer(offsets: Floats, landmark_place: Floats, tip_place: Floats) -> Per
         reach = tip_place[hand] - wrist
         made.ball(f"{side}_forearm", wrist + 0.5 * reach, (0.020, float(np.linalg.norm(reach)) / 2 / s, 0.042))
         knee, ankle = part[f"{side}_shank"], part[f"{side}_foot"]
-        made.cone(f"{side}_thigh", knee, zero, 0.056, 0.085)
-        made.ball(f"{side}_thigh", knee, 0.056)
-        made.cone(f"{side}_shank", ankle, zero, 0.038, 0.055)
-        made.ball(f"{side}_shank", 0.3 * ankle, (0.053, 0.120, 0.054), (0.0, 0.0, -0.012))
+        made.cone(f"{side}_thigh", knee, zero, 0.060, 0.093)
+        made.ball(f"{side}_thigh", knee, 0.060)
+        made.cone(f"{side}_shank", ankle, zero, 0.042, 0.059)
+        made.ball(f"{side}_shank", 0.3 * ankle, (0.057, 0.120, 0.058), (0.0, 0.0, -0.012))
         tip = tip_place[toe]
         sole = min(float(tip[1]), -0.03 * s)
         heel = np.array([0.0, sole * 0.7, -0.045 * s])
@@ -113,7 +113,7 @@ def average(stature: float = 1.75) -> Performer:
     tip[0] = (0.0, 0.2995, -0.005)
     for side, sign, hand, toe in (("l", 1.0, 1, 3), ("r", -1.0, 2, 4)):
         offset[f"{side}_clavicle"][:] = (0.0, 0.235, 0.0)
-        offset[f"{side}_upperarm"][:] = (sign * 0.192, 0.03, -0.012)
+        offset[f"{side}_upperarm"][:] = (sign * 0.178, 0.03, -0.012)
         offset[f"{side}_forearm"][:] = (0.0, -0.290, 0.0)
         place[f"{side}_wrist"][:] = (0.0, -0.260, 0.0)
         tip[hand] = (0.0, -0.445, 0.0)
