@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from ..correct.corrector import CorrectorModel
 
 WRITTEN = (".csv", ".bvh")
+USUAL_FPS = 30.0  # Hz, of a recording whose own rate is not known
+TIMED = 200  # frames corrected one by one to tell how long each takes
+WARM = 2  # of them, before which things are loaded
 DIGITS = 3  # significant digits of what .mend.json says of each joint
 
 
@@ -59,7 +62,7 @@ def correct(
         raise UsageError(f"--method: one of {', '.join(METHODS)} was wanted, came {method!r}")
     if format is not None and f".{format}" not in WRITTEN:
         raise UsageError(f"--format: one of {', '.join(e[1:] for e in WRITTEN)} was wanted, came {format!r}")
-    task = Correction(method=method, online=online, fps=fps).knowing(model)
+    task = Correction(method=method, online=online, fps=fps, timed=as_json).knowing(model)
     ending = f".{format or 'csv'}"
     forms = Forms(
         SENSOR_ENDINGS,
@@ -97,6 +100,7 @@ class Correction:
     method: str = "default"
     online: bool = False
     fps: float | None = None
+    timed: bool = False  # also how long single frames take, live
     model: "CorrectorModel | None" = None
     model_facts: dict[str, str] | None = None
 
@@ -150,7 +154,10 @@ class Correction:
             "warnings": warnings,
             "guesses": sensor.guesses,
         }
-        frame_ms = _frame_ms(corrected, seconds["correct"])
+        each = getattr(corrected.source, "seconds", None)
+        if each is None and self.timed and self.model is not None and self.method == "default":
+            each = live_seconds(self.model, sensor)
+        frame_ms = _frame_ms(sensor.frames, seconds["correct"], each)
         with ExitStack() as whole:  # both files appear together, or none
             from ..io.atomic import atomic
 
@@ -266,14 +273,25 @@ def _spread(values: Any, names: tuple[str, ...], present: Any) -> dict[str, dict
     return {"all": of(values[known]), **each}
 
 
-def _frame_ms(corrected: "Postures", whole: float) -> dict[str, float | None]:
-    """Milliseconds of a frame: of each, where the corrector took the time of each, else of all by their number."""
-    each = getattr(corrected.source, "seconds", None)
-    mean = 1000 * whole / corrected.frames if corrected.frames else None
-    if each is None or not len(each):
+def live_seconds(model: "CorrectorModel", sensor: "Postures") -> list[float]:
+    """How long each of the recording's first frames takes when they come one by one, s."""
+    rate = sensor.fps if np.isfinite(sensor.fps) and sensor.fps > 0 else USUAL_FPS
+    state = model.start(sensor.names, rate)
+    found = []
+    for t in range(min(sensor.frames, TIMED)):
+        start = perf_counter()
+        states = None if sensor.state is None else sensor.state[t]
+        state, _ = model.step(state, sensor.positions[t], states, float(sensor.times[t]))
+        found.append(perf_counter() - start)
+    return found
+
+
+def _frame_ms(frames: int, whole: float, each: Any) -> dict[str, float | None]:
+    """Milliseconds of a frame: the mean of the whole recording, and of single frames where their times are known."""
+    mean = 1000 * whole / frames if frames else None
+    if each is None or len(each) <= WARM:
         return {"mean": mean, "p50": mean, "p95": mean, "max": mean}
-    times = 1000 * np.asarray(each, dtype=np.float64)
-    times = times[1:] if len(times) > 1 else times  # the first loads and compiles
+    times = 1000 * np.asarray(each, dtype=np.float64)[WARM:]  # the first load and compile
     p50, p95 = (float(value) for value in np.percentile(times, [50, 95]))
     return {"mean": mean, "p50": p50, "p95": p95, "max": float(times.max())}
 

@@ -5,6 +5,7 @@ and a quaternion, about 60 rows a second. No titles, no times, no states. Nguyen
 """
 
 import os
+from dataclasses import replace
 
 import numpy as np
 
@@ -67,7 +68,8 @@ def read_keraal_bodies(path: str | os.PathLike[str], fps: float | None = None) -
     ------
     FileError : not there, of another shape, or damaged.
     """
-    return _read(path, fps or BODY_FPS, tuple(BODIES), 1e-3, WANTED_BODIES, "optical rigid bodies (Keraal)")
+    found = _read(path, fps or BODY_FPS, tuple(BODIES), 1e-3, WANTED_BODIES, "optical rigid bodies (Keraal)")
+    return found if fps else replace(found, guesses=(f"the file has no times: took {BODY_FPS:g} Hz",))
 
 
 def _read(
