@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.denoise.noise import first_noise, next_noise, next_rate
+from motionmend.denoise.noise import alike_noise, first_noise, next_noise, next_rate
+from motionmend.numerics.walk import noise_level
 
 SEEDS = st.integers(0, 10**6)
 
@@ -54,6 +55,28 @@ def test_nothing_seen_and_next_to_nothing_give_a_number_all_the_same(rng, frames
 
 def test_still_channels_have_a_noise_above_0():
     assert (first_noise(np.full((50, 2), 7.0)) > 0).all()
+
+
+@given(SEEDS, st.sampled_from([0.0, 0.1, 0.2]), st.integers(40, 300))
+@settings(max_examples=40)
+def test_channels_as_noisy_as_each_other_are_found_to_be_so_whatever_the_outliers(seed, outliers, frames):
+    """Differences over time alone make some channels of a short recording twenty times as noisy as others."""
+    rng = np.random.default_rng(seed)
+    truth = _walk(rng, frames, 40)
+    spoilt = truth + rng.normal(0, 1.0, truth.shape)
+    spoilt += (rng.random(truth.shape) < outliers) * rng.choice([-1, 1], truth.shape) * rng.uniform(15, 55, truth.shape)
+    found = alike_noise(spoilt)
+    assert found.max() < 10.0 * found.min()
+    assert np.ptp(np.log(found)) < np.ptp(np.log(noise_level(spoilt)))
+    assert 0.5 < np.median(found) < 5.0
+
+
+def test_a_channel_that_cannot_tell_its_noise_says_so(rng):
+    measured = rng.normal(size=(60, 3))
+    measured[1:, 1] = np.nan
+    found = alike_noise(measured)
+    assert np.isnan(found[1])
+    np.testing.assert_allclose(found[[0, 2]], 1.0, atol=0.3)
 
 
 @given(SEEDS)

@@ -7,11 +7,11 @@ from ..arrays import Bools, Floats
 from ..errors import MismatchError
 from ..numerics.risk import excess, stein_risk
 from ..numerics.smoother import kalman_filter, kalman_smoother
-from ..numerics.walk import noise_level
 from .classic import kalman, variance_of
 from .dynamics_fit import fit_dynamics
 from .dynamics_model import Dynamics, Trust, state_space
 from .filtered import Filtered, check_channels
+from .noise import alike_noise
 
 __all__ = ["Dynamics", "Trust", "fit_dynamics", "judge", "smooth_with"]
 
@@ -183,7 +183,7 @@ def _noise_var(dynamics: Dynamics, values: Floats, noise: float | Floats | None)
     own = own + np.square(dynamics.rest) @ dynamics.rest_var
     if noise is None:
         # Too few samples to tell: a twentieth of how much the channel moves.
-        level = noise_level(values)
+        level = alike_noise(values)
         spread = np.square(np.where(np.isfinite(level), level, 0.05 * np.sqrt(own)))
     else:
         spread = variance_of(noise, values.shape)

@@ -3,12 +3,14 @@
 import numpy as np
 
 from ..arrays import Bools, Floats
+from ..numerics.walk import noise_level
 
 LEAST_NOISE = 0.01  # degrees or cm
 _QUIET = 0.2  # quantile of third differences that outliers reach last
 _QUIET_NORMAL = 0.2533471  # the same quantile of |N(0, 1)|
 # Where outliers are many the quietest differences still say too much: begin below, the rounds raise it.
 _CAUTION = 0.47
+_PER_FREEDOM = 6.0  # samples that say as much of the noise by their quantiles as one residual would
 _UNTOLD = 0.1  # degrees or cm: too short a recording is changed by no more
 FEWEST = 8  # differences that tell anything
 CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
@@ -39,6 +41,31 @@ def first_noise(measured: Floats) -> Floats:
             noise[c] = _CAUTION * np.quantile(known, _QUIET) / _QUIET_NORMAL
     told = np.isfinite(noise)
     return np.maximum(np.where(told, noise, np.median(noise[told]) if told.any() else _UNTOLD), LEAST_NOISE)
+
+
+def alike_noise(measured: Floats) -> Floats:
+    """Standard deviation of each channel's noise before any outlier is known, drawn towards that of the others.
+
+    Of `noise_level`, which is exact without outliers, and what the smallest fifth of the third differences says, which
+    holds with more of them, the smaller. A channel whose estimate breaks down is then held by the others: alone it
+    would be trusted a hundred times less than they.
+
+    Parameters
+    ----------
+    measured : (T, C) in channel units, NaN = missing.
+
+    Returns
+    -------
+    (C,) in channel units; NaN for a channel with too few samples to tell.
+    """
+    level = noise_level(measured)
+    told = np.isfinite(level)
+    if not told.any():
+        return level
+    level[told] = np.minimum(level, first_noise(measured) / _CAUTION)[told]
+    freedom = np.isfinite(measured).sum(axis=0) / _PER_FREEDOM
+    level[told] = next_noise(level[told], np.square(level[told]) * freedom[told], freedom[told])
+    return level
 
 
 def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
