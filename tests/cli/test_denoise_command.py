@@ -120,6 +120,19 @@ def test_resume_does_what_is_left(cli: Command, library: Path, takes: Path, tmp_
     assert lost.read_bytes() == content
 
 
+def test_resume_does_again_what_has_lost_its_record(cli: Command, library: Path, tmp_path: Path) -> None:
+    command = ["denoise", library / "take.amc", "--method", "linear", "-o", tmp_path / "out.amc"]
+    assert cli(*command).code == 0
+    record, content = tmp_path / "out.mend.json", (tmp_path / "out.amc").read_bytes()
+    record.unlink()
+    ran = cli(*command, "--resume", "--json")
+    assert ran.code == 0
+    assert not json.loads(ran.out).get("skipped", False)
+    assert json.loads(record.read_text())["method"] == "linear"
+    assert (tmp_path / "out.amc").read_bytes() == content
+    assert json.loads(cli(*command, "--resume", "--json").out)["skipped"]
+
+
 def test_an_input_is_never_its_own_output(cli: Command, takes: Path) -> None:
     before = {name: (takes / name).read_bytes() for name in files_below(takes)}
     for arguments in (
