@@ -147,7 +147,8 @@ def ready(job: Job, inputs: Sequence[Input], sidecars: Sequence[str], *, force: 
     """The job as it is to be done, or why it must not write what it would write.
 
     An output appears under its name only when it is complete: with `resume`, what is there with all that belongs
-    beside it is finished, and what lacks some of it is done again. Where the file beside it belongs to an output of the same name in another format, its own gets the whole name.
+    beside it is finished, and what lacks some of it is done again. Where the file beside it belongs to an output of the
+    same name in another format, its own gets the whole name.
     """
     if any(_owner(job.beside(sidecar)) not in (None, job.target.name) for sidecar in sidecars):
         job = replace(job, stem=job.target)
