@@ -22,6 +22,7 @@ from .spatial import Committee, fit_committee, shape_features
 from .watching import Sight, Watcher, acquainted, fresh, look, rows_of
 
 METHODS = ("default",)
+GLIMPSE = 300  # frames of a recording that are looked at twice
 
 
 @dataclass(frozen=True)
@@ -224,7 +225,7 @@ class CorrectorModel:
         body, settled = settled_frame(
             state.body, placed[0], float(time), trust[0], joining.bones, self.bones[joining.model_bones] * sight.scale
         )
-        flags = _words(sight)
+        flags = _words(sight, joining.to_model >= 0)
         return replace(state, sight=sight, body=body), Corrected(settled, deviation[0], trust[0], flags)
 
     def correct(self, postures: Postures, online: bool = False, method: str = "default") -> Postures:
@@ -250,10 +251,13 @@ class CorrectorModel:
         state = self.start(postures.names, fps)
         rows = rows_of(state.joining.to_model, postures.positions)
         state = replace(state, sight=acquainted(self.watcher, rows, state.sight))
-        sights = []
-        for t in range(postures.frames):
-            told = None if postures.state is None else _states_of(state.joining, postures.state[t])
-            sights.append(look(self.watcher, sights[-1] if sights else state.sight, rows[t], told, postures.times[t]))
+        known = self._watched(state, rows[:GLIMPSE], postures)
+        if known:  # a first look tells what is this person's and this sensor's own
+            met = known[-1].followed
+            state = replace(
+                state, sight=replace(state.sight, followed=replace(state.sight.followed, own=met.own, met=met.met))
+            )
+        sights = self._watched(state, rows, postures)
         if not sights:
             return replace(postures, std=np.zeros(rows.shape[:2]), reliability=np.zeros(rows.shape[:2]))
         failing = judged_again(sights)
@@ -262,6 +266,15 @@ class CorrectorModel:
         positions, std, reliability = self._outward(state.joining, postures.positions, sights, moved, std, failing)
         positions = settled_recording(positions, postures.times, reliability, state.joining.bones)
         return replace(postures, positions=positions, std=std, reliability=reliability)
+
+    def _watched(self, state: CorrectorState, rows: Floats, postures: Postures) -> list[Sight]:
+        sights: list[Sight] = []
+        for t, row in enumerate(rows):
+            told = None if postures.state is None else _states_of(state.joining, postures.state[t])
+            sights.append(
+                look(self.watcher, sights[-1] if sights else state.sight, row, told, float(postures.times[t]))
+            )
+        return sights
 
     def _moved(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
         """(T, J, 3) the corrected postures in standard form and (T, J) their standard deviation."""
@@ -336,8 +349,8 @@ def _states_of(joining: Joining, states: Bytes) -> Bytes:
     return np.where(joining.to_model >= 0, states[joining.to_model], 0).astype(np.uint8)
 
 
-def _words(sight: Sight) -> tuple[str, ...]:
-    held = bool((sight.followed.failing > 0.5).any())
+def _words(sight: Sight, given: Bools) -> tuple[str, ...]:
+    held = bool((sight.followed.failing[given] > 0.5).any())
     said = {"swapped": bool(sight.swapped.any()), "refused": sight.refused, "held": held}
     return tuple(word for word, true in said.items() if true)
 

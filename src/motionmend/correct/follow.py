@@ -15,6 +15,9 @@ from ..numerics.factors import Belief, Factors
 from .reliability import Detector, chain_forward
 
 HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not explain is learned while it is seen
+DOUBT_SECONDS = 1.5  # the same for a joint out of place of which nothing else is wrong: it may be this sensor's way
+STRANGER = 0.05  # standard metres, of a joint's place in people and sensors not met yet, beside the factors' noise
+MET_SECONDS = 0.5  # how long a joint is a stranger
 ROUNDS = 2  # of weighing the joints by what the others say
 
 
@@ -32,6 +35,7 @@ class Followed:
     posture : (J, 3) with the joints that fail where they are expected.
     std : (J,) of a coordinate of `posture`.
     features : (J, F) the evidence.
+    met : (J,) s, how long the joint was seen going well.
     """
 
     belief: Belief
@@ -42,6 +46,7 @@ class Followed:
     posture: Floats
     std: Floats
     features: Floats
+    met: Floats
 
 
 def begin(factors: Factors) -> Followed:
@@ -57,6 +62,7 @@ def begin(factors: Factors) -> Followed:
         factors.mean,
         zero,
         np.zeros((count, 8)),
+        zero,
     )
 
 
@@ -87,8 +93,8 @@ def follow(
     jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)
     nothing = np.zeros(len(standard))
     expected, cov = model.expected(factors, forecast)
-    own_variance = factors.noise
-    first = np.log1p(model.left_out(factors, values - expected, cov, nothing)[0])
+    own_variance = factors.noise + STRANGER**2 * np.exp(-before.met / MET_SECONDS)
+    first = np.log1p(model.left_out(values - expected, cov, own_variance, nothing)[0])
     features = np.column_stack([first, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
     chance, failing = chain_forward(before.failing, detector.evidence(features), seconds)
     belief = forecast
@@ -98,15 +104,21 @@ def follow(
         precision = trust / own_variance
         belief = model.seen(factors, forecast, values, precision)
         expected, cov = model.expected(factors, belief)
-        left = np.log1p(model.left_out(factors, values - expected, cov, precision)[0])
+        left = np.log1p(model.left_out(values - expected, cov, own_variance, precision)[0])
         features = np.column_stack([left, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
         _, failing = chain_forward(before.failing, detector.evidence(features), seconds)
     failing = np.where(present, failing, 1.0)
     trust = np.where(present, 1.0 - failing, 0.0)[:, None]
     posture = np.where(present[:, None], trust * values, 0.0) + (1.0 - trust) * expected
-    gain = 1.0 - np.exp(-max(seconds, 1.0 / 30.0) / HOLD_SECONDS)
+    passed = max(seconds, 1.0 / 30.0)
+    steady = 1.0 / (1.0 + np.exp(detector.evidence(np.column_stack([np.ones((len(told), 2)), features[:, 2:]]))))
+    gain = np.where(
+        trust[:, 0] > 0.5,
+        trust[:, 0] * (1.0 - np.exp(-passed / HOLD_SECONDS)),
+        np.where(steady > 0.8, 1.0 - np.exp(-passed / DOUBT_SECONDS), 0.0),
+    )
     rest = np.where(present[:, None], values - expected, 0.0)
-    own = before.own + np.where(trust > 0.5, gain * trust * rest, 0.0)
+    own = before.own + gain[:, None] * rest
     unsure = np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + own_variance)
     return Followed(
         belief,
@@ -117,4 +129,5 @@ def follow(
         posture + factors.mean + before.own,
         (1.0 - trust[:, 0]) * unsure,
         features,
+        before.met + passed * trust[:, 0],
     )

@@ -199,7 +199,7 @@ def _likelihood(factors: Factors, frames: Floats) -> float:
     for frame in frames:
         belief = process.seen(factors, process.start(factors), frame - factors.mean, precision)
         there, cov = process.expected(factors, belief)
-        far, volume = process.left_out(factors, frame - factors.mean - there, cov, precision)
+        far, volume = process.left_out(frame - factors.mean - there, cov, factors.noise, precision)
         total -= 0.5 * float((np.minimum(far, 10.0) ** 2 + volume).sum())
     return total
 

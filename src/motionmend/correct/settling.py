@@ -15,7 +15,7 @@ from ..kernels import bones as kernel
 from ..numerics.whittaker import whittaker
 from .energy import Terms, solved
 
-STEADY = 0.1  # temporal weight by that of the posture, at 30 Hz: half of a motion of 8 Hz passes, nearly all below 4
+STEADY = 0.03  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 5 Hz, half at 11
 ROUNDS = 20  # of relaxation
 LOOSE = 4.0  # how much more a joint moves that is not trusted
 BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks

@@ -131,7 +131,8 @@ def look(
     time : s.
     """
     body = watcher.body
-    rows = np.where((np.abs(positions) < FAR).all(axis=1)[:, None], positions, np.nan)
+    there = (np.abs(positions) < FAR).all(axis=1) & positions.any(axis=1)  # at the sensor itself nobody stands
+    rows = np.where(there[:, None], positions, np.nan)
     turn_up = sight.upright
     if turn_up is None and len(body.upper) and len(body.lower):
         seen = np.isfinite(rows[body.upper]).any() and np.isfinite(rows[body.lower]).any()
@@ -141,7 +142,7 @@ def look(
     seconds = 0.0 if sight.time is None else max(time - sight.time, 0.0)
     before = sight.followed
     if seconds > PATIENCE or sight.time is None:
-        before, seconds = replace(begin(watcher.factors), own=before.own), 0.0
+        before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
     turned = trunk_turned(rows, sight.direction, seconds, body)
     swapped = np.zeros(len(rows), dtype=np.bool_)
     if turned.any():
@@ -161,10 +162,10 @@ def look(
     forecast = before.belief
     if seconds > 0:
         forecast = process.ahead(watcher.factors, forecast, seconds)
-    there, cov = process.expected(watcher.factors, forecast)
+    place, cov = process.expected(watcher.factors, forecast)
     variance = np.trace(cov, axis1=1, axis2=2) / 3.0 + watcher.factors.noise
     limbs = body.pairs
-    sides = limbs_changed(standard, there + watcher.factors.mean + before.own, variance, sight.swapped, limbs)
+    sides = limbs_changed(standard, place + watcher.factors.mean + before.own, variance, sight.swapped, limbs)
     if sides.swapped.any():
         limbs = limbs[sides.swapped[limbs[:, 0]]]
         rows, states = changed_sides(rows, states, limbs)

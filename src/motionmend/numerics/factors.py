@@ -125,19 +125,20 @@ def expected(factors: Factors, belief: Belief) -> tuple[Floats, Floats]:
     return values, covs
 
 
-def left_out(factors: Factors, rest: Floats, cov: Floats, precision: Floats) -> tuple[Floats, Floats]:
+def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> tuple[Floats, Floats]:
     """How far each group is from where all the others and the past expect it.
 
     Parameters
     ----------
     rest, cov : values less what is expected (J, 3) and the covariance (J, 3, 3), as `expected` gives them.
+    noise : (J,) variance of a coordinate that the factors leave open.
     precision : (J,) with which each group was seen.
 
     Returns
     -------
     distance (J,) by Mahalanobis, and volume (J,), the logarithm of the determinant of the covariance.
     """
-    far, volume = kernel.left_out(rest, cov, factors.noise, precision)
+    far, volume = kernel.left_out(rest, cov, noise, precision)
     return far, volume
 
 
