@@ -200,3 +200,10 @@ def test_real_recordings(data, file):
     assert np.median(np.linalg.norm(motion_landmarks(back) - motion_landmarks(clip), axis=2)) < 0.01
     axes = rig_of(clip.skeleton).rests
     np.testing.assert_allclose(axes @ np.swapaxes(axes, 1, 2), np.broadcast_to(np.eye(3), axes.shape), atol=1e-9)
+
+
+def test_poses_survive_a_bvh_file(tmp_path):
+    person, poses = anatomy.average(1.65), some_poses(5, wildness=0.3)
+    motionmend.write(tmp_path / "poses.bvh", motion_of(poses, person, skeleton_of(person), 30.0))
+    read = motionmend.read(tmp_path / "poses.bvh")
+    np.testing.assert_allclose(motion_landmarks(read), landmarks_of(poses, person), rtol=0, atol=2e-3)

@@ -263,6 +263,7 @@ def reach(
     away, held_away, change = np.zeros(dofs), np.zeros(dofs), np.zeros(dofs)
     held_translation, held_root, held_joints = np.empty(3), np.empty((3, 3)), np.empty(dofs - 6)
     hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
+    held, downhill = np.zeros(dofs, dtype=np.bool_), np.empty(dofs)
     damping, cost = 1e-4, np.inf
     for step in range(iterations + 1):
         frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
@@ -283,10 +284,15 @@ def reach(
                 break
             damping *= 10.0
         for d in range(dofs):
+            # A coordinate that its limit keeps from going where the cost falls is left out of the step.
+            at_low = d >= 6 and joints[d - 6] <= limits[d, 0] + 1e-9
+            at_high = d >= 6 and joints[d - 6] >= limits[d, 1] - 1e-9
+            held[d] = (at_low and gradient[d] > 0.0) or (at_high and gradient[d] < 0.0)
+            downhill[d] = 0.0 if held[d] else gradient[d]
             for e in range(d + 1):
-                lifted[d, e] = hessian[d, e]
-            lifted[d, d] += damping * (1e-3 + hessian[d, d])
-        solve(lifted, gradient, change)
+                lifted[d, e] = 0.0 if held[d] or held[e] else hessian[d, e]
+            lifted[d, d] += damping * (1e-3 + hessian[d, d]) + (1.0 if held[d] else 0.0)
+        solve(lifted, downhill, change)
         size = 0.0
         for d in range(dofs):
             size += change[d] * change[d]

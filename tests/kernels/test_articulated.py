@@ -1,0 +1,113 @@
+"""Reaching with the performer, and the linear algebra it stands on."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import least_squares
+
+import naive_body
+from motionmend.bodies import anatomy
+from motionmend.bodies import performer as bodies
+from motionmend.kernels import articulated
+
+PERSON = anatomy.average()
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def reach(targets, weights, hold, pose, rounds=40):
+    translation, root, joints = pose.translation.copy(), pose.root.copy(), pose.joints.copy()
+    cost = articulated.reach(
+        *PERSON.chain,
+        bodies.MOVES,
+        bodies.LANDMARK_BONES,
+        PERSON.landmark_place,
+        targets,
+        weights,
+        hold,
+        bodies.LIMITS,
+        rounds,
+        translation,
+        root,
+        joints,
+    )
+    return cost, bodies.Pose(translation, root, joints)
+
+
+def near(pose, rng, much):
+    delta = much * rng.normal(size=34)
+    moved = bodies.advance(PERSON, pose, delta)
+    return bodies.Pose(moved.translation, moved.root, np.clip(moved.joints, *(0.95 * bodies.LIMITS[6:].T)))
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(1, 34))
+def test_solving_is_lapacks(seed, size):
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=(size, size + 3))
+    matrix, wanted, solution = half @ half.T + 0.1 * np.eye(size), rng.normal(size=size), np.empty(size)
+    assert articulated.solve(matrix.copy(), wanted, solution)
+    np.testing.assert_allclose(solution, np.linalg.solve(matrix, wanted), rtol=1e-6, atol=1e-8)
+
+
+def test_what_cannot_be_solved_says_so():
+    solution = np.ones(3)
+    assert not articulated.solve(np.diag([1.0, -1.0, 1.0]), np.ones(3), solution)
+    np.testing.assert_array_equal(solution, 0.0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS)
+def test_joints_within_reach_are_reached(seed):
+    rng = np.random.default_rng(seed)
+    goal = near(bodies.standing(), rng, 0.25)
+    begin = near(goal, rng, 0.1)
+    targets = bodies.landmarks(PERSON, goal)
+    _, found = reach(targets, np.ones(16), np.full(34, 1e-5), begin)
+    assert np.abs(bodies.landmarks(PERSON, found) - targets).max() < 2e-3
+    assert np.all(found.joints >= bodies.LIMITS[6:, 0] - 1e-9)
+    assert np.all(found.joints <= bodies.LIMITS[6:, 1] + 1e-9)
+
+
+@settings(max_examples=3, deadline=None)
+@given(SEEDS)
+def test_targets_out_of_reach_are_missed_by_as_little_as_scipy_misses_them(seed):
+    rng = np.random.default_rng(seed)
+    begin = near(bodies.standing(), rng, 0.1)
+    targets = bodies.landmarks(PERSON, begin) + 0.03 * rng.normal(size=(16, 3))
+    weights, hold = np.where(rng.random(16) < 0.2, 0.0, 1.0), np.full(34, 0.02)
+    seen = weights > 0
+    cost, found = reach(np.where(seen[:, None], targets, np.nan), weights, hold, begin)
+
+    def residual(delta):
+        frames = naive_body.frames(
+            PERSON.chain, *naive_body.advance(begin.translation, begin.root, begin.joints, delta)
+        )
+        at = np.einsum("nij,nj->ni", frames[bodies.LANDMARK_BONES, :3, :3], PERSON.landmark_place)
+        at += frames[bodies.LANDMARK_BONES, :3, 3]
+        return np.concatenate(((at - targets)[seen].ravel(), hold * delta))
+
+    room = bodies.LIMITS - np.concatenate((np.zeros(6), begin.joints))[:, None]
+    best = least_squares(residual, np.zeros(34), bounds=(room[:, 0], room[:, 1]), max_nfev=15)
+    assert cost <= 2 * best.cost * 1.05 + 1e-9
+    miss = np.linalg.norm((bodies.landmarks(PERSON, found) - targets)[seen], axis=1)
+    assert np.square(miss).sum() <= cost + 1e-9
+
+
+def test_nothing_asked_changes_nothing():
+    begin = bodies.standing()
+    cost, found = reach(np.full((16, 3), np.nan), np.zeros(16), np.full(34, 0.02), begin)
+    assert cost == 0.0
+    np.testing.assert_array_equal(found.joints, begin.joints)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_points_ride_on_their_bones(seed):
+    rng = np.random.default_rng(seed)
+    pose = near(bodies.standing(), rng, 0.5)
+    bones, local = rng.integers(0, 15, 9), rng.normal(size=(9, 3))
+    world = np.empty((9, 3))
+    articulated.points(bodies.bone_frames(PERSON, pose), bones, local, world)
+    frames = naive_body.frames(PERSON.chain, pose.translation, pose.root, pose.joints)
+    expected = np.einsum("nij,nj->ni", frames[bones, :3, :3], local) + frames[bones, :3, 3]
+    np.testing.assert_allclose(world, expected, rtol=0, atol=1e-12)
