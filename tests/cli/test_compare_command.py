@@ -7,7 +7,11 @@ from pathlib import Path
 import numpy as np
 from commands import Command
 
+from motionmend.bodies.motion import Motion
+from motionmend.bodies.performer import LANDMARKS
 from motionmend.bodies.postures import Postures
+from motionmend.bodies.rig import motion_landmarks
+from motionmend.io import read
 from motionmend.io.joint_table import write_joint_table
 
 
@@ -79,6 +83,17 @@ def test_a_folder_of_tables(cli: Command, tmp_path: Path) -> None:
     ran = cli("compare", tmp_path / "truth", tmp_path / "other", "--json")
     assert ran.code == 0
     assert json.loads(ran.out)["share_above_15cm"] == 1
+
+
+def test_joints_against_joint_angles(cli: Command, library: Path, tmp_path: Path) -> None:
+    motion = read(library / "clean.amc")
+    assert isinstance(motion, Motion)
+    turned = motion_landmarks(motion)[::4] @ np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]) + [0.1, 0.2, 3.0]
+    write_joint_table(tmp_path / "seen.csv", Postures(LANDMARKS, turned, np.arange(len(turned)) / 30))
+    facts = json.loads(cli("compare", library / "clean.amc", tmp_path / "seen.csv", "--json").out)
+    assert facts["kind"] == "joints"
+    assert facts["mean_cm"] < 0.01
+    assert any("rigid" in note for note in facts["notes"])
 
 
 def test_joints_are_not_compared_with_angles(cli: Command, library: Path, tmp_path: Path) -> None:

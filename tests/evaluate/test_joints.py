@@ -125,6 +125,16 @@ def test_sensors_with_y_up_are_compared_with_cameras(signs: tuple[int, int, int]
     assert compare_joints(truth, truth).notes == ()
 
 
+def test_other_axes_are_brought_together() -> None:
+    truth = postures()
+    turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    found = compare_joints(truth, truth.with_positions(truth.positions @ turn.T + [1, 2, 3]), align=True)
+    assert found.mean_cm == pytest.approx(0.0, abs=1e-9)
+    mirrored = compare_joints(truth, truth.with_positions(truth.positions * [-1, 1, 1]), align=True)
+    assert mirrored.mean_cm is not None
+    assert mirrored.mean_cm > 5.0
+
+
 def test_nothing_in_common() -> None:
     truth = postures()
     with pytest.raises(MismatchError, match="names"):

@@ -76,7 +76,7 @@ def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
     from .compare_joints import holds_joints, judge_joints
 
     if holds_joints(pair.truth) or holds_joints(pair.other):
-        return judge_joints(pair.truth, pair.other, fps=fps)
+        return judge_joints(pair.truth, pair.other, fps=fps, skeleton=skeleton)
     truth = read(pair.truth, fps=fps, skeleton=skeleton)
     other = read(pair.other, fps=fps, skeleton=skeleton)
     guesses = tuple(dict.fromkeys((*truth.guesses, *other.guesses)))

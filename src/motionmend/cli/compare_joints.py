@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from ..bodies.postures import Postures
 
 SENSORS = (".skl", ".skeleton", ".gz", ".mat", ".json")  # endings that only recordings of joints have
+_ANGLES = (".amc", ".bvh")
 _WORST = 5  # joints listed for people; JSON has them all
 
 
@@ -34,8 +35,10 @@ def holds_joints(path: Path) -> bool:
     return kind in ("table", "ntu", "uiprmd", "utdmhad", "keraal", "azure")
 
 
-def judge_joints(truth: Path, other: Path, *, fps: float | None) -> Done:
+def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path | None = None) -> Done:
     """What `evaluate.compare_joints` finds for one pair of files.
+
+    Joint angles (.amc, .bvh) against joints are compared by the 16 joints of the tracker, in the truth's axes.
 
     Raises
     ------
@@ -43,24 +46,43 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None) -> Done:
     """
     from ..evaluate.joints import compare_joints
 
-    true, judged = _read(truth, fps), _read(other, fps)
+    true, judged = (_read(path, fps, skeleton) for path in (truth, other))
     guesses = tuple(dict.fromkeys((*true.guesses, *judged.guesses)))
-    found = compare_joints(true, judged).to_json()
+    align = any(ending(path) in _ANGLES for path in (truth, other))
+    found = compare_joints(true, judged, align=align).to_json()
     facts = {"input": other, "truth": truth, **found, "guesses": guesses}
     return Done(facts, _table(facts), guesses=guesses)
 
 
-def _read(path: Path, fps: float | None) -> "Postures":
+def _read(path: Path, fps: float | None, skeleton: Path | None) -> "Postures":
     from ..errors import MismatchError
     from ..io.joint_table import read_joint_table
     from ..io.sensor import kind_of, read_postures
 
+    if ending(path) in _ANGLES:
+        return _of_angles(path, fps, skeleton)
     if ending(path) not in (*SENSORS, ".csv", ".txt", ".trc"):
         raise MismatchError(
             f"{path}: joints are compared with joints: a table (.csv) or what a sensor reports was wanted, came "
             f"'{path.suffix}'"
         )
     return read_joint_table(path) if kind_of(path) == "joints" else read_postures(path, fps=fps)
+
+
+def _of_angles(path: Path, fps: float | None, skeleton: Path | None) -> "Postures":
+    """The tracker's joints in a recording of joint angles."""
+    import numpy as np
+
+    from ..bodies.motion import Motion
+    from ..bodies.performer import LANDMARKS
+    from ..bodies.postures import Postures
+    from ..bodies.rig import motion_landmarks
+    from ..io import read
+
+    motion = read(path, fps=fps, skeleton=skeleton)
+    assert isinstance(motion, Motion)
+    times = np.arange(motion.frames) / motion.fps
+    return Postures(LANDMARKS, motion_landmarks(motion), times, guesses=motion.guesses)
 
 
 def _table(facts: Mapping[str, Any]) -> str:

@@ -34,7 +34,7 @@ class Followed:
         more where the body is lost.
     poses : T poses of true left and right; in a frame without the person that of the last one with it, NaN before the
         first.
-    performer : the body that was followed.
+    performer : the body that was followed, with the widths as they were learned by the end.
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
     returns : (T,) whether the depth image holds anything at all.
@@ -145,7 +145,7 @@ def follow(
         done = perf_counter()
         read += there - begin
         log.add(estimate, bool(np.isfinite(frame.depth).any()), done - there)
-    return log.followed(recording, body, read, calibrate, fitted)
+    return log.followed(recording, state.performer, read, calibrate, fitted)
 
 
 def _measured(

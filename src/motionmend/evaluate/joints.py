@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
+from ..bodies.rigid import rigid_fit
 from ..errors import MismatchError
 from .metrics import bone_drift, jitter, position_error
 
@@ -65,7 +66,7 @@ class JointComparison:
         return {"kind": values.pop("kind"), **values, "notes": list(self.notes)}
 
 
-def compare_joints(truth: Postures, other: Postures) -> JointComparison:
+def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> JointComparison:
     """Compare joint positions with the truth, sample by sample.
 
     Joints are matched by name; where no name is the same, by what they mean on a body. A joint of the truth that the
@@ -75,6 +76,7 @@ def compare_joints(truth: Postures, other: Postures) -> JointComparison:
     Parameters
     ----------
     truth, other : positions in the same axes.
+    align : the axes are others: bring the other to the truth's by one rigid motion, never a mirroring.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def compare_joints(truth: Postures, other: Postures) -> JointComparison:
     place, notes = _matching(truth.names, other.names)
     truth, other, said = _in_step(truth, other)
     notes += said
-    other, said = _upright_alike(truth, other, place)
+    other, said = _aligned(truth, other, place) if align else _upright_alike(truth, other, place)
     notes += said
     true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
     other_at = np.where((place >= 0)[None, :, None], other.positions[:, place], np.nan)
@@ -160,6 +162,15 @@ def _upright_alike(truth: Postures, other: Postures, place: Ints) -> tuple[Postu
             best = apart, axes, turned
     assert best is not None
     return best[2], (f"one has y up, the other y down: the other's {best[1]} changed sign",)
+
+
+def _aligned(truth: Postures, other: Postures, place: Ints) -> tuple[Postures, tuple[str, ...]]:
+    """The other in the truth's axes, by the rigid motion that brings all joints of all frames nearest."""
+    matched = np.flatnonzero(place >= 0)
+    source = other.positions[:, place[matched]].reshape(-1, 3)
+    turn, shift = rigid_fit(source, truth.positions[:, matched].reshape(-1, 3))
+    moved = other.with_positions(other.positions @ turn.T + shift)
+    return moved, ("the other was brought to the truth's axes by one rigid motion",)
 
 
 def _up_along_y(postures: Postures) -> float:
