@@ -10,7 +10,7 @@ from .metric import Metric, regressions
 from .results import table, write_results
 from .timing import Plan
 
-SUITES = ("fit", "repair", "adaptive", "kinematics", "render", "files", "peers")
+SUITES = ("fit", "repair", "adaptive", "kinematics", "render", "files", "peers", "live")
 
 
 def main(argv: list[str] | None = None) -> int:

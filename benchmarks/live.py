@@ -9,10 +9,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import perf_counter, thread_time
 
 import numpy as np
 import psutil
+from threadpoolctl import threadpool_limits
 from websockets.asyncio.client import connect
 
 from motionmend import samples
@@ -20,7 +21,7 @@ from motionmend.arrays import Floats
 from motionmend.bodies.joint_sets import KINECT20, correspondence
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.skeleton import positions
-from motionmend.correct import Corrector, Pair
+from motionmend.correct import Corrector, CorrectorModel, Pair
 from motionmend.live.messages import Frame, Hello, encode_frame, encode_hello, read_answer
 from motionmend.models import save_model
 
@@ -60,13 +61,28 @@ def run(plan: Plan) -> list[Metric]:
     with TemporaryDirectory() as folder:
         model = Path(folder) / "sensor.mend"
         taken = _recordings()
-        save_model(model, Corrector().fit(taken))
+        corrector = Corrector().fit(taken)
+        found.append(step_alone(corrector, taken[0].sensor))
+        save_model(model, corrector)
         frames = [pair.sensor.positions for pair in taken]
         for clients in CROWDS:
             with serving(model) as (process, url):
                 crowd = asyncio.run(crowded(url, frames, clients, process))
             found += crowd.metrics(clients)
     return found
+
+
+def step_alone(model: CorrectorModel, sensor: Postures) -> Metric:
+    """Processor seconds of the corrector's own step: the rest of a frame is the server's."""
+    state, spent = model.start(sensor.names, FPS), []
+    with threadpool_limits(1):
+        for k in range(2 * sensor.frames):
+            at = k % sensor.frames
+            start = thread_time()
+            state, _ = model.step(state, sensor.positions[at], None, k / FPS)
+            spent.append(thread_time() - start)
+    low, middle, high = np.percentile(spent[sensor.frames :], (5, 50, 95)).tolist()
+    return Metric("live.step", middle, "s", "info", low=low, high=high)
 
 
 def _recordings() -> list[Pair]:

@@ -27,6 +27,7 @@ NAMES = {
     "kinematics": "Kinematics",
     "files": "Files",
     "peers": "Peers' filters",
+    "live": "Live correction",
 }
 
 

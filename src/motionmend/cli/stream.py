@@ -34,7 +34,7 @@ def stream(
 ) -> int:
     """Play a recorded sensor skeleton into a server at its own rate, and say how long the answers took.
 
-    The times between the recording's frames are kept. Exit code 1 when frames got no answer.
+    The times between the recording's frames are kept. Exit code 1 when a frame got no reply, or none was corrected.
     """
     from ..live.address import websocket_address
 
@@ -94,9 +94,9 @@ def _tell(file: Path, out: Path | None, postures: "Postures", replayed: "Replaye
     say(f"{file}: {took.size} of {frames} frames answered; round trip in ms: {times}")
     if replayed.refused:
         first = min(replayed.refused)
-        say(f"motionmend: {file}: {len(replayed.refused)} refused, frame {first} first: {replayed.refused[first]}")
+        say(f"warning ({file}): {len(replayed.refused)} frames refused, {first} first: {replayed.refused[first]}")
     if replayed.lost:
         say(
             f"motionmend: {file}: {replayed.lost} frames got no answer: the server or this machine is too slow for them"
         )
-    return 1 if replayed.lost or replayed.refused else 0
+    return 1 if replayed.lost or not took.size else 0
