@@ -23,6 +23,7 @@ from .limits_term import LimitsTerm
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .observation import Observation
+from .offers import limb_offers
 from .person import person_of
 from .prior_term import prior_term
 from .rescue import moved_to, rescued, turned
@@ -38,6 +39,7 @@ FLAGS = ("tracked", "held", "lost", "recovered", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
+OFFER = 0.004  # share of the pixels that a limb where the detector sees it must explain better
 PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 
 
@@ -186,6 +188,13 @@ def step(
         solution, restarts, doubt = mend_limbs(model, settings, state, evidence, coarse, terms, expected, solution)
         clock.lap("limbs")
     wrong = disagreement(state.performer, solution.state, coarse)
+    if settings.search and model.detector is not None:
+        for offer in limb_offers(model.detector, state.performer, solution.state, observation, coarse):
+            trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
+            after = disagreement(state.performer, trial.state, coarse)
+            if after < wrong - OFFER:
+                solution, wrong, restarts = trial, after, restarts + 1
+        clock.lap("offers")
     if settings.search and wrong > RESCUE * state.wrong + 0.03:
         solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
         clock.lap("rescue")
