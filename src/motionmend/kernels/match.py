@@ -46,7 +46,7 @@ def nearest_in_window(
     pixels : (N, 2) row and column at which the points are seen, to half a pixel.
     points : (N, 3) m.
     target : (H, W, 3) where to look, NaN = no point; each lies on its pixel's ray.
-    half : the window is 2 half + 1 pixels wide and high.
+    half : the window is 2 half + 1 pixels wide and high; 0 matches along the ray (projective).
     gate : m; points farther than this are not found.
     apart : a point at depth 1 that is seen one pixel from a ray is at least so far from it, m.
     tones, target_tones : (N,) and (H, W) intensities, read when `tone_weight` > 0.
@@ -90,25 +90,6 @@ def nearest_in_window(
                         at = row * width + column
         found[i] = at
         count += at >= 0
-    return count
-
-
-@compiled
-def same_pixel(pixels: Ints, points: Singles, target: Singles, gate: float, found: Ints) -> int:
-    """Projective matching: for each point that of its own pixel, when it is within `gate` m. As above otherwise."""
-    height, width = target.shape[0], target.shape[1]
-    count = 0
-    for i in range(pixels.shape[0]):
-        row, column = pixels[i, 0], pixels[i, 1]
-        found[i] = -1
-        if row < 0 or column < 0 or row >= height or column >= width:
-            continue
-        squared = np.float32(0.0)
-        for k in range(3):
-            squared += (target[row, column, k] - points[i, k]) ** 2
-        if squared < gate * gate:
-            found[i] = row * width + column
-            count += 1
     return count
 
 

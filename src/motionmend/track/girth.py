@@ -6,7 +6,7 @@ measured by `calibrate`.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -121,7 +121,9 @@ def _matches(view: View, evidence: Evidence, settings: TrackSettings) -> tuple[F
     hit = found >= 0
     hit &= ~evidence.free[view.pixels[:, 0], view.pixels[:, 1]]
     to = evidence.points.reshape(-1, 3)[found[hit]] - view.samples[hit]
-    parts = [(view.samples[hit], view.normals[hit], view.bones[hit], np.einsum("ni,ni->n", to, view.normals[hit]))]
+    parts: list[tuple[Any, Any, Any, Any]] = [
+        (view.samples[hit], view.normals[hit], view.bones[hit], np.einsum("ni,ni->n", to, view.normals[hit]))
+    ]
     found = np.empty(len(evidence.pixels), np.int64)
     match.nearest_in_window(
         evidence.pixels,
@@ -140,13 +142,12 @@ def _matches(view: View, evidence: Evidence, settings: TrackSettings) -> tuple[F
     away = evidence.samples[beside] - points
     size = np.linalg.norm(away, axis=1)
     parts.append((points, away / np.maximum(size, 1e-6)[:, None], bones, size))
-    for points, direction, bones, size in _outside(view, evidence):
-        parts.append((points, direction, bones, size))
+    parts += _outside(view, evidence)
     joined = [np.concatenate([part[i] for part in parts]) for i in range(4)]
     return joined[0].astype(np.float64), joined[1].astype(np.float64), joined[2], joined[3].astype(np.float64)
 
 
-def _outside(view: View, evidence: Evidence) -> list[tuple[Floats, Floats, np.ndarray, Floats]]:
+def _outside(view: View, evidence: Evidence) -> list[tuple[Any, Any, Any, Any]]:
     """Rendered samples where nobody is: they should move in the image's plane to the nearest person's pixel."""
     import cv2
 

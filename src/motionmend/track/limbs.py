@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Bools, Floats, Ints, Singles, frozen
-from ..bodies.performer import BONES, FIRST, LANDMARKS, Performer, Pose
+from ..bodies.performer import AXES, BONES, FIRST, LANDMARKS, Performer, Pose
 from ..bodies.solids import Solids
 from ..bodies.surface import intrinsics
 from .database import PoseDatabase
@@ -26,12 +26,14 @@ class Limb:
     Attributes
     ----------
     name : l_arm, r_arm, l_leg, r_leg.
-    bones : that it consists of. columns : (n,) of the 28 joint coordinates. landmarks : of the 16 that it carries.
+    bones : that it consists of. shown : the two long ones of them.
+    columns : (n,) of the 28 joint coordinates. landmarks : of the 16 that it carries.
     mirror : (n,) signs that take its coordinates to those of the other side's limb.
     """
 
     name: str
     bones: tuple[int, ...]
+    shown: tuple[int, ...]
     columns: Ints
     landmarks: Ints
     mirror: Floats
@@ -40,15 +42,17 @@ class Limb:
 def _limb(side: str, bones: tuple[str, ...], joints: tuple[str, ...], name: str) -> Limb:
     index = tuple(BONES.index(f"{side}_{bone}") for bone in bones)
     columns = [c for b in index for c in range(FIRST[b], FIRST[b + 1])]
-    signs = [s for b in index for s in ((1.0, -1.0, -1.0) if FIRST[b + 1] - FIRST[b] == 3 else (1.0,))]
+    # What turns about x turns the same way on the other side, about y and z the other way.
+    signs = [1.0 if abs(AXES[c, 0]) > 0.5 else -1.0 for c in columns]
     marks = [LANDMARKS.index(f"{side}_{joint}") for joint in joints]
-    return Limb(f"{side}_{name}", index, frozen(columns, np.int64), frozen(marks, np.int64), frozen(signs))
+    shown = index[-2:] if name == "arm" else index[:2]
+    return Limb(f"{side}_{name}", index, shown, frozen(columns, np.int64), frozen(marks, np.int64), frozen(signs))
 
 
 LIMBS = tuple(
     _limb(side, *parts)
     for parts in (
-        (("upperarm", "forearm"), ("elbow", "wrist"), "arm"),
+        (("clavicle", "upperarm", "forearm"), ("elbow", "wrist"), "arm"),
         (("thigh", "shank", "foot"), ("knee", "ankle"), "leg"),
     )
     for side in "lr"
@@ -139,7 +143,7 @@ def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
 
 
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
-    """(C,) disagreement, in pixels up to a constant, of the pose with each of `candidates` (C, n) for the limb."""
+    """(C,) what `disagreement` says of the pose with each of `candidates` (C, n) for the limb."""
     from ..kernels import limbs
 
     bones, kinds, centers, turns, sizes, tapers = _chosen(performer.solids, only=limb.bones)
@@ -165,7 +169,8 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
         MOST,
         costs,
     )
-    return costs
+    rest = limbs.disagreement(coarse.seen, coarse.free, base, MOST)
+    return np.asarray((rest + costs) / max(coarse.pixels, 1))
 
 
 def with_limb(pose: Pose, limb: Limb, values: Floats) -> Pose:

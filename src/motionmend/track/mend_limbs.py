@@ -12,6 +12,7 @@ from .evidence import Evidence
 from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
 from .model import TrackerModel
 from .settings import TrackSettings
+from .smooth_term import about
 from .solve import solve_pose
 from .terms import Term
 
@@ -47,16 +48,24 @@ def mend_limbs(
     shown = explained_by_bone(performer, solution.state, coarse, evidence.weight)
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
     for number, limb in enumerate(LIMBS):
-        if wrong < usual + SUSPECT and min(shown[limb.bones[0]], shown[limb.bones[1]]) > ENOUGH:
+        hidden = min(shown[b] for b in limb.shown) <= ENOUGH
+        if wrong < usual + SUSPECT and not hidden:
             continue
         pose = solution.state
-        now = pose.joints[limb.columns]
-        candidates = np.concatenate((now[None], expected.joints[limb.columns][None], model.limb_shapes[number]))
-        costs = limb_costs(performer, pose, limb, candidates, coarse) / max(coarse.pixels, 1)
-        order = np.argsort(costs, kind="stable")
-        better = [i for i in order[:TRIED] if costs[i] < costs[0] - 0.5 * GAIN]
-        for i in better:
-            trial = solve_pose(performer, evidence, terms, with_limb(pose, limb, candidates[i]), settings, 5)
+        now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
+        candidates = np.concatenate((now, model.limb_shapes[number]))
+        costs = limb_costs(performer, pose, limb, candidates, coarse)
+        better = [(costs[i], with_limb(pose, limb, candidates[i])) for i in np.argsort(costs, kind="stable")[:TRIED]]
+        better = [(cost, way) for cost, way in better if cost < wrong - 0.5 * GAIN]
+        if wrong >= usual + SUSPECT:
+            # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
+            before = limb_costs(performer, expected, limb, candidates, coarse)
+            i = int(np.argmin(before))
+            if before[i] < min(before[1], wrong) + 0.5 * GAIN:
+                better.append((before[i], with_limb(expected, limb, candidates[i])))
+        for _, way in sorted(better, key=lambda one: one[0])[:TRIED]:
+            begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
+            trial = solve_pose(performer, evidence, begun, way, settings, 5)
             after = disagreement(performer, trial.state, coarse)
             if after < wrong - GAIN:
                 solution, wrong = trial, after

@@ -10,6 +10,7 @@ from .evidence import Evidence
 from .limbs import Coarse, cast_parts, disagreement
 from .model import TrackerModel
 from .settings import TrackSettings
+from .smooth_term import about
 from .solve import solve_pose
 from .terms import Term
 
@@ -42,7 +43,8 @@ def rescued(
         tried += [Pose(here[1].translation, here[1].root, model.database.joints[i]) for i in ahead]
     costs = [disagreement(performer, pose, coarse) for pose in tried]
     for i in np.argsort(costs, kind="stable")[:REFINED]:
-        trial = solve_pose(performer, evidence, terms, tried[i], settings, max(settings.iterations // 2, 1))
+        begun = about(terms, tried[i])
+        trial = solve_pose(performer, evidence, begun, tried[i], settings, max(settings.iterations // 2, 1))
         after = disagreement(performer, trial.state, coarse)
         if after < wrong - GAIN:
             solution, wrong = trial, after

@@ -1,13 +1,14 @@
 """The pose stays near the one expected (equation 3.14's last term)."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from ..arrays import Floats
 from ..bodies.performer import DOFS, Pose
-from .terms import Share
+from .terms import Share, Term
 from .view import Sums, View
 
 
@@ -45,3 +46,8 @@ class SmoothTerm:
         sums.normal.ravel()[:: DOFS + 1] += self.weights
         sums.right -= self.weights * away
         return Share(float(self.weights @ away**2))
+
+
+def about(terms: Sequence[Term], expected: Pose) -> list[Term]:
+    """The same terms, smoothness being counted from another expected pose."""
+    return [replace(term, expected=expected) if isinstance(term, SmoothTerm) else term for term in terms]

@@ -1,0 +1,81 @@
+"""Plain NumPy twins of the tracker's kernels: slow, short, and plainly right."""
+
+import numpy as np
+
+# ---- kernels/match.py ------------------------------------------------------------
+
+
+def nearest_in_window(pixels, points, target, half, gate, tones=None, target_tones=None, tone_weight=0.0):
+    """Distances (N,) to the nearest point in the window, NaN where none is within the gate, and their flat indices."""
+    height, width = target.shape[:2]
+    best = np.full(len(pixels), np.nan)
+    index = np.full(len(pixels), -1)
+    for i, (row, column) in enumerate(pixels):
+        for r in range(max(0, row - half), min(height, row + half + 1)):
+            for c in range(max(0, column - half), min(width, column + half + 1)):
+                distance = np.linalg.norm(target[r, c].astype(float) - points[i].astype(float))
+                if tone_weight > 0 and np.isfinite(tones[i]) and np.isfinite(target_tones[r, c]):
+                    distance += tone_weight * abs(float(target_tones[r, c]) - float(tones[i]))
+                if distance < gate and not distance >= best[i]:
+                    best[i], index[i] = distance, r * width + c
+    return best, index
+
+
+def bone_system(points, normals, residuals, along, scale, weight):
+    """(6, 6) and (6,) of one bone's matches: rows [x × n, n] and, for the part in all directions, [x × e, e]."""
+    hessian, gradient, cost = np.zeros((6, 6)), np.zeros(6), 0.0
+    for x, n, r in zip(points, normals, residuals, strict=True):
+        squared = along * (n @ r) ** 2 + (1 - along) * (r @ r)
+        w = weight if np.isinf(scale) else weight * (scale**2 / (scale**2 + squared)) ** 2
+        cost += weight * squared if np.isinf(scale) else weight * squared * scale**2 / (scale**2 + squared)
+        for direction, share in [(n, along), *((e, 1 - along) for e in np.eye(3))]:
+            row = np.concatenate((np.cross(x, direction), direction))
+            hessian += w * share * np.outer(row, row)
+            gradient += w * share * row * (direction @ r)
+    return hessian, gradient, cost
+
+
+def assembled(hessian, gradient, twists, moves):
+    """Chain rule over all bones: (D, D) and (D,)."""
+    normal, right = np.zeros((len(twists), len(twists))), np.zeros(len(twists))
+    for b in range(len(hessian)):
+        full = np.triu(hessian[b]) + np.triu(hessian[b], 1).T
+        slope = twists * moves[b][:, None]
+        normal += slope @ full @ slope.T
+        right += slope @ gradient[b]
+    return normal, right
+
+
+def outward_shift(row, column, free):
+    """Rows and columns to the nearest pixel that is not free, squared distance; None when all are."""
+    rows, columns = np.nonzero(~free)
+    if not len(rows):
+        return None
+    return int(((rows - row) ** 2 + (columns - column) ** 2).min())
+
+
+def near_sides(depth, unknown, jump):
+    """(H, W) True beside an empty or much farther pixel that is not unknown."""
+    edge = np.zeros(depth.shape, bool)
+    for r, c in np.argwhere(np.isfinite(depth)):
+        for dr, dc in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            y, x = r + dr, c + dc
+            if 0 <= y < depth.shape[0] and 0 <= x < depth.shape[1] and not unknown[y, x]:
+                edge[r, c] |= np.isnan(depth[y, x]) or depth[y, x] > depth[r, c] + np.float32(jump)
+    return edge
+
+
+def joint_spread(covariance, twists, moved, point):
+    """Root of a third of the trace of a point's covariance."""
+    slope = np.where(moved[:, None], np.cross(twists[:, :3], point) + twists[:, 3:], 0.0)
+    return np.sqrt(np.trace(slope.T @ covariance @ slope) / 3)
+
+
+# ---- kernels/limbs.py ------------------------------------------------------------
+
+
+def disagreement(seen, free, rendered, most):
+    """Sum over pixels: unknown 0, only one of both 1, else the capped difference."""
+    both = np.isfinite(seen) & np.isfinite(rendered)
+    total = (np.isfinite(seen) & np.isnan(rendered)).sum() + (np.isnan(seen) & free & np.isfinite(rendered)).sum()
+    return total + np.minimum(1.0, np.abs(seen[both].astype(float) - rendered[both]) / most).sum()

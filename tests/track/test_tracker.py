@@ -1,0 +1,291 @@
+"""The tracker's laws: derivatives, where optima lie, what has no influence, what is said when nobody is there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motionmend.bodies import anatomy
+from motionmend.bodies.camera import KINECT, DepthFrame
+from motionmend.bodies.performer import DOFS, LANDMARKS, Pose, advance, bone_frames, landmarks, standing
+from motionmend.bodies.surface import render
+from motionmend.errors import UsageError
+from motionmend.kernels import match
+from motionmend.track.certainty import certainty_of, explained_by_bone, trust_of
+from motionmend.track.database import PoseDatabase
+from motionmend.track.evidence import evidence_of
+from motionmend.track.freespace_term import FreespaceTerm
+from motionmend.track.girth import AXES_OF
+from motionmend.track.limbs import LIMBS, coarse_of, with_limb
+from motionmend.track.limits_term import LimitsTerm
+from motionmend.track.model import TrackerModel
+from motionmend.track.observation import Observation
+from motionmend.track.prior_term import PriorTerm, prior_term
+from motionmend.track.settings import settings_of
+from motionmend.track.smooth_term import SmoothTerm, difference
+from motionmend.track.solve import solve_pose
+from motionmend.track.surface_term import SurfaceTerm
+from motionmend.track.tracker import start, step, terms_of
+from motionmend.track.view import Sums, view_of
+
+BODY = anatomy.average()
+
+
+def some_pose(seed=0, much=0.2):
+    """Somebody standing not quite upright with arms and legs somewhere, 2.7 m away."""
+    rng = np.random.default_rng(seed)
+    delta = np.concatenate((np.zeros(3), rng.normal(0, 0.1, 3), rng.normal(0, much, DOFS - 6)))
+    arms = standing((0.0, 0.05, 2.7)).joints.copy()
+    return advance(BODY, Pose((0.0, 0.05, 2.7), standing().root, 0.5 * arms), delta)
+
+
+def seen(pose, body=BODY, unknown=None):
+    """What a perfect camera observes of a pose; nobody elsewhere, but for pixels nothing is known of."""
+    depth = render(body, pose, KINECT).depth.copy()
+    free = np.isnan(depth)
+    if unknown is not None:
+        depth[unknown], free[unknown] = np.nan, False
+    return Observation(KINECT, depth, free, 0.0)
+
+
+def library(seed=1, count=60):
+    """Poses about the one of `some_pose`, as one clip."""
+    rng = np.random.default_rng(seed)
+    joints = some_pose().joints + rng.normal(0, 0.2, (count, DOFS - 6)) * np.linspace(1, 0.1, DOFS - 6)
+    return PoseDatabase(joints, np.full(count, count - 1))
+
+
+def off(pose, other):
+    """Distances of the 16 joints, m."""
+    return np.linalg.norm(landmarks(BODY, pose) - landmarks(BODY, other), axis=1)
+
+
+@pytest.mark.parametrize("along", [0.0, 1.0])
+def test_the_surface_term_is_linear_in_the_finite_differences_of_its_points(along):
+    plain = replace(
+        settings_of("default"), along_normal=along, scale=np.inf, gate=np.inf, two_way=False, every=4, window=5
+    )
+    pose = some_pose()
+    evidence = evidence_of(seen(advance(BODY, pose, np.full(DOFS, 0.01))), plain)
+    view = view_of(BODY, pose, evidence, plain.every)
+    sums = Sums()
+    SurfaceTerm(evidence, plain).linearize(view, sums, 99)
+    normal, right = sums.assembled(view)
+    # The same sums from a Jacobian made of finite differences of points fixed to bones.
+    found, none = np.empty(len(view.pixels), np.int64), np.empty(0, np.float32)
+    match.nearest_in_window(
+        view.pixels, view.samples, evidence.points, 2, np.inf, evidence.apart, none, none[None], 0.0, found
+    )
+    frames = bone_frames(BODY, pose)
+    ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
+    local = np.einsum("nij,nj->ni", np.linalg.inv(frames)[view.bones], ones)
+    jacobian = np.empty((len(local), 3, DOFS))
+    for d in range(DOFS):
+        ahead, behind = (bone_frames(BODY, advance(BODY, pose, h * np.eye(DOFS)[d])) for h in (1e-6, -1e-6))
+        jacobian[:, :, d] = np.einsum("nij,nj->ni", (ahead - behind)[view.bones], local)[:, :3] / 2e-6
+    hit = found >= 0
+    residual = evidence.points.reshape(-1, 3)[found] - view.samples
+    if along == 1.0:
+        jacobian = np.einsum("ni,nid->nd", view.normals.astype(float), jacobian)[:, None]
+        residual = np.einsum("ni,ni->n", view.normals, residual)[:, None]
+    jacobian, residual = jacobian[hit].reshape(-1, DOFS), residual[hit].reshape(-1).astype(float)
+    tolerance = 1e-3 * np.abs(normal).max()
+    np.testing.assert_allclose(normal, evidence.weight * jacobian.T @ jacobian, atol=tolerance)
+    np.testing.assert_allclose(right, evidence.weight * jacobian.T @ residual, atol=1e-3 * np.abs(right).max())
+
+
+def test_smoothness_limits_and_prior_are_the_derivatives_of_their_costs(rng):
+    pose = advance(BODY, some_pose(), np.full(DOFS, 0.3))
+    root = rng.normal(size=(DOFS - 6, DOFS - 6))
+    terms = (
+        SmoothTerm(some_pose(), rng.uniform(0.1, 1.0, DOFS)),
+        LimitsTerm(np.tile((-0.2, 0.2), (DOFS, 1)), 3.0),
+        PriorTerm(rng.normal(size=DOFS - 6), root @ root.T),
+    )
+    evidence = evidence_of(seen(pose), settings_of("default"))
+    for term in terms:
+        sums = Sums()
+        share = term.linearize(view_of(BODY, pose, evidence, 4), sums, 0)
+        assert share.cost == pytest.approx(term.residual(view_of(BODY, pose, evidence, 4)))
+        slope = np.empty(DOFS)
+        for d in range(DOFS):
+            moved = [advance(BODY, pose, h * np.eye(DOFS)[d]) for h in (1e-5, -1e-5)]
+            ahead, behind = (term.residual(view_of(BODY, one, evidence, 4)) for one in moved)
+            slope[d] = (ahead - behind) / 2e-5
+        # A large turn of the root adds as vectors only to first order.
+        rows = np.r_[0:3, 6:DOFS]
+        np.testing.assert_allclose(-2.0 * sums.right[rows], slope[rows], rtol=1e-4, atol=1e-6)
+
+
+def test_differences_of_poses_undo_increments(rng):
+    delta = rng.normal(0, 0.4, DOFS)
+    pose = some_pose()
+    np.testing.assert_allclose(difference(advance(BODY, pose, delta), pose), delta, atol=1e-9)
+
+
+def test_a_body_rendered_from_its_own_pose_stays_put():
+    model, settings = TrackerModel(PoseDatabase(np.empty((0, DOFS - 6)), np.empty(0))), settings_of("default")
+    pose = some_pose()
+    depth = render(BODY, pose, KINECT).depth
+    state = start(model, settings, DepthFrame(KINECT, depth, None, 0.0), BODY, pose)
+    for t in range(6):
+        state, estimate = step(model, settings, state, DepthFrame(KINECT, depth, None, t / 30))
+    assert off(estimate.pose, pose).max() < 0.01
+    assert estimate.flags[0] == "tracked"
+    assert estimate.wrong < 0.1
+    np.testing.assert_allclose(np.exp(state.girth.scale), 1.0, atol=0.04)
+
+
+def test_the_optimum_does_not_move_with_a_start_less_than_five_degrees_away(rng):
+    pose = some_pose(2)
+    settings = settings_of("default", ("surface", "edge", "limits", "freespace"))
+    evidence = evidence_of(seen(pose), settings)
+    ends = []
+    for _ in range(4):
+        delta = rng.normal(size=DOFS)
+        delta[:3] = rng.uniform(-0.02, 0.02, 3)
+        delta[3:] *= np.radians(5.0) / np.abs(delta[3:]).max()
+        begin = advance(BODY, pose, delta)
+        terms = [SurfaceTerm(evidence, settings), FreespaceTerm(evidence, settings)]
+        terms.append(SmoothTerm(begin, np.full(DOFS, 1e-4)))
+        ends.append(solve_pose(BODY, evidence, terms, begin, settings, 30).state)
+    for end in ends:
+        assert off(end, pose).mean() < 0.006
+        assert off(end, ends[0]).mean() < 0.008
+
+
+def test_pixels_marked_missing_have_no_influence():
+    settings = settings_of("default")
+    pose = some_pose()
+    aside = np.zeros((240, 320), bool)
+    aside[:, 200:] = True  # nothing of the person; but the model will reach there
+    model = advance(BODY, pose, np.concatenate(((0.45, 0.0, 0.0), np.zeros(DOFS - 3))))
+    costs = []
+    for unknown in (aside & np.isnan(render(BODY, pose, KINECT).depth), None):
+        evidence = evidence_of(seen(pose, unknown=unknown), settings)
+        view, sums = view_of(BODY, model, evidence, 2), Sums()
+        costs.append(FreespaceTerm(evidence, settings).linearize(view, sums, 0).samples)
+        if unknown is not None:
+            out = view.pixels[:, 1] * 2 + (KINECT.cx - evidence.camera.cx * 2) > 206
+            assert out.sum() > 10
+            assert not evidence.free[tuple(view.pixels[out].T)].any()
+    assert costs[0] < costs[1]
+
+
+def test_an_arm_put_elsewhere_is_found_again():
+    database = library()
+    pose = some_pose()
+    raised = with_limb(pose, LIMBS[0], pose.joints[LIMBS[0].columns] + np.array([0, 0, 0.2, 0.9, 0.9, 0.8]))
+    joints = np.concatenate((database.joints, [raised.joints] * 3))
+    model = TrackerModel(PoseDatabase(joints, np.full(len(joints), len(joints) - 1)))
+    settings = settings_of("default")
+    depth = render(BODY, raised, KINECT).depth
+    wrist = LANDMARKS.index("l_wrist")
+    assert off(raised, pose)[wrist] > 0.2
+    state = start(model, settings, DepthFrame(KINECT, depth, None, 0.0), BODY, pose)
+    for t in range(5):
+        state, estimate = step(model, settings, state, DepthFrame(KINECT, depth, None, t / 30))
+    assert off(estimate.pose, raised)[wrist] < 0.04
+
+
+def test_an_empty_frame_is_said_to_be_empty_and_the_person_is_taken_up_again():
+    settings, pose = settings_of("default"), some_pose()
+    model = TrackerModel(library())
+    depth = render(BODY, pose, KINECT).depth
+    nothing = np.full(depth.shape, np.nan, np.float32)
+    state = start(model, settings, DepthFrame(KINECT, depth, None, 0.0), BODY, pose)
+    state, _ = step(model, settings, state, DepthFrame(KINECT, depth, None, 0.0))
+    spreads = []
+    for t in (1, 2, 3):
+        state, estimate = step(model, settings, state, DepthFrame(KINECT, nothing, None, t / 30))
+        assert estimate.flags == ("empty",)
+        spreads.append(estimate.std.min())
+    assert spreads[0] >= 0.10
+    assert spreads == sorted(spreads)
+    assert spreads[2] > spreads[0]
+    state, estimate = step(model, settings, state, DepthFrame(KINECT, depth, None, 0.2))
+    assert "recovered" in estimate.flags
+    assert off(estimate.pose, pose).mean() < 0.02
+
+
+def test_a_limb_out_of_sight_is_held_and_less_and_less_sure():
+    settings, model = settings_of("default"), TrackerModel(library())
+    pose = some_pose()
+    wrist = LANDMARKS.index("r_wrist")
+    depth = render(BODY, pose, KINECT)
+    unknown = np.isin(depth.bones, [7, 8])  # something before the arm: neither the person nor free
+    state = start(model, settings, DepthFrame(KINECT, depth.depth, None, 0.0), BODY, pose)
+    observation = seen(pose, unknown=unknown)
+    evidence = evidence_of(observation, settings)
+    terms = terms_of(model, settings, state, evidence, pose)
+    solution = solve_pose(BODY, evidence, terms, pose, settings)
+    share = explained_by_bone(BODY, solution.state, coarse_of(evidence), evidence.weight)
+    _, visible = trust_of(share)
+    assert not visible[wrist]
+    assert visible[LANDMARKS.index("l_wrist")]
+    hidden = [np.where(visible, 0.0, since) for since in (0.0, 0.2, 1.0)]
+    std = [certainty_of(BODY, solution.state, solution.system, h, np.zeros(16), 0.1)[1] for h in hidden]
+    assert std[0][wrist] < std[1][wrist] < std[2][wrist]
+    assert std[0][wrist] > 1.5 * std[0][LANDMARKS.index("l_wrist")]
+
+
+def test_widths_are_learned_and_lengths_are_not():
+    settings, model, pose = settings_of("default"), TrackerModel(library()), some_pose()
+    factors = np.ones((15, 3))
+    factors[[0, 1]] = (1.2, 1.0, 1.2)
+    stout = replace(BODY, solids=BODY.solids.stretched(factors))
+    rng = np.random.default_rng(0)
+    state, here = None, pose
+    for t in range(14):
+        here = advance(BODY, pose, np.concatenate((np.zeros(6), 0.1 * np.sin(0.4 * t) * np.sign(rng.normal(size=28)))))
+        frame = DepthFrame(KINECT, render(stout, here, KINECT).depth, None, t / 30)
+        state = start(model, settings, frame, BODY, here) if state is None else state
+        state, estimate = step(model, settings, state, frame)
+    assert np.exp(state.girth.scale[0]) > 1.08
+    assert len(AXES_OF) == len(state.girth.scale)
+    np.testing.assert_array_equal(state.performer.offsets, BODY.offsets)
+    assert off(estimate.pose, here).mean() < 0.03
+
+
+def test_the_prior_of_the_dissertation_leaves_what_the_basis_explains():
+    database = library()
+    pose = some_pose()
+    term = prior_term(database, pose, settings_of("paper"))
+    rest = term.form / settings_of("paper").prior
+    np.testing.assert_allclose(rest @ rest, rest, atol=1e-9)
+    assert prior_term(PoseDatabase(np.empty((0, 28)), np.empty(0)), pose, settings_of("paper")) is None
+
+
+def test_followers_end_with_their_clip():
+    database = PoseDatabase(np.zeros((7, 28)), np.array([3, 3, 3, 3, 6, 6, 6]))
+    np.testing.assert_array_equal(database.following(np.array([0, 3, 5]), 3), [[1, 2, 3], [3, 3, 3], [6, 6, 6]])
+
+
+def test_models_come_back_from_arrays():
+    model = TrackerModel(library())
+    again = TrackerModel.from_arrays(*model.to_arrays())
+    np.testing.assert_array_equal(again.database.joints, model.database.joints)
+    np.testing.assert_array_equal(again.database.last, model.database.last)
+    assert again.detector is None
+
+
+def test_the_same_frames_give_the_same_numbers():
+    settings, model, pose = settings_of("default"), TrackerModel(library()), some_pose()
+    results = []
+    for _ in range(2):
+        frame = DepthFrame(KINECT, render(BODY, advance(BODY, pose, np.full(DOFS, 0.02)), KINECT).depth, None, 0.0)
+        state = start(model, settings, frame, BODY, pose)
+        results.append(step(model, settings, state, frame)[1].landmarks)
+    np.testing.assert_array_equal(*results)
+
+
+def test_bad_settings_are_refused():
+    with pytest.raises(UsageError, match="terms of surface"):
+        settings_of("default", ("surface", "smell"))
+    with pytest.raises(UsageError, match="surface must be"):
+        settings_of("paper", ("edge",))
+    with pytest.raises(UsageError, match="preset"):
+        settings_of("best")
+    frame = DepthFrame(KINECT, np.full((240, 320), np.nan, np.float32))
+    with pytest.raises(UsageError, match="start pose"):
+        start(TrackerModel(library()), settings_of(), frame, BODY)
