@@ -149,9 +149,8 @@ def _searched(
 ) -> tuple[Floats, float]:
     """The best joint coordinates (n,) found for a limb, and by how much they are better than its own."""
     low, high = performer.limits[6 + limb.columns].T
-    pixels = max(coarse.pixels, 1)
     some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), low, high)
-    costs = limb_costs(performer, pose, limb, some, coarse) / pixels
+    costs = limb_costs(performer, pose, limb, some, coarse)
     own = costs[0]
     for spread in ROUNDS:
         best = np.argsort(costs, kind="stable")[:ELITE]
@@ -159,7 +158,7 @@ def _searched(
         fresh = some[rng.integers(len(some), size=DRAWN)] + spread * rng.normal(size=(DRAWN, some.shape[1]))
         fresh = np.clip(fresh, low, high)
         some = np.concatenate((some, fresh))
-        costs = np.concatenate((costs, limb_costs(performer, pose, limb, fresh, coarse) / pixels))
+        costs = np.concatenate((costs, limb_costs(performer, pose, limb, fresh, coarse)))
     first = int(np.argmin(costs))
     return some[first], float(own - costs[first])
 
