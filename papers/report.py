@@ -26,7 +26,8 @@ ABOUT = {
     "local mixture of Gaussian process models* (IEEE TVCG 2016). Errors are mean distances over joints, of people the "
     "model has not learned from.",
     BEYOND: "What the package sets itself. The method `adaptive` is told nothing of the noise, the outliers or how well "
-    "the library fits; clips and people are in no library. A limit that is not reached says so and why.",
+    "the library fits; the clips tried are in no library, nor are the people where it says so. A limit that is not reached "
+    "says so and why.",
 }
 TITLES = {
     DENOISING: "Denoising: what the dissertation claims, and what came out here",

@@ -94,7 +94,7 @@ def test_what_was_seen_once_widens_the_limits():
     origin = np.full((200, 1), Origin.MEASURED, dtype=np.uint8)
     origin[150] = Origin.FILLED
     found = brought_inside(values, np.ones((200, 1)), origin, np.array([[-30.0, 30.0]]), origin == Origin.FILLED)
-    assert found.values[150, 0] == pytest.approx(37.0)
+    assert found.values[150, 0] == pytest.approx(35.0)  # so far it was surely seen
     assert found.values[100, 0] == 37.0
 
 

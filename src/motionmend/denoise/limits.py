@@ -37,7 +37,7 @@ class Inside:
 def brought_inside(values: Floats, std: Floats, origin: Bytes, limits: Floats, made_up: Bools) -> Inside:
     """Bring samples that a repair made up to the nearest value within limits.
 
-    What was measured and believed is never moved: it widens the limits to what the joint has been seen to do, and
+    What was measured and believed is never moved: it widens the limits to what the joint has surely been seen to do, and
     where it often lies beyond them, by more than it is unsure, the limits are wrong and the channel is left alone.
 
     Parameters
@@ -57,11 +57,12 @@ def brought_inside(values: Floats, std: Floats, origin: Bytes, limits: Floats, m
     measured = (origin == Origin.MEASURED) & np.isfinite(turned)
     low, high = limits.T
     excess = np.maximum(low - turned, turned - high)
-    surely = measured & (excess > ROUNDED + SURELY * np.nan_to_num(std))
+    doubt = SURELY * np.nan_to_num(std)
+    surely = measured & (excess > ROUNDED + doubt)
     share = surely.sum(axis=0) / np.maximum(measured.sum(axis=0), 1)
     broken = np.where(share > BROKEN, share, 0.0)
-    low = np.minimum(low, np.where(measured, turned, np.inf).min(axis=0, initial=np.inf))
-    high = np.maximum(high, np.where(measured, turned, -np.inf).max(axis=0, initial=-np.inf))
+    low = np.minimum(low, np.where(measured, turned + doubt, np.inf).min(axis=0, initial=np.inf))
+    high = np.maximum(high, np.where(measured, turned - doubt, -np.inf).max(axis=0, initial=-np.inf))
     held = np.clip(turned, low, high)
     moved = made_up & (held != turned) & np.isfinite(turned) & (broken == 0.0)
     return Inside(np.where(moved, values + held - turned, values), moved, broken)
