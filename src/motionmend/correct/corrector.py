@@ -5,24 +5,28 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from ..arrays import Bools, Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats
 from ..bodies.postures import Postures
 from ..errors import MismatchError, UsageError
 from ..numerics.factors import Factors
-from .anatomy import anatomy, following, matched
-from .follow import Followed
-from .hindsight import judged_again, placed_again
+from ..numerics.local_gp import Mixture
+from .anatomy import anatomy, following
+from .classic import Samples
+from .joining import Joining, inward, joined, outward
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
 from .normalise import Standard, bone_lengths
+from .online import Memory, blank, remembered, taken_in
 from .pairing import Pair
+from .paper import learned_mixture, neighbour_inputs
+from .recordings import METHODS, PAPER, Knowledge, by_default, by_paper, by_rival
 from .reliability import Detector
-from .settling import Body, bones_outward, settled_frame, settled_recording, unborn
+from .settling import Body, settled_frame, unborn
 from .spatial import Committee, fit_committee, shape_features
-from .watching import Sight, Watcher, acquainted, fresh, look, rows_of
+from .watching import Sight, Watcher, fresh, look, rows_of
 
-METHODS = ("default",)
-GLIMPSE = 300  # frames of a recording that are looked at twice
+KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,7 @@ class Corrector:
             raise MismatchError("wanted frames with all of the sensor's joints and some truth, came none")
         committee = fit_committee(samples, offsets, body, self.members, self.size, self.seed)
         paired = np.isfinite(offsets).all(axis=2).mean(axis=0) > 0.05
+        kept = np.linspace(0, len(samples) - 1, min(len(samples), KEPT)).astype(int)
         some = samples[:: max(len(samples) // 500, 1)]
         moved = some + following(body.names, paired) @ committee.predict(shape_features(some, body))[0]
         return CorrectorModel(
@@ -70,38 +75,30 @@ class Corrector:
             committee,
             np.append(bone_lengths(moved, body).mean(axis=0), np.nan),
             paired,
+            Samples(*(np.float32(part[kept]).astype(np.float64) for part in (samples, offsets))),
             len(pairs),
             len(samples),
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Joining:
-    """How a recording's joints go with the model's: by meaning, and what has no partner follows its neighbours.
+class CorrectorState:
+    """One client's correction between two frames.
 
     Attributes
     ----------
-    to_model : (J of model,) the recording's joint of each of the model's, -1 = none.
-    spread : (J, J of model) how the model's shifts move the recording's joints.
-    bones : (B, 2) of the recording's joints, from the root outward.
-    model_bones : (B,) the model's bone between the same joints, -1 = none.
+    joining : how the client's joints go with the model's.
+    fps : Hz, nominal.
+    sight : what is known of the sensor's posture.
+    shown : what was put out.
+    memory : what was learned on the way; None when nothing is to be.
     """
-
-    names: tuple[str, ...]
-    to_model: Ints
-    spread: Floats
-    bones: Ints
-    model_bones: Ints
-
-
-@dataclass(frozen=True, eq=False)
-class CorrectorState:
-    """One client's correction between two frames."""
 
     joining: Joining
     fps: float
     sight: Sight
-    body: Body
+    shown: Body
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +133,7 @@ class CorrectorModel:
     committee : the offsets.
     bones : (B + 1,) mean lengths of corrected bones in standard metres, the last NaN.
     paired : (J,) joints of which some truth was known.
+    samples : some of what it was learned from, for the methods it is compared with.
     pairs, frames : how many it was learned from.
     """
 
@@ -147,27 +145,34 @@ class CorrectorModel:
     committee: Committee
     bones: Floats
     paired: Bools
+    samples: Samples
     pairs: int
     frames: int
 
     def __post_init__(self) -> None:
-        body = anatomy(self.names)
-        object.__setattr__(self, "_watcher", Watcher(body, self.standard, self.factors, self.detector))
-        object.__setattr__(self, "_following", following(self.names, self.paired))
+        watcher = Watcher(anatomy(self.names), self.standard, self.factors, self.detector)
+        knowledge = Knowledge(watcher, self.committee, following(self.names, self.paired), self.samples)
+        object.__setattr__(self, "_knowledge", knowledge)
+
+    @property
+    def knowledge(self) -> Knowledge:
+        """What recordings are corrected with."""
+        found: Knowledge = self.__dict__["_knowledge"]
+        return found
 
     @property
     def watcher(self) -> Watcher:
         """What looks at frames."""
-        found: Watcher = self.__dict__["_watcher"]
-        return found
+        return self.knowledge.watcher
 
-    def start(self, names: Sequence[str], fps: float = 30.0) -> CorrectorState:
+    def start(self, names: Sequence[str], fps: float = 30.0, online: bool = False) -> CorrectorState:
         """The state before a client's first frame.
 
         Parameters
         ----------
         names : of the client's joints.
         fps : Hz, nominal.
+        online : learn from the client's own frames.
 
         Raises
         ------
@@ -176,27 +181,13 @@ class CorrectorModel:
         """
         if not fps > 0:
             raise UsageError(f"a rate above 0 Hz was wanted, came {fps}")
-        joining = self._joining(tuple(names))
-        return CorrectorState(joining, float(fps), fresh(self.watcher), unborn(len(names), len(joining.bones)))
-
-    def _joining(self, names: tuple[str, ...]) -> Joining:
-        to_model = matched(names, self.names)
-        if (to_model >= 0).sum() < 4:
-            raise MismatchError(
-                f"wanted at least 4 joints that the model knows ({', '.join(self.names[:6])}, ...), came "
-                f"{int((to_model >= 0).sum())} among {', '.join(names[:6])}, ..."
-            )
-        back = np.full(len(names), -1, dtype=np.int64)
-        for k, joint in enumerate(to_model):
-            if joint >= 0:
-                back[joint] = k
-        own = np.zeros((len(names), len(self.names)))
-        have = np.flatnonzero(back >= 0)
-        own[have, back[have]] = 1.0
-        bones = bones_outward(names)
-        known = {(int(p), int(c)): b for b, (p, c) in enumerate(self.watcher.body.bones)}
-        model_bones = np.array([known.get((int(back[p]), int(back[c])), -1) for p, c in bones], dtype=np.int64)
-        return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones)
+        joining = joined(names, self.watcher.body)
+        memory = None
+        if online:
+            inputs = neighbour_inputs(self.factors.mean[None], self.watcher.body)
+            memory = blank(inputs.shape[1], inputs.shape[2])
+        shown = unborn(len(joining.names), len(joining.bones))
+        return CorrectorState(joining, float(fps), fresh(self.watcher), shown, memory)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -214,19 +205,25 @@ class CorrectorModel:
         -------
         The state after this frame, and the corrected frame.
         """
-        joining = state.joining
+        joining, body = state.joining, self.watcher.body
         given = np.asarray(positions, dtype=np.float64)
-        rows = rows_of(joining.to_model, given)
-        told = None if states is None else _states_of(joining, np.asarray(states))
-        sight = look(self.watcher, state.sight, rows, told, float(time))
-        followed = sight.followed
-        moved, std = self._moved(followed.posture[None], followed.std[None])
-        placed, deviation, trust = self._outward(joining, given[None], [sight], moved, std, followed.failing[None])
-        body, settled = settled_frame(
-            state.body, placed[0], float(time), trust[0], joining.bones, self.bones[joining.model_bones] * sight.scale
-        )
+        told = None if states is None else joining.states(np.asarray(states))
+        sight = look(self.watcher, state.sight, rows_of(joining.to_model, given), told, float(time))
+        followed, memory = sight.followed, state.memory
+        moved, std = self.knowledge.moved(followed.posture[None], followed.std[None])
+        learned = moved
+        inputs = neighbour_inputs(followed.posture[None], body)[0] if memory is not None else np.zeros((0, 0))
+        if memory is not None:
+            learned = moved + remembered(memory, inputs)
+        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, followed.failing[None])
+        prior = self.bones[joining.model_bones] * sight.scale
+        shown, settled = settled_frame(state.shown, placed[0], float(time), trust[0], joining.bones, prior)
+        if memory is not None:
+            shifts = inward(joining, [sight], settled[None])[0] - moved[0]
+            memory = taken_in(memory, float(time), inputs, shifts, 1.0 - followed.failing, followed.std < 0.01)
         flags = _words(sight, joining.to_model >= 0)
-        return replace(state, sight=sight, body=body), Corrected(settled, deviation[0], trust[0], flags)
+        after = replace(state, sight=sight, shown=shown, memory=memory)
+        return after, Corrected(settled, deviation[0], trust[0], flags)
 
     def correct(self, postures: Postures, online: bool = False, method: str = "default") -> Postures:
         """Correct a recording.
@@ -247,61 +244,24 @@ class CorrectorModel:
         """
         if method not in METHODS:
             raise UsageError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}")
-        fps = postures.fps if np.isfinite(postures.fps) and postures.fps > 0 else 30.0
-        state = self.start(postures.names, fps)
-        rows = rows_of(state.joining.to_model, postures.positions)
-        state = replace(state, sight=acquainted(self.watcher, rows, state.sight))
-        known = self._watched(state, rows[:GLIMPSE], postures)
-        if known:  # a first look tells what is this person's and this sensor's own
-            met = known[-1].followed
-            state = replace(
-                state, sight=replace(state.sight, followed=replace(state.sight.followed, own=met.own, met=met.met))
-            )
-        sights = self._watched(state, rows, postures)
-        if not sights:
-            return replace(postures, std=np.zeros(rows.shape[:2]), reliability=np.zeros(rows.shape[:2]))
-        failing = judged_again(sights)
-        posture, unsure = placed_again(self.factors, sights, failing)
-        moved, std = self._moved(posture, unsure)
-        positions, std, reliability = self._outward(state.joining, postures.positions, sights, moved, std, failing)
-        positions = settled_recording(positions, postures.times, reliability, state.joining.bones)
-        return replace(postures, positions=positions, std=std, reliability=reliability)
+        if not postures.frames:
+            joined(postures.names, self.watcher.body)
+            nothing = np.zeros((0, len(postures.names)))
+            return replace(postures, std=nothing, reliability=nothing)
+        with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
+            if method == "default":
+                return by_default(self.knowledge, postures, online)
+            if method in PAPER:
+                return by_paper(self.knowledge, self._mixture(), postures, method, online)
+            return by_rival(self.knowledge, postures, method)
 
-    def _watched(self, state: CorrectorState, rows: Floats, postures: Postures) -> list[Sight]:
-        sights: list[Sight] = []
-        for t, row in enumerate(rows):
-            told = None if postures.state is None else _states_of(state.joining, postures.state[t])
-            sights.append(
-                look(self.watcher, sights[-1] if sights else state.sight, row, told, float(postures.times[t]))
-            )
-        return sights
-
-    def _moved(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
-        """(T, J, 3) the corrected postures in standard form and (T, J) their standard deviation."""
-        offsets, variance = self.committee.predict(shape_features(posture, self.watcher.body))
-        return posture + self.__dict__["_following"] @ offsets, np.sqrt(variance + unsure**2)
-
-    def _outward(
-        self, joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats, failing: Floats
-    ) -> tuple[Floats, Floats, Floats]:
-        here = np.concatenate(
-            [one.placement.outward(posture[None]) for one, posture in zip(sights, moved, strict=True)]
-        )
-        if sights[-1].upright is not None:
-            here = here @ sights[-1].upright
-        old = rows_of(joining.to_model, given)
-        seen = np.isfinite(old).all(axis=2)
-        placed = np.where(
-            np.isfinite(given), given + joining.spread @ np.where(seen[..., None], here - old, 0.0), np.nan
-        )
-        have = joining.to_model >= 0
-        anyone = seen.any(axis=1)
-        placed[:, joining.to_model[have]] = np.where(anyone[:, None, None], here[:, have], np.nan)
-        trust = np.where(seen & ~np.stack([one.swapped for one in sights]), 1.0 - failing, 0.0)
-        share = np.abs(joining.spread).T
-        scale = np.array([one.scale for one in sights])[:, None]
-        reliable = np.where(np.isfinite(given).all(axis=2), np.clip(trust @ share, 0.0, 1.0), 0.0)
-        return placed, (std * scale) @ share, reliable
+    def _mixture(self) -> Mixture:
+        """The paper's local models, learned from the samples when first asked for."""
+        if "_learned_mixture" not in self.__dict__:
+            mixture = learned_mixture(self.samples, self.watcher.body, self.settings.seed)
+            object.__setattr__(self, "_learned_mixture", mixture)
+        found: Mixture = self.__dict__["_learned_mixture"]
+        return found
 
     def to_arrays(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arrays and a JSON-able header from which `from_arrays` makes the model again."""
@@ -311,6 +271,8 @@ class CorrectorModel:
             "paired": self.paired,
         }
         arrays["bones"] = self.bones
+        arrays["samples.postures"] = self.samples.postures.astype(np.float32)
+        arrays["samples.offsets"] = self.samples.offsets.astype(np.float32)
         arrays |= {f"factors.{name}": getattr(self.factors, name) for name in ("mean", "loadings", "rates", "noise")}
         arrays |= {f"detector.{name}": value for name, value in self.detector.to_arrays().items()}
         arrays |= {f"committee.{name}": value for name, value in self.committee.to_arrays().items()}
@@ -340,13 +302,10 @@ class CorrectorModel:
             Committee.from_arrays(below("committee.")),
             arrays["bones"],
             arrays["paired"],
+            Samples(arrays["samples.postures"].astype(np.float64), arrays["samples.offsets"].astype(np.float64)),
             header["pairs"],
             header["frames"],
         )
-
-
-def _states_of(joining: Joining, states: Bytes) -> Bytes:
-    return np.where(joining.to_model >= 0, states[joining.to_model], 0).astype(np.uint8)
 
 
 def _words(sight: Sight, given: Bools) -> tuple[str, ...]:
@@ -355,4 +314,4 @@ def _words(sight: Sight, given: Bools) -> tuple[str, ...]:
     return tuple(word for word, true in said.items() if true)
 
 
-__all__ = ["METHODS", "Corrected", "Corrector", "CorrectorModel", "CorrectorState", "Followed", "Pair"]
+__all__ = ["METHODS", "Corrected", "Corrector", "CorrectorModel", "CorrectorState", "Pair"]

@@ -1,0 +1,109 @@
+"""How a recording's joints go with a model's, and how what the model says comes back to the recording's axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bytes, Floats, Ints
+from ..errors import MismatchError
+from .anatomy import Anatomy, following, matched
+from .settling import bones_outward
+from .watching import Sight, rows_of
+
+FEWEST = 4  # joints in common
+
+
+@dataclass(frozen=True, eq=False)
+class Joining:
+    """Joints go together by meaning; what has no partner follows its neighbours.
+
+    Attributes
+    ----------
+    names : (J,) of the recording.
+    to_model : (J of model,) the recording's joint of each of the model's, -1 = none.
+    spread : (J, J of model) how the model's shifts move the recording's joints.
+    bones : (B, 2) of the recording's joints, from the root outward.
+    model_bones : (B,) the model's bone between the same joints, -1 = none.
+    """
+
+    names: tuple[str, ...]
+    to_model: Ints
+    spread: Floats
+    bones: Ints
+    model_bones: Ints
+
+    def states(self, states: Bytes) -> Bytes:
+        """(J of model,) tracking states by the model's joints; not tracked where the recording has no such joint."""
+        return np.where(self.to_model >= 0, states[self.to_model], 0).astype(np.uint8)
+
+
+def joined(names: Sequence[str], body: Anatomy) -> Joining:
+    """How joints of these names go with a model's.
+
+    Raises
+    ------
+    MismatchError : fewer than four in common.
+    """
+    names = tuple(names)
+    to_model = matched(names, body.names)
+    common = int((to_model >= 0).sum())
+    if common < FEWEST:
+        raise MismatchError(
+            f"wanted at least {FEWEST} joints that the model knows ({', '.join(body.names[:6])}, ...), came {common} "
+            f"among {', '.join(names[:6])}, ..."
+        )
+    back = np.full(len(names), -1, dtype=np.int64)
+    have = np.flatnonzero(to_model >= 0)
+    back[to_model[have]] = have
+    own = np.zeros((len(names), len(body.names)))
+    own[back >= 0, back[back >= 0]] = 1.0
+    bones = bones_outward(names)
+    known = {(int(p), int(c)): b for b, (p, c) in enumerate(body.bones)}
+    model_bones = np.array([known.get((int(back[p]), int(back[c])), -1) for p, c in bones], dtype=np.int64)
+    return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones)
+
+
+def outward(
+    joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats, failing: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Corrected postures in the recording's joints and axes.
+
+    Parameters
+    ----------
+    given : (T, J, 3) m, as the sensor gave them.
+    sights : of the T frames.
+    moved : (T, J of model, 3) corrected, in standard form.
+    std : (T, J of model) of a coordinate, standard metres.
+    failing : (T, J of model) probability that the sensor's joint fails.
+
+    Returns
+    -------
+    positions (T, J, 3) m, standard deviations (T, J) m, reliability (T, J) of what the sensor gave. A frame without any
+    joint stays empty.
+    """
+    here = np.concatenate([one.placement.outward(posture[None]) for one, posture in zip(sights, moved, strict=True)])
+    turn = sights[-1].upright
+    if turn is not None:
+        here = here @ turn
+    old = rows_of(joining.to_model, given)
+    seen = np.stack([np.isfinite(one.rows).all(axis=1) for one in sights])
+    shift = np.where(seen[..., None], here - np.where(seen[..., None], old, 0.0), 0.0)
+    placed = np.where(np.isfinite(given), given + joining.spread @ shift, np.nan)
+    have = joining.to_model >= 0
+    anyone = seen[:, have].any(axis=1)
+    placed[:, joining.to_model[have]] = np.where(anyone[:, None, None], here[:, have], np.nan)
+    trust = np.where(seen & ~np.stack([one.swapped for one in sights]), 1.0 - failing, 0.0)
+    share = np.abs(joining.spread).T
+    scale = np.array([one.scale for one in sights])[:, None]
+    reliable = np.where(np.isfinite(given).all(axis=2), np.clip(trust @ share, 0.0, 1.0), 0.0)
+    return placed, (std * scale) @ share, reliable
+
+
+def inward(joining: Joining, sights: Sequence[Sight], placed: Floats) -> Floats:
+    """(T, J of model, 3) postures of the recording (T, J, 3), upright and in standard form; NaN without a partner."""
+    rows = rows_of(joining.to_model, placed)
+    turn = sights[-1].upright
+    if turn is not None:
+        rows = rows @ turn.T
+    return np.concatenate([one.placement.inward(row[None]) for one, row in zip(sights, rows, strict=True)])

@@ -1,0 +1,113 @@
+"""The paper's own method: local Gaussian processes per joint, and the energy of eq. 22 frame by frame.
+
+Its three terms have the paper's weights, reliability is Shum et al.'s, and the minimum is found by the paper's sampling
+descent or, being quadratic, exactly.
+"""
+
+import numpy as np
+
+from ..arrays import Floats, Ints
+from ..bodies.postures import Postures
+from ..numerics.local_gp import Hyper, Mixture, fit_mixture, predict, with_places
+from ..numerics.online_gp import learned
+from .anatomy import Anatomy
+from .classic import Samples
+from .energy import Terms, Weights, sampled, solved
+from .normalise import Placement, bone_lengths
+from .reliability import behaviour, kinematics, paper_reliability, tracking
+
+MODELS, SIZE, NEAREST = 30, 50, 9  # Q, S and L of section 4.2
+WEIGHTS = Weights(0.6, 0.2, 0.2)
+TRUSTED, SIMILAR = 0.9, 0.5  # reliability of a sample worth learning; w_similar
+NEW_MODELS, NEW_SAMPLES, EVERY = 4, 10, 6  # room for what is learned online; frames between samples
+NEW = Hyper(0.02**2, 0.03**2, 1.0 / 0.3**2, 0.02**2)  # parameters of models opened online, standard metres
+
+
+def neighbour_inputs(postures: Floats, body: Anatomy) -> Floats:
+    """(T, J, D) each joint's place and those of the joints that share a bone with it, unused inputs zero."""
+    near = [body.neighbours(j) for j in range(len(body.names))]
+    inputs = np.zeros((len(postures), len(near), 3 * max(len(one) for one in near)))
+    for j, one in enumerate(near):
+        inputs[:, j, : 3 * len(one)] = postures[:, one].reshape(len(postures), -1)
+    return inputs
+
+
+def learned_mixture(samples: Samples, body: Anatomy, seed: int = 0, room: int = 0) -> Mixture:
+    """The local models of every joint (algorithm 1, offline)."""
+    inputs = neighbour_inputs(samples.postures, body)
+    known = np.isfinite(samples.offsets).all(axis=2)
+    return fit_mixture(
+        [inputs[known[:, j], j] for j in range(inputs.shape[1])],
+        [samples.offsets[known[:, j], j] for j in range(inputs.shape[1])],
+        MODELS,
+        SIZE,
+        seed,
+        room,
+    )
+
+
+def corrected_as_published(
+    mixture: Mixture,
+    body: Anatomy,
+    placement: Placement,
+    rows: Floats,
+    standard: Floats,
+    recording: Postures,
+    to_model: Ints,
+    exactly: bool,
+    online: bool = False,
+    seed: int = 0,
+) -> tuple[Floats, Floats, Floats]:
+    """Section 4 on a recording.
+
+    Parameters
+    ----------
+    mixture : of `learned_mixture`.
+    placement : of each frame.
+    rows : (T, J, 3) m upright, NaN = missing.
+    standard : (T, J, 3) the postures in standard form, complete.
+    recording : for its states.
+    to_model : (J,) the recording's joint of each of the model's, -1 = none.
+    exactly : solve eq. 22 instead of descending.
+    online : learn from frames with high reliability and low variance (algorithm 2).
+    seed : of the descent.
+
+    Returns
+    -------
+    postures (T, J, 3) in standard form of each frame's placement, standard deviations (T, J), reliability (T, J).
+    """
+    rng = np.random.default_rng(seed)
+    inputs = neighbour_inputs(standard, body)
+    mean, variance = predict(mixture, inputs, NEAREST)
+    certain = np.median(variance, axis=0)
+    if online:
+        mixture = with_places(mixture, NEW_MODELS, NEW_SAMPLES)
+    lengths = bone_lengths(rows, body)
+    with np.errstate(all="ignore"):
+        usual = np.array([np.median(b[np.isfinite(b)]) if np.isfinite(b).any() else np.nan for b in lengths.T])
+    reliable = np.empty(mean.shape[:2])
+    result = np.empty(mean.shape)
+    placed: list[Floats] = []  # results upright, in metres: placements differ from frame to frame
+    for t in range(len(standard)):
+        if online:
+            mean[t : t + 1], variance[t : t + 1] = predict(mixture, inputs[t : t + 1], NEAREST)
+        present = np.isfinite(rows[t]).all(axis=1)
+        told = None
+        if recording.state is not None:
+            told = np.where(to_model >= 0, recording.state[t][to_model], 0).astype(np.uint8)
+        moving = behaviour(rows[t], rows[t - 1], rows[t - 2]) if t > 1 else np.ones(len(present))
+        reliable[t] = paper_reliability((moving, kinematics(lengths[t], usual, body), tracking(told, present)))
+        here = Placement(placement.turn[t : t + 1], placement.origin[t : t + 1], placement.scale[t : t + 1])
+        steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if t > 1 else None
+        terms = Terms(standard[t], mean[t], steady, reliable[t])
+        if exactly:
+            offset = solved(terms, WEIGHTS)
+        else:
+            start = here.inward(placed[-1][None])[0] - standard[t] if placed else mean[t]
+            offset = sampled(terms, WEIGHTS, start, rng)
+        result[t] = standard[t] + offset
+        placed.append(here.outward(result[t][None])[0])
+        worth = (reliable[t] > TRUSTED) & (variance[t] <= certain)
+        if online and t % EVERY == 0 and worth.any():
+            mixture = learned(mixture, inputs[t], offset, worth, NEW, SIMILAR)
+    return result, np.sqrt(np.where(np.isfinite(variance), variance, 0.0)), reliable

@@ -1,0 +1,154 @@
+"""A whole recording corrected, by each of the methods there are."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Floats
+from ..bodies.postures import Postures
+from ..numerics.local_gp import Mixture
+from .classic import FILTERS, LEARNERS, Samples
+from .hindsight import judged_again, placed_again
+from .joining import Joining, inward, joined, outward
+from .normalise import Placement, facing, origins, turns
+from .online import blank, remembered, taken_in
+from .paper import corrected_as_published, neighbour_inputs
+from .settling import settled_recording
+from .spatial import Committee, shape_features
+from .watching import Sight, Watcher, acquainted, fresh, look, rows_of, usual_lengths
+
+PAPER = ("paper", "exact")
+METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
+GLIMPSE = 300  # frames of a recording that are looked at twice
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What a recording is corrected with.
+
+    Attributes
+    ----------
+    watcher : looks at frames.
+    committee : the offsets.
+    following : (J, J) how joints without a truth take their offset from their neighbours.
+    samples : for the methods to compare with.
+    """
+
+    watcher: Watcher
+    committee: Committee
+    following: Floats
+    samples: Samples
+
+    def moved(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
+        """(T, J, 3) corrected postures in standard form and (T, J) their standard deviation."""
+        offsets, variance = self.committee.predict(shape_features(posture, self.watcher.body))
+        return posture + self.following @ offsets, np.sqrt(variance + unsure**2)
+
+
+def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
+    """Followed through failures, seen again from the end, moved by the committee's offsets, settled."""
+    joining, sights = _watched_twice(knowledge.watcher, postures)
+    failing = judged_again(sights)
+    posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
+    moved, std = knowledge.moved(posture, unsure)
+    positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
+    settled = settled_recording(positions, postures.times, reliable, joining.bones)
+    if online:
+        shifts = inward(joining, sights, settled) - moved
+        learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
+        positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
+        settled = settled_recording(positions, postures.times, reliable, joining.bones)
+    return replace(postures, positions=settled, std=std, reliability=reliable)
+
+
+def by_paper(knowledge: Knowledge, mixture: Mixture, postures: Postures, method: str, online: bool) -> Postures:
+    """The paper's method, its energy descended ("paper") or solved ("exact")."""
+    joining, sights, standard, placement = _placed(knowledge.watcher, postures)
+    rows = np.stack([one.rows for one in sights])
+    result, std, reliable = corrected_as_published(
+        mixture,
+        knowledge.watcher.body,
+        placement,
+        rows,
+        standard,
+        postures,
+        joining.to_model,
+        exactly=method == "exact",
+        online=online,
+    )
+    moved = standard + knowledge.following @ (result - standard)
+    positions, deviation, trust = outward(joining, postures.positions, sights, moved, std, 1.0 - reliable)
+    return replace(postures, positions=positions, std=deviation, reliability=trust)
+
+
+def by_rival(knowledge: Knowledge, postures: Postures, method: str) -> Postures:
+    """Filters of the sensor's positions, and learners that see each frame alone and trust every joint."""
+    present = np.isfinite(postures.positions).all(axis=2)
+    reliable = present.astype(np.float64)
+    if method in FILTERS:
+        positions = FILTERS[method](postures.positions, postures.times)
+        return replace(postures, positions=positions, std=np.zeros(present.shape), reliability=reliable)
+    joining, sights, standard, _ = _placed(knowledge.watcher, postures)
+    offsets = LEARNERS[method](knowledge.samples)(standard)
+    moved = standard + knowledge.following @ offsets
+    zero = np.zeros(standard.shape[:2])
+    positions, std, _ = outward(joining, postures.positions, sights, moved, zero, zero)
+    return replace(postures, positions=positions, std=std, reliability=reliable)
+
+
+def _watched(watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures) -> list[Sight]:
+    sights: list[Sight] = []
+    for t, row in enumerate(rows):
+        told = None if postures.state is None else joining.states(postures.state[t])
+        sight = look(watcher, sight, row, told, float(postures.times[t]))
+        sights.append(sight)
+    return sights
+
+
+def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight]]:
+    """The recording's frames looked at; a first look tells what is this person's and this sensor's own."""
+    joining = joined(postures.names, watcher.body)
+    rows = rows_of(joining.to_model, postures.positions)
+    begun = acquainted(watcher, rows, fresh(watcher))
+    met = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)[-1].followed
+    begun = replace(begun, followed=replace(begun.followed, own=met.own, met=met.met))
+    return joining, _watched(watcher, joining, begun, rows, postures)
+
+
+def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight], Floats, Placement]:
+    """The recording in standard form as the sensor gave it, all joints trusted, missing ones at their mean places."""
+    joining = joined(postures.names, watcher.body)
+    given = rows_of(joining.to_model, postures.positions)
+    begun = acquainted(watcher, given, fresh(watcher))
+    turn_up = np.eye(3) if begun.upright is None else begun.upright
+    rows = given @ turn_up.T
+    weights = np.isfinite(rows).all(axis=2).astype(np.float64)
+    _, size = usual_lengths(watcher, begun.lengths)
+    scale = np.full(len(rows), size)
+    turn = turns(facing(rows, weights, watcher.body))
+    placement = Placement(turn, origins(rows, weights, turn, scale, watcher.standard, watcher.body), scale)
+    standard = placement.inward(rows)
+    standard = np.where(np.isfinite(standard), standard, watcher.factors.mean)
+    sights = [
+        replace(
+            begun,
+            rows=row,
+            placement=Placement(placement.turn[t : t + 1], placement.origin[t : t + 1], placement.scale[t : t + 1]),
+        )
+        for t, row in enumerate(rows)
+    ]
+    return joining, sights, standard, placement
+
+
+def _learned_on_the_way(
+    knowledge: Knowledge, postures: Postures, posture: Floats, shifts: Floats, reliable: Floats, unsure: Floats
+) -> Floats:
+    """(T, J, 3) what was remembered at each frame from the frames before it."""
+    inputs = neighbour_inputs(posture, knowledge.watcher.body)
+    memory = blank(inputs.shape[1], inputs.shape[2])
+    found = np.zeros(posture.shape)
+    for t in range(len(posture)):
+        found[t] = remembered(memory, inputs[t])
+        certain = unsure[t] < 0.01
+        memory = taken_in(memory, float(postures.times[t]), inputs[t], shifts[t], reliable[t], certain)
+    return found
