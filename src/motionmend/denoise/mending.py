@@ -121,6 +121,9 @@ def mend_channels(
 
 def _at_once(task: Callable[[slice], Adapted], items: list[slice]) -> Iterator[Adapted]:
     """The task of every item, in order, a few side by side; no more results wait than are worked on."""
+    if len(items) == 1:
+        yield task(items[0])
+        return
     with ThreadPoolExecutor(max_workers=min(AT_ONCE, os.cpu_count() or 1)) as pool:
         waiting: deque[Future[Adapted]] = deque()
         for item in items:
