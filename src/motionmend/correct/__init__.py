@@ -1,4 +1,4 @@
-"""The correcting room: pairs of a sensor's postures and the truth teach it, live and recorded postures come out corrected."""
+"""The correcting room: pairs of a sensor's postures and the truth teach it; live and recorded ones come out right."""
 
 from importlib import import_module
 from typing import Any

@@ -8,8 +8,10 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings, mirrored, parents
 
-TRUNK = ("pelvis", "spine", "chest", "neck_base", "l_clavicle", "r_clavicle", "l_shoulder", "r_shoulder")
-TRUNK = (*TRUNK, "l_hip", "r_hip")
+TRUNK = ("pelvis", "spine", "chest", "neck_base", "l_clavicle", "r_clavicle", "l_shoulder", "r_shoulder") + (
+    "l_hip",
+    "r_hip",
+)
 ACROSS = ("clavicle", "shoulder", "hip")
 
 

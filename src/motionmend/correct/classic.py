@@ -118,7 +118,7 @@ def exemplar(samples: Samples) -> Callable[[Floats], Floats]:
 
     def predict(postures: Floats) -> Floats:
         far, nearest = tree.query(postures.reshape(len(postures), -1), k=count)
-        far, nearest = far.reshape(len(postures), count), nearest.reshape(len(postures), count)
+        far, nearest = np.reshape(far, (len(postures), count)), np.reshape(nearest, (len(postures), count))
         weight = np.exp(-0.5 * (far / np.maximum(far[:, -1:], 1e-9)) ** 2)
         weight /= weight.sum(axis=1, keepdims=True)
         return np.asarray(mean + np.einsum("tk,tkd->td", weight, rest[nearest]).reshape(postures.shape))

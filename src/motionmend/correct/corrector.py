@@ -75,7 +75,7 @@ class Corrector:
             committee,
             np.append(bone_lengths(moved, body).mean(axis=0), np.nan),
             paired,
-            Samples(*(np.float32(part[kept]).astype(np.float64) for part in (samples, offsets))),
+            Samples(_rounded(samples[kept]), _rounded(offsets[kept])),
             len(pairs),
             len(samples),
         )
@@ -306,6 +306,11 @@ class CorrectorModel:
             header["pairs"],
             header["frames"],
         )
+
+
+def _rounded(values: Floats) -> Floats:
+    """As a model file keeps them, so that a model read back is the same."""
+    return np.asarray(values.astype(np.float32), dtype=np.float64)
 
 
 def _words(sight: Sight, given: Bools) -> tuple[str, ...]:

@@ -1,8 +1,8 @@
 """A sensor's posture followed through failures: which joints fail, and where those that do would have been.
 
-A few factors explain how sensors see people move. What the trusted joints and the past say of the factors tells where
-every joint is to be expected, with a variance. A joint that is far from there, judged by all others, is not trusted; the
-joints that are not trusted take the expected places. All is in standard form (normalise.py).
+A few factors explain how sensors see people move. What the trusted joints and the past say of the factors tells
+where every joint is to be expected, with a variance. A joint that is far from there, judged by all others, is not
+trusted; the joints that are not trusted take the expected places. All is in standard form (normalise.py).
 """
 
 from dataclasses import dataclass
@@ -88,7 +88,7 @@ def follow(
     bones : two (J,) of `bone_features`.
     told : (J, 3) of `state_features`.
     """
-    present = np.isfinite(standard).all(axis=1)
+    present = np.asarray(np.isfinite(standard).all(axis=1))
     values = np.where(present[:, None], standard, factors.mean) - factors.mean - before.own
     jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)
     nothing = np.zeros(len(standard))

@@ -87,16 +87,16 @@ def outward(
     if turn is not None:
         here = here @ turn
     old = rows_of(joining.to_model, given)
-    seen = np.stack([np.isfinite(one.rows).all(axis=1) for one in sights])
+    seen = np.stack([np.asarray(np.isfinite(one.rows).all(axis=1)) for one in sights])
     shift = np.where(seen[..., None], here - np.where(seen[..., None], old, 0.0), 0.0)
     placed = np.where(np.isfinite(given), given + joining.spread @ shift, np.nan)
     have = joining.to_model >= 0
-    anyone = seen[:, have].any(axis=1)
+    anyone = np.asarray(seen[:, have].any(axis=1))
     placed[:, joining.to_model[have]] = np.where(anyone[:, None, None], here[:, have], np.nan)
     trust = np.where(seen & ~np.stack([one.swapped for one in sights]), 1.0 - failing, 0.0)
     share = np.abs(joining.spread).T
     scale = np.array([one.scale for one in sights])[:, None]
-    reliable = np.where(np.isfinite(given).all(axis=2), np.clip(trust @ share, 0.0, 1.0), 0.0)
+    reliable = np.where(np.asarray(np.isfinite(given).all(axis=2)), np.clip(trust @ share, 0.0, 1.0), 0.0)
     return placed, (std * scale) @ share, reliable
 
 

@@ -55,7 +55,10 @@ def model_anatomy(pairs: Sequence[Pair]) -> Anatomy:
     if not pairs:
         raise MismatchError("a corrector is learned from pairs of recordings, came none")
     names = [pair.sensor.names for pair in pairs]
-    return anatomy(max(dict.fromkeys(names), key=names.count))
+    commonest = 0
+    for k, one in enumerate(names):
+        commonest = k if names.count(one) > names.count(names[commonest]) else commonest
+    return anatomy(names[commonest])
 
 
 def in_joints_of(body: Anatomy, postures: Postures) -> Floats:
@@ -96,8 +99,8 @@ def lessons(pairs: Sequence[Pair], body: Anatomy) -> tuple[list[Lesson], Standar
 
 
 def _placed(raw: Floats, standard: Standard, body: Anatomy) -> Placement:
-    present = np.isfinite(raw).all(axis=2)
-    weights = present.astype(np.float64)
+    present = np.asarray(np.isfinite(raw).all(axis=2))
+    weights = np.asarray(present, dtype=np.float64)
     lengths = bone_lengths(raw, body)
     scale = np.full(len(raw), sizes(lengths, standard, np.isfinite(lengths)))
     turn = turns(facing(raw, weights, body))
@@ -133,7 +136,7 @@ def offset_samples(taught: Sequence[Lesson]) -> tuple[Floats, Floats]:
     """
     samples, offsets = [], []
     for one, well in zip(taught, going_well(taught, LEAST_STRANGE), strict=True):
-        known = np.isfinite(one.standard).all(axis=(1, 2)) & np.isfinite(one.offsets).any(axis=(1, 2))
+        known = np.asarray(np.isfinite(one.standard).all(axis=(1, 2))) & np.isfinite(one.offsets).any(axis=(1, 2))
         samples.append(one.standard[known & well.all(axis=1)])
         offsets.append(one.offsets[known & well.all(axis=1)])
     return np.concatenate(samples), np.concatenate(offsets)
@@ -170,7 +173,7 @@ def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anato
 
 
 def _complete(one: Lesson, well: Bools) -> Bools:
-    return np.asarray(well.all(axis=1) & np.isfinite(one.standard).all(axis=(1, 2)))
+    return np.asarray(well.all(axis=1) & np.asarray(np.isfinite(one.standard).all(axis=(1, 2))))
 
 
 def _factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anatomy) -> Factors | None:

@@ -80,11 +80,8 @@ def upright(positions: Floats, body: Anatomy) -> Floats:
     up = np.zeros(3)
     up[axis] = np.sign(rise[axis])
     side = np.cross(up, np.array([0.0, 1.0, 0.0]))  # a quarter turn that takes `up` to y
-    return (
-        np.outer(side, side)
-        + np.outer([0.0, 1.0, 0.0], up)
-        + np.outer(np.cross(side, [0.0, 1.0, 0.0]), np.cross(side, up))
-    )
+    y = np.array([0.0, 1.0, 0.0])
+    return np.asarray(np.outer(side, side) + np.outer(y, up) + np.outer(np.cross(side, y), np.cross(side, up)))
 
 
 def facing(positions: Floats, weights: Floats, body: Anatomy) -> Floats:

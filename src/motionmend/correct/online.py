@@ -1,8 +1,9 @@
-"""Learning while correcting: what bones and time made of the offsets in clear frames is predicted in the ones that follow.
+"""Learning while correcting: what bones and time made of the offsets in clear frames is predicted in later ones.
 
-Nobody tells the truth live. But a clear frame, whose joints are all trusted and whose posture is well known, shows this
-person's bones, and what they add to the predicted offset is worth remembering for like postures. Only reliable and certain
-samples are taken (section 4.2.3), memory is bounded, and what was learned has no more say than its certainty gives it.
+Nobody tells the truth live. But a clear frame, whose joints are all trusted and whose posture is well known, shows
+this person's bones, and what they add to the predicted offset is worth remembering for like postures. Only reliable and
+certain samples are taken (section 4.2.3), memory is bounded, and what was learned has no more say than its certainty
+gives it.
 """
 
 from dataclasses import dataclass, replace

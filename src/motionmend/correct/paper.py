@@ -35,7 +35,7 @@ def neighbour_inputs(postures: Floats, body: Anatomy) -> Floats:
 def learned_mixture(samples: Samples, body: Anatomy, seed: int = 0, room: int = 0) -> Mixture:
     """The local models of every joint (algorithm 1, offline)."""
     inputs = neighbour_inputs(samples.postures, body)
-    known = np.isfinite(samples.offsets).all(axis=2)
+    known = np.asarray(np.isfinite(samples.offsets).all(axis=2))
     return fit_mixture(
         [inputs[known[:, j], j] for j in range(inputs.shape[1])],
         [samples.offsets[known[:, j], j] for j in range(inputs.shape[1])],
@@ -91,7 +91,7 @@ def corrected_as_published(
     for t in range(len(standard)):
         if online:
             mean[t : t + 1], variance[t : t + 1] = predict(mixture, inputs[t : t + 1], NEAREST)
-        present = np.isfinite(rows[t]).all(axis=1)
+        present = np.asarray(np.isfinite(rows[t]).all(axis=1))
         told = None
         if recording.state is not None:
             told = np.where(to_model >= 0, recording.state[t][to_model], 0).astype(np.uint8)

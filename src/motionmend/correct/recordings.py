@@ -83,8 +83,8 @@ def by_paper(knowledge: Knowledge, mixture: Mixture, postures: Postures, method:
 
 def by_rival(knowledge: Knowledge, postures: Postures, method: str) -> Postures:
     """Filters of the sensor's positions, and learners that see each frame alone and trust every joint."""
-    present = np.isfinite(postures.positions).all(axis=2)
-    reliable = present.astype(np.float64)
+    present = np.asarray(np.isfinite(postures.positions).all(axis=2))
+    reliable = np.asarray(present, dtype=np.float64)
     if method in FILTERS:
         positions = FILTERS[method](postures.positions, postures.times)
         return replace(postures, positions=positions, std=np.zeros(present.shape), reliability=reliable)
@@ -122,7 +122,7 @@ def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight],
     begun = acquainted(watcher, given, fresh(watcher))
     turn_up = np.eye(3) if begun.upright is None else begun.upright
     rows = given @ turn_up.T
-    weights = np.isfinite(rows).all(axis=2).astype(np.float64)
+    weights = np.asarray(np.isfinite(rows).all(axis=2), dtype=np.float64)
     _, size = usual_lengths(watcher, begun.lengths)
     scale = np.full(len(rows), size)
     turn = turns(facing(rows, weights, watcher.body))

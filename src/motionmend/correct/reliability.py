@@ -1,9 +1,9 @@
 """How far each joint of a sensor's posture is to be trusted, in [0, 1] (section 4.4).
 
-The paper's three measures, after Shum et al. 2013, are behaviour (a joint that turns back on itself from frame to frame),
-kinematics (bones that change their length) and the tracking state. The default weighs such evidence together, as
-log-likelihood ratios that were learned on failures, with one more: where the joint is expected from the joints that can be
-trusted and from the past. A failure lasts, so what was believed a frame ago counts (a hidden Markov chain of two states).
+The paper's three measures, after Shum et al. 2013, are behaviour (a joint that turns back on itself from frame to
+frame), kinematics (bones that change their length) and the tracking state. The default weighs such evidence together,
+as log-likelihood ratios, with one more: where the joint is expected from the joints that can be trusted and from the past.
+A failure lasts, so what was believed a frame ago counts (a hidden Markov chain of two states).
 """
 
 from collections.abc import Mapping
@@ -53,7 +53,7 @@ def kinematics(lengths: Floats, usual: Floats, body: Anatomy) -> Floats:
 
 
 def tracking(states: Bytes | None, present: Bools) -> Floats:
-    """(J,) what the sensor says of itself: 1 tracked, 0.5 inferred, 0 not tracked or missing; 1 when it says nothing."""
+    """(J,) what the sensor says: 1 tracked, 0.5 inferred, 0 not tracked or missing; 1 when it says nothing."""
     if states is None:
         return present.astype(np.float64)
     trust = np.array([STATE_TRUST[NOT_TRACKED], STATE_TRUST[INFERRED], STATE_TRUST[TRACKED]])
@@ -87,7 +87,7 @@ class Detector:
 
     def evidence(self, features: Floats) -> Floats:
         """(J,) log-likelihood ratio of failing to going well, from (J, F) features."""
-        return np.clip(features @ self.weights[:-1] + self.weights[-1], -8.0, 8.0)
+        return np.asarray(np.clip(features @ self.weights[:-1] + self.weights[-1], -8.0, 8.0))
 
     def to_arrays(self) -> dict[str, Any]:
         """What `from_arrays` needs."""

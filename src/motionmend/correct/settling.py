@@ -1,7 +1,7 @@
 """Corrected joints made a body's: steady from frame to frame, with bones that keep their lengths.
 
-The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the two
-before it lead. The lengths are the person's own: the median of the recording, or live the mean so far.
+The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the
+two before it lead. The lengths are the person's own: the median of the recording, or live the mean so far.
 """
 
 from collections.abc import Sequence

@@ -80,4 +80,4 @@ def limbs_changed(standard: Floats, expected: Floats, variance: Floats, before: 
 
 
 def _far(rest: Floats, variance: Floats) -> Floats:
-    return np.minimum((rest**2).sum(axis=1) / variance, CAP)
+    return np.asarray(np.minimum((rest**2).sum(axis=1) / variance, CAP))

@@ -128,7 +128,7 @@ def fit_committee(
     centre = 0.5 * (features[0].mean(axis=0) + features[1].mean(axis=0))
     length = REACH * float(np.sqrt(0.5 * (features[0].var(axis=0) + features[1].var(axis=0)).sum())) or 1.0
     half = min(size // 2, len(standard))
-    known = np.isfinite(offsets).all(axis=2)
+    known = np.asarray(np.isfinite(offsets).all(axis=2))
     targets = np.where(known[..., None], offsets, mean) - mean
     parts: dict[str, list[Floats]] = {"inputs": [], "weights": [], "norms": [], "scouts": [], "left": [], "heard": []}
     for chosen in _shares(len(standard), members, half, rng):
@@ -141,7 +141,7 @@ def fit_committee(
         parts["weights"].append(weights)
         parts["norms"].append((inputs**2).sum(axis=1))
         few = min(SCOUTS, len(inputs))
-        parts["scouts"].append(np.linalg.inv(kernel[:few, :few] + NOISE * np.eye(few)))
+        parts["scouts"].append(np.asarray(np.linalg.inv(kernel[:few, :few] + NOISE * np.eye(few)), dtype=np.float64))
         parts["left"].append(left)
         parts["heard"].append((kernel @ weights).reshape(output.shape).var(axis=(0, 2)))
     floor = np.mean(parts["left"], axis=0)

@@ -131,7 +131,9 @@ def look(
     time : s.
     """
     body = watcher.body
-    there = (np.abs(positions) < FAR).all(axis=1) & positions.any(axis=1)  # at the sensor itself nobody stands
+    there = np.asarray(
+        (np.abs(positions) < FAR).all(axis=1) & positions.any(axis=1)
+    )  # at the sensor itself nobody stands
     rows = np.where(there[:, None], positions, np.nan)
     turn_up = sight.upright
     if turn_up is None and len(body.upper) and len(body.lower):
@@ -148,7 +150,7 @@ def look(
     if turned.any():
         rows, states = changed_sides(rows, states, body.across[turned])
         swapped[body.across[turned]] = True
-    present = np.isfinite(rows).all(axis=1)
+    present = np.asarray(np.isfinite(rows).all(axis=1))
     trust = np.where(present, 1.0 - before.failing, 0.0)
     usual, size = _usual(watcher, sight, bone_lengths(rows[None], body)[0])
     direction = facing(rows[None], trust[None], body)[0]

@@ -1,14 +1,15 @@
 """Let a depth sensor fail on purpose, in the ways sensors do, and say where.
 
-A limb that the sensor does not see is guessed: drawn toward the trunk and shaking, marked as inferred where the recording
-has states. Limbs of the two sides are taken for each other. Both last from a third of a second to a few seconds.
+A limb that the sensor does not see is guessed: drawn toward the trunk and shaking, marked as inferred where the
+recording has states. Limbs of the two sides are taken for each other. Both last from a third of a second to a few
+seconds.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Bools, Floats, frozen
+from ..arrays import Bools, Floats, Ints, frozen
 from ..bodies.joint_sets import meanings, mirrored
 from ..bodies.postures import INFERRED, TRACKED, Postures
 from ..errors import UsageError
@@ -109,7 +110,7 @@ def fail(
     return Failed(spoilt, affected, swapped)
 
 
-def _limbs(names: tuple[str, ...]) -> list[np.ndarray]:
+def _limbs(names: tuple[str, ...]) -> list[Ints]:
     place = {meaning: k for k, meaning in enumerate(meanings(names)) if meaning}
     found = []
     for side in ("l", "r"):

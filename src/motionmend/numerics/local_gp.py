@@ -112,7 +112,7 @@ def factor(inputs: Floats, hyper: Hyper) -> Floats:
     """(N, N) lower Cholesky factor of the noisy covariance of the samples (eq. 14)."""
     noisy = covariance(inputs, inputs, hyper)
     noisy[np.diag_indices(len(inputs))] += hyper.noise
-    return np.linalg.cholesky(noisy)
+    return np.asarray(np.linalg.cholesky(noisy), dtype=np.float64)
 
 
 def extended(lower: Floats, cross: Floats, own: float) -> Floats:
@@ -129,7 +129,7 @@ def extended(lower: Floats, cross: Floats, own: float) -> Floats:
     grown = np.zeros((count + 1, count + 1))
     grown[:count, :count] = lower
     grown[count, :count] = row
-    grown[count, count] = np.sqrt(max(own - row @ row, 1e-12 * own))
+    grown[count, count] = np.sqrt(max(own - float(row @ row), 1e-12 * own))
     return grown
 
 
@@ -187,7 +187,7 @@ def divergences(precision: Floats, weights: Floats, noise: float) -> Floats:
     apart = weights * (noise - without[:, None])  # mean with the sample less mean without it
     ratio = within / without
     outputs = weights.shape[1]
-    return 0.5 * (outputs * (ratio - 1.0 - np.log(ratio)) + (apart**2).sum(axis=1) / without)
+    return np.asarray(0.5 * (outputs * (ratio - 1.0 - np.log(ratio)) + (apart**2).sum(axis=1) / without))
 
 
 def fit_mixture(
@@ -279,7 +279,7 @@ def predict(mixed: Mixture, queries: Floats, nearest: int = 9) -> tuple[Floats, 
     mean (T, J, P) and variance (T, J) of the function, disagreement of the models included; a joint without models
     has mean 0 and infinite variance.
     """
-    return mixture.predict(
+    mean, variance = mixture.predict(
         mixed.centres,
         mixed.inputs,
         mixed.factors,
@@ -289,6 +289,7 @@ def predict(mixed: Mixture, queries: Floats, nearest: int = 9) -> tuple[Floats, 
         np.ascontiguousarray(queries, dtype=np.float64),
         nearest,
     )
+    return mean, variance
 
 
 def model_of(mixed: Mixture, joint: int, q: int) -> tuple[Floats, Floats, Hyper]:
@@ -317,7 +318,7 @@ def _put(arrays: dict[str, Floats], j: int, q: int, x: Floats, y: Floats, hyper:
 
 def _squares(a: Floats, b: Floats) -> Floats:
     """(N, M) squared distances of the rows, never below zero."""
-    return np.maximum((a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T, 0.0)
+    return np.asarray(np.maximum((a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T, 0.0))
 
 
 def _likelihood(squares: Floats, outputs: Floats, log_hyper: Floats) -> tuple[float, Floats]:
