@@ -11,6 +11,7 @@ from .certainty import ENOUGH, explained_by_bone
 from .evidence import Evidence
 from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
 from .model import TrackerModel
+from .prior_term import strangeness
 from .settings import TrackSettings
 from .smooth_term import about
 from .solve import solve_pose
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from .tracker import TrackState
 
 GAIN = 0.008  # share of the person's pixels that a limb's new pose must explain better
+STRANGE = 1.0  # share of the pixels that one unit of the prior's cost weighs
+STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
 SUSPECT = 0.01  # share of pixels explained wrongly beyond the usual that makes every limb be looked for
 TRIED = 2  # of each limb's candidates are refined
@@ -52,6 +55,7 @@ def mend_limbs(
         if wrong < usual + SUSPECT and not hidden:
             continue
         pose = solution.state
+        place = landmarks(performer, expected)
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
         costs = limb_costs(performer, pose, limb, candidates, coarse)
@@ -67,7 +71,9 @@ def mend_limbs(
             begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
             trial = solve_pose(performer, evidence, begun, way, settings, 5)
             after = disagreement(performer, trial.state, coarse)
-            if after < wrong - GAIN:
+            odd = STRANGE * (strangeness(terms, trial.state) - strangeness(terms, solution.state))
+            leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
+            if after + odd < wrong - GAIN * (1.0 + leap / STEP):
                 solution, wrong = trial, after
                 moved += 1
                 break

@@ -1,5 +1,6 @@
 """Poses like those that followed similar ones in a library of motion (section 3.5)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -10,7 +11,7 @@ from ..bodies.performer import Pose
 from ..numerics.local_pca import LocalPca, local_pca
 from .database import PoseDatabase
 from .settings import TrackSettings
-from .terms import Share
+from .terms import Share, Term
 from .view import Sums, View
 
 
@@ -30,7 +31,11 @@ class PriorTerm:
 
     def residual(self, view: View) -> float:
         """The weighted cost at a pose."""
-        away = view.pose.joints - self.mean
+        return self.cost(view.pose)
+
+    def cost(self, pose: Pose) -> float:
+        """The same without a picture."""
+        away = pose.joints - self.mean
         return float(away @ self.form @ away)
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
@@ -70,3 +75,8 @@ def prior_term(
     floor2 = settings.spread**2 + float(near[0])
     form = settings.prior * settings.spread**2 * model.precision(float(np.sqrt(floor2)))
     return PriorTerm(frozen(model.mean), frozen(form))
+
+
+def strangeness(terms: Sequence[Term], pose: Pose) -> float:
+    """What the prior among the terms says against a pose; 0 without one."""
+    return sum(term.cost(pose) for term in terms if isinstance(term, PriorTerm))

@@ -40,6 +40,7 @@ LOST = 0.45  # share of the person's pixels explained wrongly that no tracked po
 WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 OFFER = 0.004  # share of the pixels that a limb where the detector sees it must explain better
+EVERY = 4  # frames at least between two looks of the detector for limbs
 PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 
 
@@ -55,6 +56,7 @@ class TrackState:
     trust : (28,) in [0, 1] how well the last frame showed each joint coordinate.
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
+    searched : frames since limbs were last looked for by the detector.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
     time : s, of the last frame.
@@ -68,6 +70,7 @@ class TrackState:
     hidden: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
     lost: bool = True
     wrong: float = float("nan")
+    searched: int = 0
     girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
     time: float = float("nan")
@@ -189,7 +192,8 @@ def step(
         clock.lap("limbs")
     wrong = disagreement(state.performer, solution.state, coarse)
     if settings.search and model.detector is not None:
-        for offer in limb_offers(model.detector, state.performer, solution.state, observation, coarse):
+        body = state.performer
+        for offer in limb_offers(model.detector, body, solution.state, observation, coarse, model.limb_shapes):
             trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
             after = disagreement(state.performer, trial.state, coarse)
             if after < wrong - OFFER:
