@@ -162,6 +162,7 @@ def test_bad_folders_are_a_line_each_and_the_others_are_done(cli: Command, studi
 def test_nothing_is_overwritten_and_what_is_finished_is_skipped(cli: Command, studio: Path, tmp_path: Path) -> None:
     out = tmp_path / "take.csv"
     out.write_text("mine")
+    (tmp_path / "take.mend.json").write_text("{}")
     given = ["track", studio / "take", "-m", studio / "m.mend", "-o", out]
     ran = cli(*given)
     assert (ran.code, out.read_text()) == (1, "mine")

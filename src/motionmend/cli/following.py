@@ -1,6 +1,7 @@
 """One depth recording through the tracker: what it says of every frame, and how long each step took."""
 
-from collections.abc import Mapping, Sequence
+from array import array
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -145,7 +146,7 @@ def follow(
         done = perf_counter()
         read += there - begin
         log.add(estimate, bool(np.isfinite(frame.depth).any()), done - there)
-    return log.followed(recording, state.performer, read, calibrate, fitted)
+    return log.followed(recording, state.performer, read, calibrate, fitted, steady=settings.preset != "paper")
 
 
 def _measured(
@@ -178,15 +179,11 @@ def _posed(model: "TrackerModel", body: Performer, landmarks: Floats) -> Pose:
 
 @dataclass
 class _Log:
-    """The estimates so far, in arrays that grow by a few hundred bytes a frame."""
+    """The estimates so far, in arrays that grow by a kilobyte a frame."""
 
-    landmarks: list[Floats] = field(default_factory=list)
-    std: list[Floats] = field(default_factory=list)
-    held: list[Bools] = field(default_factory=list)
-    poses: list[Pose | None] = field(default_factory=list)
+    rows: "array[float]" = field(default_factory=lambda: array("d"))  # numbers of one frame after those of another
     flags: list[tuple[str, ...]] = field(default_factory=list)
-    returns: list[bool] = field(default_factory=list)
-    spent: list[float] = field(default_factory=list)
+    spent: "array[float]" = field(default_factory=lambda: array("d"))
     stages: dict[str, float] = field(default_factory=dict)
     cost: dict[str, float] = field(default_factory=dict)
     iterations: int = 0
@@ -194,12 +191,18 @@ class _Log:
     restarts: int = 0
 
     def add(self, estimate: "Estimate", returns: bool, seconds: float) -> None:
-        self.landmarks.append(estimate.landmarks)
-        self.std.append(estimate.std)
-        self.held.append(estimate.held)
-        self.poses.append(estimate.pose)
+        pose = estimate.pose
+        parts = (
+            estimate.landmarks.ravel(),
+            estimate.std,
+            estimate.held,
+            np.full(3, np.nan) if pose is None else pose.translation,
+            np.full(9, np.nan) if pose is None else pose.root.ravel(),
+            np.full(len(AXES), np.nan) if pose is None else pose.joints,
+            [returns],
+        )
+        self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
         self.flags.append(tuple(estimate.flags))
-        self.returns.append(returns)
         self.spent.append(seconds)
         for name, value in estimate.seconds.items():
             self.stages[name] = self.stages.get(name, 0.0) + value
@@ -210,26 +213,47 @@ class _Log:
         self.restarts += estimate.restarts
 
     def followed(
-        self, recording: "DepthRecording", body: Performer, read: float, calibrate: float, fitted: bool
+        self,
+        recording: "DepthRecording",
+        body: Performer,
+        read: float,
+        calibrate: float,
+        fitted: bool,
+        *,
+        steady: bool,
     ) -> Followed:
-        xyz, std = np.array(self.landmarks), np.array(self.std)
+        from ..track.smoothing import smoothed
+
+        begin = perf_counter()
+        count = len(self.flags)
+        widths = (3 * len(LANDMARKS), len(LANDMARKS), len(LANDMARKS), 3, 9, len(AXES))
+        table = np.frombuffer(self.rows).reshape(count, -1)
+        flat, std, held, way, root, joints, returns = (
+            part.copy() for part in np.split(table, np.cumsum(widths), axis=1)
+        )
+        xyz = flat.reshape(count, len(LANDMARKS), 3)
         there = np.isfinite(xyz).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags])
         seen = there & np.array(["lost" not in flags for flags in self.flags])
         std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
         xyz[~there], std[~there] = np.nan, np.nan
+        poses = Poses(way, root.reshape(count, 3, 3), joints)
+        if steady:
+            poses, places = smoothed(poses, body, recording.times, frozen(seen, np.bool_))
+            xyz = np.where(seen[:, None, None], places, xyz)
+            self.stages["smoothing"] = perf_counter() - begin
         if recording.mirrored:
             xyz = xyz * MIRROR  # back to where they are in the images; names stay the person's own
         return Followed(
             Postures(LANDMARKS, xyz, recording.times, std=std),
-            _whole(self.poses),
+            poses,
             body,
             tuple(self.flags),
             frozen(seen, np.bool_),
-            frozen(np.array(self.held) & seen[:, None], np.bool_),
-            frozen(self.returns, np.bool_),
+            frozen((held > 0) & seen[:, None], np.bool_),
+            frozen(returns[:, 0] > 0, np.bool_),
             frozen(1000 * np.array(self.spent[1:])),
             read,
-            sum(self.spent),
+            sum(self.spent) + perf_counter() - begin,
             calibrate,
             self.stages,
             self.iterations,
@@ -238,12 +262,3 @@ class _Log:
             self.restarts,
             fitted,
         )
-
-
-def _whole(poses: Sequence[Pose | None]) -> Poses:
-    """Poses as arrays; NaN where there is none."""
-    return Poses(
-        np.array([np.full(3, np.nan) if pose is None else pose.translation for pose in poses]),
-        np.array([np.full((3, 3), np.nan) if pose is None else pose.root for pose in poses]),
-        np.array([np.full(len(AXES), np.nan) if pose is None else pose.joints for pose in poses]),
-    )
