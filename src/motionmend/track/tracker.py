@@ -191,7 +191,9 @@ def step(
         solution, restarts, doubt = mend_limbs(model, settings, state, evidence, coarse, terms, expected, solution)
         clock.lap("limbs")
     wrong = disagreement(state.performer, solution.state, coarse)
-    if settings.search and model.detector is not None:
+    doubtful = wrong > 1.15 * state.wrong + 0.01 and state.searched >= EVERY
+    state = replace(state, searched=0 if doubtful else state.searched + 1)
+    if settings.search and model.detector is not None and doubtful:
         body = state.performer
         for offer in limb_offers(model.detector, body, solution.state, observation, coarse, model.limb_shapes):
             trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
