@@ -1,21 +1,31 @@
 """Where else a limb may be, by what the frame shows and the pose does not: detected joints, unexplained points."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ..arrays import Floats
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import LANDMARKS, Performer, Pose, landmarks
 from .detect import Detector, detect
-from .judge import judge
+from .judge import Verdict, judge
 from .limbs import LIMBS, Coarse, limb_costs, with_limb
 from .observation import Observation
-from .settle import limb_hints
+from .settle import limb_hints, searched
 
 UNEXPLAINED = 0.006  # m^2, about a hand: with less the frame raises no question
+MUCH = 0.02  # m^2, half a forearm: with more a limb is not where the pose has it
 APART = 0.12  # m, a joint detected nearer to where the pose has it says nothing new
 
 
 def limb_offers(
-    detector: Detector, performer: Performer, pose: Pose, seen: Observation, coarse: Coarse, most: int = 2
+    detector: Detector,
+    performer: Performer,
+    pose: Pose,
+    seen: Observation,
+    coarse: Coarse,
+    shapes: Sequence[Floats] = (),
+    most: int = 3,
 ) -> list[Pose]:
     """Poses with one limb elsewhere, to be refined and kept if they explain the frame better; none as a rule.
 
@@ -24,6 +34,8 @@ def limb_offers(
     detector : fitted; it is asked only when the pose leaves something unexplained.
     performer, pose : as tracked.
     seen, coarse : the frame.
+    shapes : for each of `LIMBS` poses of a library (C, n): where much is unexplained the limbs that may be there are
+        searched as at a start; without shapes they are not.
     most : how many poses.
     """
     step = max(1, round(seen.camera.width / 80))
@@ -34,13 +46,31 @@ def limb_offers(
     hints = limb_hints(performer, pose, detection, verdict)
     offers: list[tuple[float, Pose]] = []
     here = landmarks(performer, pose)
-    for limb, some in zip(LIMBS, hints, strict=True):
-        if not len(some):
-            continue
-        costs = limb_costs(performer, pose, limb, np.concatenate((pose.joints[limb.columns][None], some)), coarse)
-        best = int(np.argmin(costs[1:]))
-        moved = with_limb(pose, limb, some[best])
+    doubtful = _doubtful(performer, pose, verdict) if len(shapes) and verdict.area > MUCH else ()
+    rng = np.random.default_rng(0)
+    for number, (limb, some) in enumerate(zip(LIMBS, hints, strict=True)):
+        ways = [some] if len(some) else []
+        if number in doubtful:
+            more = np.concatenate((shapes[number], some))
+            ways.append(searched(performer, pose, limb, coarse, more, rng)[0][None])
         end = LANDMARKS.index(limb.name[:2] + ("wrist" if limb.name.endswith("arm") else "ankle"))
-        if np.linalg.norm(landmarks(performer, moved)[end] - here[end]) > APART:
-            offers.append((float(costs[1 + best] - costs[0]), moved))
+        for way in ways:
+            costs = limb_costs(performer, pose, limb, np.concatenate((pose.joints[limb.columns][None], way)), coarse)
+            best = int(np.argmin(costs[1:]))
+            moved = with_limb(pose, limb, way[best])
+            if np.linalg.norm(landmarks(performer, moved)[end] - here[end]) > APART:
+                offers.append((float(costs[1 + best] - costs[0]), moved))
     return [moved for _, moved in sorted(offers, key=lambda offer: offer[0])[:most]]
+
+
+def _doubtful(performer: Performer, pose: Pose, verdict: Verdict) -> tuple[int, ...]:
+    """Which of `LIMBS` can reach most of what is unexplained: the arms, or the legs."""
+    at = landmarks(performer, pose)
+    within = []
+    for limb in LIMBS:
+        names = ("shoulder", "elbow", "wrist") if limb.name.endswith("arm") else ("hip", "knee", "ankle")
+        root, middle, end = (at[LANDMARKS.index(f"{limb.name[0]}_{name}")] for name in names)
+        reach = np.linalg.norm(middle - root) + np.linalg.norm(end - middle) + 0.15
+        within.append(int((np.linalg.norm(verdict.loose - root, axis=1) < reach).sum()))
+    arms, legs = within[0] + within[1], within[2] + within[3]
+    return (0, 1) if arms >= legs else (2, 3)

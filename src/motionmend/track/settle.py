@@ -104,7 +104,7 @@ def settle(
             if number in tried:
                 continue
             more = shapes[number] if hints is None else np.concatenate((shapes[number], hints[number]))
-            values, gain = _searched(performer, pose, limb, coarse, more, rng)
+            values, gain = searched(performer, pose, limb, coarse, more, rng)
             offers.append((gain, number, values))
         if not offers:
             break
@@ -144,10 +144,18 @@ def _swapped(pose: Pose) -> list[Pose]:
     return found
 
 
-def _searched(
+def searched(
     performer: Performer, pose: Pose, limb: Limb, coarse: Coarse, shapes: Floats, rng: np.random.Generator
 ) -> tuple[Floats, float]:
-    """The best joint coordinates (n,) found for a limb, and by how much they are better than its own."""
+    """The best joint coordinates (n,) found for a limb, and by how much they are better than its own.
+
+    Parameters
+    ----------
+    performer, pose, coarse : the body and the frame.
+    limb : one of `LIMBS`.
+    shapes : (C, n) poses to begin with.
+    rng : of what is drawn about the best.
+    """
     low, high = performer.limits[6 + limb.columns].T
     some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), low, high)
     costs = limb_costs(performer, pose, limb, some, coarse)
