@@ -1,7 +1,6 @@
 """`motionmend correct`: put right what a depth sensor says of a person."""
 
 from collections import Counter
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from ..bodies.postures import Postures
     from ..correct.corrector import CorrectorModel
 
-WRITTEN = (".csv", ".bvh")
+WRITTEN = (".csv", ".bvh", ".amc")
 USUAL_FPS = 30.0  # Hz, of a recording whose own rate is not known
 TIMED = 200  # frames corrected one by one to tell how long each takes
 WARM = 2  # of them, before which things are loaded
@@ -42,7 +41,7 @@ def correct(
     ),
     fps: Rate = None,
     format: Annotated[
-        str | None, Parameter(help="csv or bvh: what to write for a folder or several files; csv when not given.")
+        str | None, Parameter(help="csv, bvh or amc: what to write for a folder or several files; csv when not given.")
     ] = None,
     as_json: AsJson = False,
     working: Working = WORKING,
@@ -158,15 +157,11 @@ class Correction:
         if each is None and self.timed and self.model is not None and self.method == "default":
             each = live_seconds(self.model, sensor)
         frame_ms = _frame_ms(sensor.frames, seconds["correct"], each)
-        with ExitStack() as whole:  # both files appear together, or none
-            from ..io.atomic import atomic
-
-            table = whole.enter_context(atomic(job.target))
-            _write(table, corrected)
-            seconds = {**seconds, "write": perf_counter() - start}
-            seconds["total"] = sum(seconds.values())
-            rounded = {name: round(value, 4) for name, value in seconds.items()}
-            write_json(job.beside(".mend.json"), {**facts, "seconds": {**rounded, "frame_ms": frame_ms}})
+        _write(job.target, corrected)
+        seconds = {**seconds, "write": perf_counter() - start}
+        seconds["total"] = sum(seconds.values())
+        rounded = {name: round(value, 4) for name, value in seconds.items()}
+        write_json(job.beside(".mend.json"), {**facts, "seconds": {**rounded, "frame_ms": frame_ms}})
         said = {
             "input": job.source,
             "output": job.target,
@@ -297,11 +292,11 @@ def _frame_ms(frames: int, whole: float, each: Any) -> dict[str, float | None]:
 
 
 def _write(path: Path, corrected: "Postures") -> None:
-    if path.suffix.lower() == ".bvh":
+    if path.suffix.lower() != ".csv":
         from ..bodies.posed_skeleton import motion_of
-        from ..io.bvh import write_bvh
+        from ..io import write
 
-        write_bvh(path, motion_of(corrected))
+        write(path, motion_of(corrected))
         return
     from ..io.joint_table import write_joint_table
 
