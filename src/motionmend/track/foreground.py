@@ -302,7 +302,7 @@ def _likeness(measure: Floats, cloud: Floats, last: Floats | None) -> float:
         return 0.0
     spread = np.cov(cloud.T)
     flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
-    if flat < NOISE_NEAR + 0.3 * NOISE_STEEP * measure[10] ** 2:
+    if flat < np.hypot(NOISE_NEAR, 0.3 * NOISE_STEEP * measure[10] ** 2):  # relief and noise add up as variances
         return 0.0  # a board, a table top
     score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
     score *= 1.0 + 50.0 * measure[11]  # what moves before a known background is no furniture
