@@ -89,9 +89,13 @@ def test_all_of_the_trackers_joints_are_found_in_the_second_kinect() -> None:
     ("names", "wanted"),
     [
         ("Hips LeftUpLeg LeftLeg LeftFoot LeftToeBase", "pelvis l_hip l_knee l_ankle l_foot"),
-        ("Neck Head LeftShoulder LeftArm LeftForeArm LeftHand", "neck head l_clavicle l_shoulder l_elbow l_wrist"),
+        (
+            "Spine Neck Head LeftShoulder LeftArm LeftForeArm LeftHand",
+            "spine neck head l_clavicle l_shoulder l_elbow l_wrist",
+        ),
         ("Hip RHip RKnee RAnkle RBigToe RHeel Nose RWrist", "pelvis r_hip r_knee r_ankle r_foot r_heel nose r_wrist"),
         ("root lfemur ltibia lfoot ltoes rhumerus rradius", "pelvis l_hip l_knee l_ankle l_foot r_shoulder r_elbow"),
+        ("Hip Neck Head RShoulder", "pelvis neck_base head r_shoulder"),
         ("mixamorig:LeftForeArm hand_l tool", "l_elbow l_wrist -"),
     ],
 )

@@ -223,6 +223,8 @@ def meanings(names: Sequence[str]) -> tuple[str, ...]:
             ]
         if not any(one.endswith("_wrist") for one in found):  # a "hand" starts at the wrist
             found = [f"{one[0]}_wrist" if one.endswith("_hand") else one for one in found]
+        if not {"spine", "chest", "neck_base"} & set(found):  # pose estimators' neck lies between the shoulders
+            found = ["neck_base" if one == "neck" else one for one in found]
     seen: set[str] = set()
     for k, one in enumerate(found):
         found[k] = "" if one in seen else one
