@@ -15,7 +15,7 @@ from .evidence import Evidence
 
 MOST = 0.15  # m, a difference in depth that is as wrong as nothing at all
 COARSE = 2  # every n-th pixel of the raster is looked at
-SHAPES = 96  # poses of a limb that are kept of a library
+SHAPES = 64  # poses of a limb that are kept of a library
 
 
 @final
@@ -60,7 +60,7 @@ LIMBS = tuple(
 
 
 def shapes_of(database: PoseDatabase, performer: Performer) -> tuple[Floats, ...]:
-    """For each of `LIMBS` up to 96 of its poses (C, n) that lie far apart, those of the other side mirrored.
+    """For each of `LIMBS` up to 64 of its poses (C, n) that lie far apart, those of the other side mirrored.
 
     Without a library: a grid over the joints' ranges.
     """

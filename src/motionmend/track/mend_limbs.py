@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Floats
-from ..bodies.performer import Pose, landmarks
+from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .certainty import ENOUGH, explained_by_bone
 from .evidence import Evidence
-from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
+from .limbs import LIMBS, Coarse, Limb, disagreement, limb_costs, with_limb
 from .model import TrackerModel
 from .prior_term import strangeness
 from .settings import TrackSettings
@@ -25,7 +25,7 @@ STRANGE = 1.0  # share of the pixels that one unit of the prior's cost weighs
 STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
 SUSPECT = 0.01  # share of pixels explained wrongly beyond the usual that makes every limb be looked for
-TRIED = 2  # of each limb's candidates are refined
+TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
 
 
 def mend_limbs(
@@ -46,45 +46,47 @@ def mend_limbs(
     """
     performer = state.performer
     doubt = np.zeros(16)
-    moved = 0
     wrong = disagreement(performer, solution.state, coarse)
     shown = explained_by_bone(performer, solution.state, coarse, evidence.weight)
-    usual = state.wrong if np.isfinite(state.wrong) else 0.0
+    worse = wrong >= (state.wrong if np.isfinite(state.wrong) else 0.0) + SUSPECT
+    pose, place = solution.state, landmarks(performer, expected)
+    better: list[tuple[float, int, Pose]] = []
     for number, limb in enumerate(LIMBS):
         hidden = min(shown[b] for b in limb.shown) <= ENOUGH
-        if wrong < usual + SUSPECT and not hidden:
+        if not (worse or hidden):
             continue
-        pose = solution.state
-        place = landmarks(performer, expected)
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
         costs = limb_costs(performer, pose, limb, candidates, coarse)
-        better = [(costs[i], with_limb(pose, limb, candidates[i])) for i in np.argsort(costs, kind="stable")[:TRIED]]
-        better = [(cost, way) for cost, way in better if cost < wrong - 0.5 * GAIN]
-        if wrong >= usual + SUSPECT:
+        i = int(np.argmin(costs))
+        if costs[i] < wrong - 0.5 * GAIN:
+            better.append((costs[i] - wrong, number, with_limb(pose, limb, candidates[i])))
+        if worse:
             # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
             before = limb_costs(performer, expected, limb, candidates, coarse)
             i = int(np.argmin(before))
-            if before[i] < min(before[1], wrong) + 0.5 * GAIN:
-                better.append((before[i], with_limb(expected, limb, candidates[i])))
-        for _, way in sorted(better, key=lambda one: one[0])[:TRIED]:
-            begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
-            trial = solve_pose(performer, evidence, begun, way, settings, 5)
-            after = disagreement(performer, trial.state, coarse)
-            odd = STRANGE * (strangeness(terms, trial.state) - strangeness(terms, solution.state))
-            leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
-            if after + odd < wrong - GAIN * (1.0 + leap / STEP):
-                solution, wrong = trial, after
-                moved += 1
-                break
-        # Poses that explain the frame as well: how far apart they have the joints is what is not known.
-        alike = np.exp(-np.maximum(costs - costs[0], 0.0) / ALIKE)
-        alike[0] = 1.0
-        if alike[1:].sum() > 0.05:
-            marks = limb.landmarks
-            base = landmarks(performer, pose)[marks]
-            near = np.flatnonzero(alike > 0.02)
-            away = np.array([landmarks(performer, with_limb(pose, limb, candidates[i]))[marks] - base for i in near])
-            share = alike[near] / alike.sum()
-            doubt[marks] = np.sqrt((share[:, None] * (away**2).sum(axis=2)).sum(axis=0) / 3.0)
+            if before[i] < min(before[1] - 0.5 * GAIN, wrong + GAIN):
+                better.append((before[i] - wrong, number, with_limb(expected, limb, candidates[i])))
+        if hidden:
+            doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
+    moved = 0
+    for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
+        limb = LIMBS[number]
+        begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
+        trial = solve_pose(performer, evidence, begun, way, settings, 5)
+        after = disagreement(performer, trial.state, coarse)
+        odd = STRANGE * (strangeness(terms, trial.state) - strangeness(terms, solution.state))
+        leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
+        if after + odd < wrong - GAIN * (1.0 + leap / STEP):
+            solution, wrong, moved = trial, after, moved + 1
     return solution, moved, doubt
+
+
+def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:
+    """(n,) m, how far poses of a limb that explain the frame as well have its joints from where they are."""
+    alike = np.exp(-np.maximum(costs - costs[0], 0.0) / ALIKE)
+    near = np.flatnonzero(alike > 0.02)
+    base = landmarks(performer, pose)[limb.landmarks]
+    away = [landmarks(performer, with_limb(pose, limb, candidates[i]))[limb.landmarks] - base for i in near]
+    share = alike[near] / alike[near].sum()
+    return np.asarray(np.sqrt((share[:, None] * (np.array(away) ** 2).sum(axis=2)).sum(axis=0) / 3.0))
