@@ -39,9 +39,9 @@ def hello_of(joint_set, fps=30.0):
     return {**HELLO, "skeleton": joint_set.key, "fps": fps}
 
 
-def alone(model, joint_set, positions):
+def alone(model, joint_set, positions, online=False):
     """The answers of the model itself, without any server."""
-    state = model.start(joint_set.names, 30.0)
+    state = model.start(joint_set.names, 30.0, online)
     codes, found = np.full(len(joint_set.names), 2, np.uint8), []
     for k, joints in enumerate(positions):
         state, corrected = model.step(state, joints.astype(float), codes, k / 30.0)
@@ -64,6 +64,18 @@ def test_answers_are_those_of_the_corrector(live, model):
             assert reliability.shape == (20,)
             assert ((reliability >= 0) & (reliability <= 1)).all()
             assert isinstance(answer["flags"], list)
+
+
+def test_a_server_that_learns_learns_from_each_client_for_that_client_alone(model):
+    cases = [moving(KINECT20, 40, seed) for seed in (1, 2)]
+    with running(model, online=True) as live, client(live.url) as one, client(live.url) as other:
+        answers = [
+            [ask(c, frame(k, p)) for c, p in zip((one, other), at, strict=True)]
+            for k, at in enumerate(zip(*cases, strict=True))
+        ]
+    for number, positions in enumerate(cases):
+        found = np.array([singles(pair[number]["joints"]) for pair in answers]).reshape(40, 20, 3)
+        assert found == pytest.approx(alone(model, KINECT20, positions, online=True), abs=1e-6)
 
 
 def test_json_and_msgpack_say_the_same(live):

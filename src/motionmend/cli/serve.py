@@ -37,6 +37,9 @@ def serve(
         str | None,
         Parameter(help="Name of a Lab Streaming Layer stream of type MoCap; one for each client."),
     ] = None,
+    online: Annotated[
+        bool, Parameter(show_default=False, help="Go on learning, from each client's frames for that client alone.")
+    ] = False,
     jobs: Annotated[
         int | None,
         Parameter(help="Processes that correct; 0: the server's own. The default is the number of cores, at most 4."),
@@ -63,7 +66,9 @@ def serve(
     corrector = _corrector(model)
     from ..live.server import Server
 
-    server = Server(corrector, jobs=_processes(jobs), listeners=_listeners(avatar, lsl), origins=origin, say=say)
+    server = Server(
+        corrector, jobs=_processes(jobs), online=online, listeners=_listeners(avatar, lsl), origins=origin, say=say
+    )
     gc.collect()
     gc.freeze()  # the model is not looked through again: shorter pauses
     with one_blas_thread():

@@ -30,10 +30,12 @@ class OwnDesk:
     Parameters
     ----------
     model : the corrector.
+    online : whether it learns from the clients' frames, from each for itself.
     """
 
-    def __init__(self, model: "CorrectorModel") -> None:
+    def __init__(self, model: "CorrectorModel", online: bool = False) -> None:
         self._model = model
+        self._online = online
         self._sessions: dict[int, Session | None] = {}
 
     async def reply(
@@ -41,7 +43,7 @@ class OwnDesk:
     ) -> Reply:
         """What is to be done about a client's message; parameters as of `session.replied`."""
         session = self._sessions.get(client)
-        self._sessions[client], reply = replied(self._model, session, message, t_in, flags, whole)
+        self._sessions[client], reply = replied(self._model, session, message, t_in, flags, whole, self._online)
         return reply
 
     def close(self, client: int) -> None:

@@ -43,6 +43,7 @@ class Server:
     ----------
     model : the corrector; its states belong to the clients.
     jobs : processes that correct; 0 = this one does.
+    online : whether it learns from the clients' frames, from each for itself.
     listeners : told of every frame of every client.
     origins : of web pages that may connect ("https://example.org"), beside the server's own.
     say : takes a line for the person who runs the server.
@@ -57,6 +58,7 @@ class Server:
         model: "CorrectorModel",
         *,
         jobs: int = 0,
+        online: bool = False,
         listeners: Sequence[Listener] = (),
         origins: Sequence[str] = (),
         say: Callable[[str], None] = lambda line: None,
@@ -65,7 +67,8 @@ class Server:
         self._model = model
         self._jobs = jobs
         self._say = say
-        self._desk: Desk = OwnDesk(model)
+        self._online = online
+        self._desk: Desk = OwnDesk(model, online)
         self._origins = frozenset(origin.rstrip("/").lower() for origin in origins)
         self._watching = Watching()
         self._listener = Listeners([self._watching, *listeners], say)
@@ -93,7 +96,7 @@ class Server:
         listening = _listening(address)
         self._loopback = address.loopback
         if self._jobs:
-            self._desk = await Staff.hired(self._model, self._jobs, self._say)
+            self._desk = await Staff.hired(self._model, self._jobs, self._online, self._say)
         else:
             warm(self._model)
         server = await serve(

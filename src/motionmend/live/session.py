@@ -1,7 +1,7 @@
 """One client's correction: messages in, replies out, and the session after each."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -36,11 +36,15 @@ def now(epoch: float = _EPOCH) -> float:
 @final
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A client after its hello: what it said, the corrector's state, and the time of its last frame in s."""
+    """A client after its hello: what it said, the corrector's state, and the time of its last frame in s.
+
+    `online` says whether the corrector learns from the client's frames.
+    """
 
     hello: Hello
     state: Any
     last: float | None = None
+    online: bool = False
 
 
 @final
@@ -70,6 +74,7 @@ def replied(
     t_in: float,
     flags: tuple[str, ...] = (),
     whole: bool = False,
+    online: bool = False,
 ) -> tuple[Session | None, Reply]:
     """The session after a message, and the reply to it.
 
@@ -81,13 +86,14 @@ def replied(
     t_in : s, `now()` when it came.
     flags : to be added to an answer's.
     whole : whether the reply shall hold frame and answer, too.
+    online : whether a session that begins learns from its client's frames.
     """
     text = isinstance(message, str)
     try:
         fields, _ = decode(message)
         if is_hello(fields):
             session = None  # whatever comes of it, the one before has ended
-            session = opened(model, read_hello(fields))
+            session = opened(model, read_hello(fields), online)
             return session, Reply(None, hello=session.hello)
         if session is None:
             raise MessageError(NO_HELLO, fields["seq"] if type(fields.get("seq")) is int else None)
@@ -99,8 +105,8 @@ def replied(
         return session, Reply(encode_error(error, text), error=True)
 
 
-def opened(model: "CorrectorModel", hello: Hello) -> Session:
-    """A session at its start.
+def opened(model: "CorrectorModel", hello: Hello, online: bool = False) -> Session:
+    """A session at its start; `online` as of `replied`.
 
     Raises
     ------
@@ -109,7 +115,7 @@ def opened(model: "CorrectorModel", hello: Hello) -> Session:
     from ..errors import MotionMendError
 
     try:
-        return Session(hello, model.start(hello.names, hello.fps))
+        return Session(hello, model.start(hello.names, hello.fps, online), online=online)
     except MotionMendError as error:
         raise MessageError(str(error)) from None
 
@@ -132,7 +138,7 @@ def answered(
     MessageError : the frame cannot be corrected; the session then stays as it was.
     """
     if session.last is not None and frame.t < session.last - BACK:
-        session = opened(model, session.hello)
+        session = opened(model, session.hello, session.online)
         flags = (*flags, "restarted")
     if session.last is None:
         if not np.isfinite(frame.joints).any():
@@ -150,4 +156,4 @@ def answered(
         corrected.std,
         (*flags, *corrected.flags),
     )
-    return Session(session.hello, state, time_of), answer
+    return replace(session, state=state, last=time_of), answer

@@ -93,8 +93,9 @@ class Staff:
     `hired` makes one.
     """
 
-    def __init__(self, model: "CorrectorModel", say: Callable[[str], None]) -> None:
+    def __init__(self, model: "CorrectorModel", online: bool, say: Callable[[str], None]) -> None:
         self._model = model
+        self._online = online
         self._say = say
         self._lines: list[_Line] = []
         self._processes: list[BaseProcess] = []
@@ -104,25 +105,26 @@ class Staff:
         self._leaving = False
 
     @classmethod
-    async def hired(cls, model: "CorrectorModel", count: int, say: Callable[[str], None]) -> "Staff":
+    async def hired(cls, model: "CorrectorModel", count: int, online: bool, say: Callable[[str], None]) -> "Staff":
         """A staff that is ready to correct.
 
         Parameters
         ----------
         model : the corrector.
         count : processes.
+        online : whether the corrector learns from the clients' frames, from each for itself.
         say : takes a line for the person who runs the server.
 
         Raises
         ------
         FileError : a process ended as it began.
         """
-        staff = cls(model, say)
+        staff = cls(model, online, say)
         try:
-            ready = [await staff._begin(k) for k in range(count)]
-            for one in ready:
-                if await asyncio.wait_for(one, _START) is None:
-                    raise FileError("a process that should correct ended as it began: --jobs 0 does without")
+            for places in (range(1), range(1, count)):  # what the first has compiled the others only load
+                for ready in [await staff._begin(place) for place in places]:
+                    if await asyncio.wait_for(ready, _START) is None:
+                        raise FileError("a process that should correct ended as it began: --jobs 0 does without")
         except BaseException:
             await staff.leave()
             raise
@@ -131,7 +133,7 @@ class Staff:
     async def _begin(self, place: int) -> "asyncio.Future[Any]":
         """Start the process at a place of the staff; what is returned comes when it is ready."""
         ours, theirs = socket.socketpair()
-        process = multiprocessing.get_context("spawn").Process(target=_work, args=(self._model, theirs), daemon=True)
+        process = _context().Process(target=_work, args=(self._model, self._online, theirs), daemon=True)
         process.start()
         theirs.close()
         loop = asyncio.get_running_loop()
@@ -198,7 +200,16 @@ class Staff:
                 process.terminate()
 
 
-def _work(model: "CorrectorModel", line: socket.socket) -> None:
+def _context() -> Any:
+    """How processes are started: from a small one that has loaded what all need, where the system has such."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["motionmend.live.staff", "motionmend.live.warm", "motionmend.correct.corrector"])
+    return context
+
+
+def _work(model: "CorrectorModel", online: bool, line: socket.socket) -> None:
     """A process of the staff: correct what comes over the line until it ends."""
     from ..batch import one_blas_thread
     from .warm import warm
@@ -213,7 +224,7 @@ def _work(model: "CorrectorModel", line: socket.socket) -> None:
             if message is None:
                 sessions.pop(client, None)
                 continue
-            sessions[client], reply = replied(model, sessions.get(client), message, t_in, flags, whole)
+            sessions[client], reply = replied(model, sessions.get(client), message, t_in, flags, whole, online)
             line.sendall(_packed(reply))
 
 
