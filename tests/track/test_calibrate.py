@@ -1,16 +1,12 @@
 """A body's lengths and widths from pictures of it whose poses are only roughly known."""
 
-import json
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from motionmend.bodies.performer import BONES, Pose, advance, landmarks
 from motionmend.errors import MismatchError
 from motionmend.track import calibrate as own
-from motionmend.track.calibrate import body_from_json, body_to_json, calibrate, calibrated, size_from, stretch_of
+from motionmend.track.calibrate import calibrate, calibrated, size_from, stretch_of
 from motionmend.track.detect import Detection
 from motionmend.track.observation import Observation
 from people import HALF, PERSON, picture, random_poses
@@ -94,26 +90,6 @@ def test_size_comes_from_detected_joints(factor, rng):
         found.append(Detection(joints, np.full(16, 0.9), none, np.zeros((16, 3)), 0.5))
     assert abs(size_from(PERSON, found) / factor - 1) < 0.06
     assert size_from(PERSON, []) == 1.0
-
-
-@given(st.integers(0, 10**6))
-@settings(max_examples=10)
-def test_bodies_come_back_from_json(seed):
-    person = PERSON.stretched(stretch_of(np.random.default_rng(seed).normal(0, 0.05, len(SHAPE))))
-    stored = json.loads(json.dumps(body_to_json(person)))
-    back = body_from_json(stored)
-    np.testing.assert_allclose(back.lengths, person.lengths, atol=1e-5)
-    np.testing.assert_allclose(back.solids.size, person.solids.size, atol=1e-5)
-    assert stored["lengths_m"]["l_thigh"] == pytest.approx(person.lengths[BONES.index("l_thigh")], abs=1e-4)
-
-
-def test_files_that_are_no_bodies_are_refused():
-    good = body_to_json(PERSON)
-    spoilt = [None, {}, good | {"version": 7}, {k: v for k, v in good.items() if k != "solids"}]
-    spoilt += [good | {"offsets": [[0.0, 1.0]]}, good | {"offsets": [[None] * 3] * 15}, [1, 2]]
-    for one in spoilt:
-        with pytest.raises(MismatchError):
-            body_from_json(one)
 
 
 def test_both_sides_are_alike_and_derivatives_are_those_of_finite_differences(rng):

@@ -25,7 +25,6 @@ from ..bodies.performer import (
     bone_frames,
     twists,
 )
-from ..bodies.solids import Solids
 from ..bodies.surface import render
 from ..errors import MismatchError
 from .detect import Detection
@@ -196,45 +195,6 @@ def calibrated(performer: Performer, follow: Follow, passes: int = 2, most: int 
 def stretch_of(shape: Floats) -> Floats:
     """(15, 3) factors for `Performer.stretched` of the logarithms of the named factors."""
     return np.asarray(np.exp(np.einsum("f,fba->ba", shape, _basis())))
-
-
-def body_to_json(performer: Performer) -> dict[str, Any]:
-    """A body as JSON values: everything that `body_from_json` needs, and the bones' lengths in m to be read."""
-    solids = performer.solids
-    parts = {name: np.round(np.asarray(getattr(solids, name)), 6).tolist() for name in _SOLID_FIELDS}
-    return {
-        "kind": "motionmend body",
-        "version": 1,
-        "lengths_m": {bone: round(float(m), 4) for bone, m in zip(BONES, performer.lengths, strict=True)},
-        "offsets": np.round(performer.offsets, 6).tolist(),
-        "landmark_place": np.round(performer.landmark_place, 6).tolist(),
-        "tip_place": np.round(performer.tip_place, 6).tolist(),
-        "solids": parts,
-    }
-
-
-def body_from_json(stored: Mapping[str, Any]) -> Performer:
-    """The performer that `body_to_json` wrote.
-
-    Raises
-    ------
-    MismatchError : not such a body, or not a sound one.
-    """
-    if not isinstance(stored, Mapping) or stored.get("kind") != "motionmend body":
-        raise MismatchError("a body file as `motionmend track --body` writes it was wanted, this is none")
-    if stored.get("version") != 1:
-        raise MismatchError(f"a body file of version 1 was wanted, came {stored.get('version')}; update motionmend")
-    try:
-        solids = Solids(*(np.array(stored["solids"][name]) for name in _SOLID_FIELDS))
-        places = [np.array(stored[name], dtype=np.float64) for name in ("offsets", "landmark_place", "tip_place")]
-        if not all(np.isfinite(place).all() for place in places):
-            raise ValueError("not finite")
-        return Performer(places[0], places[1], places[2], solids)
-    except (KeyError, TypeError, ValueError, IndexError) as failure:
-        raise MismatchError(f"a whole body file was wanted, this one is not ({failure}); calibrate anew") from None
-
-
-_SOLID_FIELDS = ("bone", "kind", "center", "turn", "size", "taper")
 
 
 @cache

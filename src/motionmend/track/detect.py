@@ -22,7 +22,7 @@ from .pictures import KINECT, OTHER_SIDE, Picture, pictures
 JOINTS = len(LANDMARKS)
 WITHIN = 0.10  # m, what counts as found when confidences are learned
 BANDWIDTH = 0.08  # m, of mean shift: about a hand's length; the chest's votes scatter as wide
-PIXELS = 1200  # looked at in one image, about
+PIXELS = 900  # looked at in one image, about
 FOCAL = (KINECT.fx, KINECT.fy)
 EXAMPLES = 300  # poses kept to begin with
 PLACES = 3  # modes kept of each joint
