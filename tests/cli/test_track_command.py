@@ -18,6 +18,7 @@ from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
 from motionmend.io import write
 from motionmend.io.body_file import read_body
+from motionmend.io.depth import read_depth, turned_round
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import read_joint_table, write_joint_table
 
@@ -128,6 +129,35 @@ def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_
     assert body.read_bytes() == stored
     lengths = [json.loads((tmp_path / f"{name}.mend.json").read_text())["bone_lengths_m"] for name in "ab"]
     assert lengths[0] == lengths[1]
+
+
+def test_a_mirrored_recording_keeps_the_persons_left_and_right(cli: Command, studio: Path, tmp_path: Path) -> None:
+    plain = read_depth(studio / "take")
+    mirrored = (turned_round(frame) for frame in plain)
+    write_depth_folder(tmp_path / "take", mirrored, FPS)
+    camera = json.loads((tmp_path / "take/camera.json").read_text())
+    (tmp_path / "take/camera.json").write_text(json.dumps({**camera, "mirrored": True}))
+    first = read_joint_table(studio / "start.csv")
+    flip = np.array([-1.0, 1.0, 1.0])
+    write_joint_table(tmp_path / "start.csv", first.with_positions(first.positions * flip))
+    given = ["-m", studio / "m.mend", "--skeleton", studio / "clip.asf"]
+    for place, start, out in ((tmp_path, tmp_path, "m.csv"), (studio, studio, "p.csv")):
+        ran = cli("track", place / "take", *given, "--start", start / "start.csv", "-o", tmp_path / out)
+        assert ran.code == 0
+    one, other = (read_joint_table(tmp_path / name).positions for name in ("m.csv", "p.csv"))
+    np.testing.assert_allclose(one * flip, other, atol=1e-3)
+
+
+@pytest.mark.parametrize("form", ["bvh", "amc"])
+def test_joint_angles_say_the_same_as_joints(cli: Command, studio: Path, tmp_path: Path, form: str) -> None:
+    known = ["--skeleton", studio / "clip.asf", "--start", studio / "start.csv"]
+    given = ["track", studio / "take", "-m", studio / "m.mend", *known, "--format"]
+    assert cli(*given, form, "-o", tmp_path / "angles").code == 0
+    assert cli(*given, "csv", "-o", tmp_path / "joints").code == 0
+    ran = cli("compare", tmp_path / "joints" / "take.csv", tmp_path / "angles" / f"take.{form}", "--json")
+    facts = json.loads(ran.out)
+    assert facts["frames"] == FRAMES
+    assert facts["mean_cm"] < 1.0
 
 
 def bad_copy(studio: Path, folder: Path, kind: str) -> Path:

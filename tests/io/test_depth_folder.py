@@ -160,6 +160,25 @@ def test_a_bad_folder_is_one_line_that_names_it(folder: Path, kind: str) -> None
     assert "\n" not in str(failure.value)
 
 
+def test_a_mirrored_recording_is_turned_round(folder: Path) -> None:
+    """A point of the image is seen at the mirrored place: x changes its sign, y and z stay."""
+    plain = read_depth(folder)
+    assert plain.true_frame(1).camera == plain.camera
+    change(folder, mirrored=True)
+    read = read_depth(folder)
+    assert read.mirrored
+    seen, true = read.frame(1), read.true_frame(1)
+    np.testing.assert_array_equal(seen.depth, plain.frame(1).depth)
+    there, turned = seen.camera.points(seen.depth), true.camera.points(true.depth)
+    np.testing.assert_allclose(turned, there[:, ::-1] * [-1, 1, 1], atol=1e-9)
+    assert seen.color is not None
+    assert true.color is not None
+    np.testing.assert_array_equal(true.color, seen.color[:, ::-1])
+    change(folder, mirrored="yes")
+    with pytest.raises(FileError, match="mirrored"):
+        read_depth(folder)
+
+
 def test_what_looks_like_a_depth_folder(folder: Path) -> None:
     assert looks_like_depth_folder(folder)
     assert not looks_like_depth_folder(folder.parent)
@@ -210,7 +229,7 @@ def test_utd_mhad_in_metres(tmp_path: Path) -> None:
     volume[100:120, 150:160] = np.array([2500, 2600, 2700])
     savemat(tmp_path / "a1_depth.mat", {"d_depth": volume})
     read = read_depth(tmp_path / "a1_depth.mat")
-    assert (read.frames, read.camera.fx, read.fps) == (3, 285.63, 30.0)
+    assert (read.frames, read.camera.fx, read.fps, read.mirrored) == (3, 285.63, 30.0, True)
     assert read.frame(2).depth[110, 155] == pytest.approx(2.7)
     assert np.isnan(read.frame(0).depth[0, 0])
     assert "nominal" in read.guesses[0]
