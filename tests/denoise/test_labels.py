@@ -195,5 +195,6 @@ def test_a_real_recording_keeps_its_labels_and_gets_swapped_ones_back(data, name
     recording = read(data / "mocap" / "c3d" / f"{name}.c3d")
     assert find_swaps(recording.positions, recording.fps) == ()
     knees = [k for k, n in enumerate(recording.names) if n.endswith("KNE")]
-    spoilt = swapped(recording.positions, *knees, 300, 420)
-    np.testing.assert_array_equal(put_right(spoilt, find_swaps(spoilt, recording.fps)), recording.positions)
+    part = recording.positions[:720]
+    spoilt = swapped(part, *knees, 300, 420)
+    np.testing.assert_array_equal(put_right(spoilt, find_swaps(spoilt, recording.fps)), part)
