@@ -18,18 +18,24 @@ _HOME = {
     "Markers": "bodies.motion",
     "Origin": "bodies.motion",
     "Repaired": "bodies.motion",
+    "Postures": "bodies.postures",
     "read": "io",
+    "read_postures": "io.sensor",
+    "read_truth": "io.truth",
     "write": "io",
     "Denoiser": "denoise",
     "DenoiserModel": "denoise",
     "repair_without_model": "denoise",
+    "Corrector": "correct",
+    "CorrectorModel": "correct",
+    "Pair": "correct",
     "load_model": "models",
     "save_model": "models",
     "corrupt": "evaluate",
     "compare": "evaluate",
 }
 
-_ROOMS = ("denoise", "evaluate", "io", "report", "samples")
+_ROOMS = ("correct", "denoise", "evaluate", "io", "report", "samples")
 
 __all__ = ["__version__", *_HOME, *_ROOMS]
 

@@ -10,6 +10,8 @@ _HOME = {
     "CorrectorModel": "corrector",
     "CorrectorState": "corrector",
     "Pair": "pairing",
+    "match": "pairs",
+    "strange": "pairs",
 }
 
 __all__ = list(_HOME)
