@@ -14,16 +14,29 @@ ENOUGH = 4.0  # standard samples of a bone that show it well; see `Evidence.weig
 CLUMP = 25.0  # neighbouring residuals err together: so many of them tell as much as one
 SHAPE = 0.006  # m, by which every surface differs from the model's
 STRAY = 0.20  # m/s, how fast a joint that is not seen may leave where the prior holds it
+DENIED = 0.3  # share of a bone's samples that noise and clothes deny
+LIMB, BODY = 0.4, 0.8  # m, where all of a limb or of the body is denied
 REACH = 0.25  # m, about as far as it gets
 
 
 def explained_by_bone(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> Floats:
     """(B,) standard samples of each bone that are seen where the pose puts them."""
+    return shown_and_denied(performer, pose, coarse, weight)[0]
+
+
+def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> tuple[Floats, Floats]:
+    """Standard samples of each bone (B,) that are seen where the pose puts them, and (B,) that are not there.
+
+    A sample is denied where nobody is, or the person is farther away; what hides behind something is neither.
+    """
     depth, solid = cast_parts(performer, pose, coarse)
     with np.errstate(invalid="ignore"):
-        fits = (solid >= 0) & (np.abs(depth - coarse.seen) < FIT)
-    count = np.bincount(performer.solids.bone[solid[fits]], minlength=len(BONES))
-    return np.asarray(count * weight * COARSE**2, np.float64)
+        apart = coarse.seen - depth
+        fits = (solid >= 0) & (np.abs(apart) < FIT)
+        denied = (solid >= 0) & ((apart > FIT) | coarse.free)
+    bone, unit = performer.solids.bone, weight * COARSE**2
+    shown, wrong = (np.bincount(bone[solid[where]], minlength=len(BONES)) * unit for where in (fits, denied))
+    return np.asarray(shown, np.float64), np.asarray(wrong, np.float64)
 
 
 def trust_of(share: Floats) -> tuple[Floats, Bools]:
@@ -38,6 +51,20 @@ def trust_of(share: Floats) -> tuple[Floats, Bools]:
     trust = np.concatenate([np.full(FIRST[b + 1] - FIRST[b], carried[b]) for b in range(len(BONES))])
     seen = carried[LANDMARK_BONES] > 0.2
     return trust, seen
+
+
+def astray(shown: Floats, denied: Floats, wrong: float, usual: float) -> Floats:
+    """(16,) m, how far joints may be from a pose that the frame denies.
+
+    Parameters
+    ----------
+    shown, denied : (B,) standard samples, see `shown_and_denied`.
+    wrong, usual : share of all pixels explained wrongly, now and as a rule (NaN = not known yet).
+    """
+    share = denied / (shown + denied + ENOUGH)
+    lower = np.maximum(share - DENIED, 0.0)[LANDMARK_BONES]
+    base = wrong if not np.isfinite(usual) else usual
+    return np.asarray(LIMB * lower + BODY * max(wrong - 1.15 * base - 0.01, 0.0))
 
 
 def certainty_of(

@@ -77,7 +77,7 @@ def mend_limbs(
         after = disagreement(performer, trial.state, coarse)
         odd = STRANGE * (strangeness(terms, trial.state) - strangeness(terms, solution.state))
         leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
-        if after + odd < wrong - GAIN * (1.0 + leap / STEP):
+        if after + odd < wrong - GAIN * (1.0 + (leap / STEP) ** 2):
             solution, wrong, moved = trial, after, moved + 1
     return solution, moved, doubt
 

@@ -12,7 +12,7 @@ from ..bodies.camera import DepthFrame
 from ..bodies.performer import DOFS, Performer, Pose, advance, landmarks
 from ..errors import UsageError
 from ..numerics.least_squares import Solution
-from .certainty import certainty_of, explained_by_bone, trust_of
+from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .edge_term import EdgeTerm
 from .evidence import Evidence, evidence_of
 from .foreground import Scene, scene_of
@@ -38,6 +38,7 @@ __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step"]
 FLAGS = ("tracked", "held", "lost", "recovered", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
+SURELY_LOST = 0.52  # the same, whatever is usual
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 OFFER = 0.004  # share of the pixels that a limb where the detector sees it must explain better
 EVERY = 4  # frames at least between two looks of the detector for limbs
@@ -172,11 +173,14 @@ def step(
     coarse = coarse_of(evidence)
     recovered = False
     if state.pose is None or state.lost:
-        found = _found(model, settings, state, observation, evidence, coarse)
+        # Between two looks of the detector a lost body is looked for where it was.
+        waits = state.pose is not None and state.lost and 0 < state.searched < EVERY
+        found = state.pose if waits else _found(model, settings, state, observation, evidence, coarse)
+        state = replace(state, searched=state.searched if waits else 0)
         clock.lap("detect")
         if found is None:
             return _nobody(state, elapsed, ("lost",), clock)
-        recovered = state.pose is not None
+        recovered = state.pose is not None and not waits
         state = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
         elapsed = 0.0
     assert state.pose is not None
@@ -243,7 +247,7 @@ def terms_of(
 def _is_lost(state: TrackState, wrong: float) -> bool:
     """Whether a pose explains so little, of itself and beside what is usual with this person, that it is none."""
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
-    return wrong > max(LOST, 2.0 * usual)
+    return wrong > min(max(LOST, 2.0 * usual), SURELY_LOST)
 
 
 def _expected(state: TrackState, settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
@@ -310,8 +314,9 @@ def _tracked(
 ) -> tuple[TrackState, Estimate]:
     assert state.pose is not None
     performer, pose = state.performer, solution.state
-    share = explained_by_bone(performer, pose, coarse, evidence.weight)
-    trust, seen = trust_of(share)
+    shown, denied = shown_and_denied(performer, pose, coarse, evidence.weight)
+    trust, seen = trust_of(shown)
+    doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, pose, solution.system, hidden, doubt, wrong)
     lost = _is_lost(state, wrong) and settings.search
@@ -330,7 +335,9 @@ def _tracked(
         girth = learned(girth, performer, pose, evidence, settings)
         performer = girth.performer
         clock.lap("girth")
-    running = wrong if not np.isfinite(state.wrong) else 0.9 * state.wrong + 0.1 * wrong
+    # A pose that fits worse than usual says little of what is usual.
+    share = 0.1 if wrong < 1.2 * state.wrong else 0.02
+    running = wrong if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
     after = replace(
