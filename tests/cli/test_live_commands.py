@@ -20,10 +20,13 @@ from motionmend.io.joint_table import read_joint_table, write_joint_table
 from motionmend.models import save_model
 
 
+SLOWLY = ("--speed", "0.5")  # a machine that is busy with other things answers all frames even so
+
+
 @pytest.fixture(scope="module")
 def seen() -> Postures:
-    """Two seconds of a walk as a sensor might see it, one joint missing for a while."""
-    clip = samples.clip("walk", seconds=2.0, seed=3)
+    """A second of a walk as a sensor might see it, one joint missing for a while."""
+    clip = samples.clip("walk", seconds=1.0, seed=3)
     truth = positions(clip.skeleton, clip.q)[::4, correspondence(clip.skeleton.names, KINECT20.names)]
     state = np.full(truth.shape[:2], 2, np.uint8)
     sensor = truth + np.random.default_rng(0).normal(0, 0.01, truth.shape)
@@ -60,17 +63,17 @@ def test_a_recording_is_streamed_corrected_and_the_server_ends_well(server, seen
     process, url = server
     recording, out = tmp_path / "take.csv", tmp_path / "answers.csv"
     write_joint_table(recording, seen)
-    ran = cli("stream", recording, "--to", url, "-o", out, "--json", "--speed", "4")
+    ran = cli("stream", recording, "--to", url, "-o", out, "--json", *SLOWLY)
     assert (ran.code, ran.failures) == (0, [])
     facts = json.loads(ran.out)
-    assert (facts["frames"], facts["answered"], facts["lost"], facts["refused"]) == (60, 60, 0, 0)
+    assert (facts["frames"], facts["answered"], facts["lost"], facts["refused"]) == (30, 30, 0, 0)
     assert 0 < facts["round_trip_ms"]["p50"] <= facts["round_trip_ms"]["p95"] <= facts["round_trip_ms"]["p99"]
     answers = read_joint_table(out)
     assert answers.names == seen.names
     assert answers.times == pytest.approx(seen.times)
     assert answers.reliability is not None
     assert np.isfinite(answers.positions).all()
-    text = cli("stream", recording, "--to", url, "-o", tmp_path / "text.csv", "--text", "--speed", "4")
+    text = cli("stream", recording, "--to", url, "-o", tmp_path / "text.csv", "--text", *SLOWLY)
     assert text.code == 0
     assert read_joint_table(tmp_path / "text.csv").positions == pytest.approx(answers.positions, abs=1e-4)
     again = cli("stream", recording, "--to", url, "-o", out)
@@ -79,7 +82,7 @@ def test_a_recording_is_streamed_corrected_and_the_server_ends_well(server, seen
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 0
-    assert "stopped: 2 clients, 120 frames, 0 dropped, 0 errors" in said
+    assert "stopped: 2 clients, 60 frames, 0 dropped, 0 errors" in said
     assert "Traceback" not in said
     gone = cli("stream", recording, "--to", url)
     assert gone.code == 1

@@ -170,6 +170,24 @@ def test_what_is_not_finite_spoils_no_later_frame(live, model):
             assert singles(answer["joints"]).reshape(20, 3) == pytest.approx(wanted[k], abs=1e-6)
 
 
+def test_a_defect_in_one_client_s_frame_is_that_client_s_alone(live, model, monkeypatch):
+    positions = moving(KINECT20, 6)
+    wanted = alone(model, KINECT20, positions)
+    step = type(model).step
+
+    def broken(self, state, joints, states, t):
+        if t == 777.0:
+            raise ZeroDivisionError
+        return step(self, state, joints, states, t)
+
+    monkeypatch.setattr(type(model), "step", broken)
+    with client(live.url) as good, client(live.url) as bad:
+        for k, joints in enumerate(positions):
+            assert "ZeroDivisionError" in ask(bad, frame(k, joints, t=777.0))["error"]
+            answer = ask(good, frame(k, joints))
+            assert singles(answer["joints"]).reshape(20, 3) == pytest.approx(wanted[k], abs=1e-6)
+
+
 def test_a_joint_that_is_not_tracked_may_be_missing(live):
     positions = moving(KINECT20, 12)
     state = np.full(20, 2, np.uint8)

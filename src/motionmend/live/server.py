@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import socket
+import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from http import HTTPStatus
@@ -120,7 +121,7 @@ class Server:
                 box.close()
             if self._workers:
                 await asyncio.wait(self._workers, timeout=PATIENCE)
-            server.close(code=1001, reason="the server stops")
+            server.close()  # with code 1001, going away
             await server.wait_closed()
             await self._desk.leave()
 
@@ -194,7 +195,8 @@ def _listening(address: Address) -> socket.socket:
         )[0]
         listening = socket.socket(family, kind, protocol)
         try:
-            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if sys.platform != "win32":  # there it would let two servers share an address
+                listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # those accepted inherit it
             listening.bind(place)
             listening.listen(MOST_CLIENTS)

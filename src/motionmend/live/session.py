@@ -103,6 +103,11 @@ def replied(
         return session, Reply(data, frame=frame, answer=answer) if whole else Reply(data)
     except MessageError as error:
         return session, Reply(encode_error(error, text), error=True)
+    except Exception as error:  # a defect must not reach the other clients of this process
+        said = MessageError(
+            f"unexpected {type(error).__name__} in this frame, the next goes on: a defect of motionmend"
+        )
+        return session, Reply(encode_error(said, text), error=True)
 
 
 def opened(model: "CorrectorModel", hello: Hello, online: bool = False) -> Session:
