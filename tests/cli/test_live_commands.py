@@ -19,7 +19,6 @@ from motionmend.correct import Corrector, Pair
 from motionmend.io.joint_table import read_joint_table, write_joint_table
 from motionmend.models import save_model
 
-
 SLOWLY = ("--speed", "0.5")  # a machine that is busy with other things answers all frames even so
 
 
