@@ -169,7 +169,7 @@ def step(
     evidence = evidence_of(observation, settings) if person.found else None
     clock.lap("foreground")
     if evidence is None:
-        return _nobody(state, elapsed, ("empty",), clock)
+        return _nobody(replace(state, searched=EVERY), elapsed, ("empty",), clock)
     coarse = coarse_of(evidence)
     recovered = False
     if state.pose is None or state.lost:
