@@ -65,6 +65,14 @@ def test_time_stamps_are_seconds_whatever_their_unit(tmp_path: Path, unit: float
     np.testing.assert_allclose(found.times, np.array(stamps) * unit)
 
 
+@pytest.mark.parametrize(("unit", "word"), [(1.0, None), (100.0, "centimetres"), (1000.0, "millimetres")])
+def test_a_body_of_impossible_size_tells_the_unit(tmp_path: Path, unit: float, word: str | None) -> None:
+    places = standing(KINECT25, 5)
+    found = read_postures(table(tmp_path / "a.csv", places * unit, np.full((5, 25), 2.0), None))
+    np.testing.assert_allclose(found.positions, places, rtol=1e-12)
+    assert any("taken as" in guess and str(word) in guess for guess in found.guesses) == (word is not None)
+
+
 def test_scrambled_titles_do_not_move_the_joints(tmp_path: Path) -> None:
     places, rng = standing(KINECT25, 20), np.random.default_rng(3)
     titles = list(rng.permutation(KINECT25.names))

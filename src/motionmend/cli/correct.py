@@ -122,7 +122,7 @@ class Correction:
         was_read = perf_counter()
         corrected = _empty_where_empty(sensor, self.model.correct(sensor, online=self.online, method=self.method))
         seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
-        warnings = (*warnings_of(sensor.source), *getattr(corrected.source, "warnings", ()))
+        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         return self._save(job, sensor, corrected, warnings, seconds)
 
     def _save(

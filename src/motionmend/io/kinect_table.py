@@ -21,6 +21,7 @@ from .sensor_source import SensorSource, even_times, seconds_of, states_of, with
 WANTED = "a table of Kinect joints with x, y, z and state"
 _BY_COUNT = {20: KINECT20, 25: KINECT25, 32: AZURE32}
 _KIND = {20: "Kinect v1 joints", 25: "Kinect v2 joints", 32: "Azure Kinect joints"}
+_LARGEST = 4.0  # m that a body with its arms stretched out may measure along an axis
 _SURELY = 0.98  # names are believed when they make the body so much smaller than the SDK's order does
 
 
@@ -61,6 +62,7 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     blocks = table.rows[:, layout.first : stop].reshape(len(table.rows), layout.joints, layout.width)
     state, state_warning = states_of(blocks[:, :, 3]) if layout.width == 4 else (None, ())
     positions = with_absent(blocks[:, :, :3], state)
+    positions, measured = in_metres(positions)
     names, named = _names(table, layout, positions)
     if layout.time >= 0:
         times, guesses, warnings = seconds_of(table.rows[:, layout.time])
@@ -69,7 +71,7 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     source = SensorSource(
         _KIND.get(layout.joints, f"{layout.joints} joints"), (*table.warnings, *state_warning, *warnings)
     )
-    return Postures(names, positions, times, state=state, source=source, guesses=(*guesses, *named))
+    return Postures(names, positions, times, state=state, source=source, guesses=(*guesses, *named, *measured))
 
 
 def layout_without_titles(columns: int) -> _Layout | None:
@@ -85,6 +87,19 @@ def layout_without_titles(columns: int) -> _Layout | None:
 def titles_of_kinect(titles: Sequence[str]) -> bool:
     """Whether these are titles of such a table and not of our own, which starts with `time` and `<joint>_x`."""
     return _titled(titles) is not None
+
+
+def in_metres(positions: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Positions (T, J, 3) in metres, and a sentence when the file must have another unit, as no body is so large."""
+    there = np.isfinite(positions).all(axis=2).sum(axis=1) >= positions.shape[1] // 2
+    if not there.any():
+        return positions, ()
+    lowest, highest = np.nanmin(positions[there], axis=1), np.nanmax(positions[there], axis=1)
+    size = float(np.median((highest - lowest).max(axis=1)))
+    if size <= _LARGEST:
+        return positions, ()
+    metres, unit = (0.01, "centimetres") if size <= 100 * _LARGEST else (0.001, "millimetres")
+    return positions * metres, (f"the body is {size:.0f} units large: positions were taken as {unit}",)
 
 
 def _titled(titles: Sequence[str]) -> _Layout | None:

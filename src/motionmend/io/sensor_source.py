@@ -48,6 +48,8 @@ def seconds_of(stamps: Floats) -> tuple[Floats, tuple[str, ...], tuple[str, ...]
         warnings.append(f"{int((~known).sum())} time stamps are no numbers: interpolated")
         places = np.arange(len(stamps))
         stamps = np.interp(places, places[known], stamps[known])
+    if len(stamps) == 1:
+        return np.zeros(1), ("one frame: its time was taken as 0 s",), ()
     steps = np.diff(stamps)
     rising = steps[steps > 0]
     if not rising.size:
