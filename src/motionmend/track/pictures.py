@@ -84,38 +84,41 @@ class Picture:
     facing: bool
 
 
-_ARMS = tuple(
-    np.concatenate(
-        [
-            np.arange(FIRST[b], FIRST[b + 1])
-            for b in map(BONES.index, (f"{s}_clavicle", f"{s}_upperarm", f"{s}_forearm"))
-        ]
-    )
-    for s in "lr"
-)
+def _columns(*names: str) -> tuple[NDArray[np.int64], ...]:
+    """Joint coordinates of a limb's bones, left and right."""
+    sides = [[BONES.index(f"{side}_{name}") for name in names] for side in "lr"]
+    return tuple(np.concatenate([np.arange(FIRST[b], FIRST[b + 1]) for b in bones]) for bones in sides)
+
+
+_ARMS, _LEGS = _columns("clavicle", "upperarm", "forearm"), _columns("thigh", "shank", "foot")
 
 
 def mixed(poses: Poses, rng: np.random.Generator) -> Pose:
-    """A pose with, two times in three, arms of its own: of other poses, of the other side, or anywhere at all.
+    """A pose with limbs of its own: of other poses, of the other side, or anywhere at all; leaning now and then.
 
-    Recordings hold few of the things that people do, and arms are where they differ most.
+    Recordings hold few of the things that people do. Two arms in three and one leg in three are exchanged, and a
+    third of the bodies lean, by up to about a right angle, any way.
     """
     pose = poses[int(rng.integers(len(poses)))]
-    joints = np.array(pose.joints)
-    for side in (0, 1):
-        way = rng.uniform()
-        if way < 0.33:
-            continue
-        if way < 0.75:
-            source = int(rng.integers(2))
-            arm = np.array(poses[int(rng.integers(len(poses)))].joints[_ARMS[source]])
-            if source != side:
-                arm *= np.where((DOF_AXES[6:][_ARMS[side], 0] == 0.0), -1.0, 1.0)
-        else:
-            low, high = LIMITS[6:][_ARMS[side]].T
-            arm = rng.uniform(low, high) * rng.uniform(0.2, 0.8)
-        joints[_ARMS[side]] = arm
-    return Pose(pose.translation, pose.root, joints)
+    joints, root = np.array(pose.joints), pose.root
+    for limbs, kept, anywhere in ((_ARMS, 0.33, 0.25), (_LEGS, 0.67, 0.08)):
+        for side in (0, 1):
+            way = rng.uniform()
+            if way < kept:
+                continue
+            if way < 1.0 - anywhere:
+                source = int(rng.integers(2))
+                limb = np.array(poses[int(rng.integers(len(poses)))].joints[limbs[source]])
+                if source != side:
+                    limb *= np.where(np.abs(DOF_AXES[6:][limbs[side], 0]) > 0.5, 1.0, -1.0)
+            else:
+                low, high = LIMITS[6:][limbs[side]].T
+                limb = rng.uniform(low, high) * rng.uniform(0.2, 0.8)
+            joints[limbs[side]] = limb
+    if rng.uniform() < 0.33:
+        way = rng.uniform(0.0, 2.0 * np.pi)
+        root = rotation(rng.uniform(0.0, 1.4) * np.array([np.cos(way), 0.0, np.sin(way)])) @ root
+    return Pose(pose.translation, root, joints)
 
 
 def varied(performer: Performer, rng: np.random.Generator) -> Performer:

@@ -121,11 +121,14 @@ def candidates(
     """
     found: list[Candidate] = []
     for reading, source in ((detection, "front"), (detection.mirrored, "back")):
-        weights = np.where(reading.confidence > 0.15, reading.confidence, 0.0) ** 2
-        if (weights > 0).sum() < 3:
-            continue
-        for pose, _ in poses_to(performer, reading.joints, weights, examples):
-            found.append(Candidate(pose, judge(performer, pose, seen).cost, source))
+        sure = np.where(reading.confidence > 0.15, reading.confidence, 0.0) ** 2
+        # In a pose that it has hardly met the forest is unsure of what it nevertheless finds.
+        every = np.where(np.isfinite(reading.joints[:, 0]), reading.confidence**2 + 0.05, 0.0)
+        for weights in (sure, every):
+            if (weights > 0).sum() < 3:
+                continue
+            for pose, _ in poses_to(performer, reading.joints, weights, examples, 2):
+                found.append(Candidate(pose, judge(performer, pose, seen).cost, source))
     if not found and np.isfinite(seen.depth).any():
         found = _upright(performer, seen)
     return sorted(found, key=lambda one: one.cost)[:most]
