@@ -118,6 +118,16 @@ def test_what_is_there_stays_unless_forced_and_resume_skips(cli: Command, takes:
     assert (tmp_path / "seen.csv").read_bytes() == before
 
 
+def test_outputs_inside_the_folder_of_takes_are_no_takes(cli: Command, takes: Path, tmp_path: Path) -> None:
+    (tmp_path / "takes").mkdir()
+    (tmp_path / "takes" / "seen.csv").write_bytes((takes / "takes" / "seen.csv").read_bytes())
+    command = ["pipeline", tmp_path / "takes", "-o", tmp_path / "takes" / "out", "-m", takes / "sensor.mend", "--json"]
+    for more in ([], ["--force"]):
+        ran = cli(*command, *more)
+        assert ran.code == 0, ran.err
+        assert len(ran.out.splitlines()) == 1
+
+
 def test_without_its_model_a_take_fails_and_the_others_are_done(cli: Command, takes: Path, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "notes.txt").write_text("not a take")

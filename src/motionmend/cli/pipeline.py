@@ -57,8 +57,9 @@ def pipeline(
     given = [working.reachable(take) for take in takes]
     options = PipelineConfig() if config is None else read_config(config)
     options = with_models(options, models)
-    found, refused = gather_takes(given)
-    planned, barred = plan_takes(found, given, working.reachable(out), options.format, writing)
+    out = working.reachable(out)
+    found, refused = gather_takes(given, out)
+    planned, barred = plan_takes(found, given, out, options.format, writing)
     chain, lacking = _chain(options, {take.kind for take in planned})
     jobs = []
     for take in planned:

@@ -31,8 +31,13 @@ class Take:
     kind: Kind
 
 
-def gather_takes(given: Sequence[Path]) -> tuple[list[tuple[Input, Kind]], list[Refusal]]:
+def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Kind]], list[Refusal]]:
     """All takes meant by files and folders, in the order given and sorted within a folder; each once.
+
+    Parameters
+    ----------
+    given : as on the command line.
+    out : what -o names; what lies below it inside a folder of takes is output, no take.
 
     Raises
     ------
@@ -53,7 +58,8 @@ def gather_takes(given: Sequence[Path]) -> tuple[list[tuple[Input, Kind]], list[
             what = "no take in this folder" if path.is_dir() else f"no take: {_seldom(path)}"
             refused.append(Refusal(path, what))
         for take, kind in takes:
-            if take.path.resolve() not in seen:
+            ours = take.path != path and out.resolve() in take.path.resolve().parents
+            if take.path.resolve() not in seen and not ours:
                 seen.add(take.path.resolve())
                 found.append((take, kind))
     return found, refused
