@@ -233,6 +233,20 @@ def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: 
     assert not (tmp_path / "o.csv").exists()
 
 
+def test_a_folder_that_is_not_there_or_holds_nothing(cli: Command, studio: Path, tmp_path: Path) -> None:
+    (tmp_path / "w").mkdir()
+    for place in (tmp_path / "none", tmp_path / "w"):
+        ran = cli("track", place, "-m", studio / "m.mend", "-o", tmp_path / "o.csv")
+        assert (ran.code, len(ran.failures)) == (1, 1)
+        assert str(place) in ran.failures[0]
+
+
+def test_the_model_is_told_of(cli: Command, studio: Path) -> None:
+    facts = json.loads(cli("inspect", studio / "m.mend", "--json").out)
+    assert (facts["kind"], facts["model"], facts["detector"]) == ("model", "tracker", True)
+    assert facts["poses"] > 50
+
+
 def test_fit_leaves_out_what_it_cannot_use(cli: Command, studio: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.amc").write_text("nothing")
     out = tmp_path / "m.mend"

@@ -56,13 +56,13 @@ def plan_depth(inputs: Sequence[Input], given: Sequence[Path], out: Path, form: 
         When OUT cannot be what is needed, or two recordings would share an output.
     """
     endings = [f".{one}" for one in FORMATS]
-    single = len(given) == 1 and len(inputs) == 1 and inputs[0].path == given[0]
+    single = len(given) == 1 and all(one.path == given[0] for one in inputs)
     if single and out.suffix and not out.is_dir():
         if ending(out) not in endings:
             raise UsageError(f"-o {out}: an ending of {', '.join(endings)} was wanted, came {out.suffix!r}")
         if form is not None and ending(out) != f".{form}":
             raise UsageError(f"-o {out}: its ending and --format {form} differ: leave one of them out")
-        targets = [out]
+        targets = [out] * len(inputs)
     else:
         if out.exists() and not out.is_dir():
             raise UsageError(f"-o {out}: a folder was wanted for several recordings, came a file")

@@ -203,6 +203,16 @@ def _model(path: Path) -> Done:
     stored = load_model(path)
     model = restore(stored, path)
     common = {"input": path, "kind": "model", "format": "mend", "model": stored.kind, "sha256": stored.sha256}
+    if stored.kind == "tracker":
+        facts = {
+            **common,
+            "poses": len(model.database),
+            "detector": model.detector is not None,
+            "units": {},
+            "warnings": [],
+            "guesses": [],
+        }
+        return Done(facts, _table(facts))
     if stored.kind != "denoiser":
         known = {name: getattr(model, name) for name in ("pairs", "frames") if isinstance(getattr(model, name, 0), int)}
         names = getattr(model, "names", None)
@@ -241,6 +251,8 @@ def _table(facts: dict[str, Any]) -> str:
         "energy",
         "bases",
         "clips",
+        "poses",
+        "detector",
     )
     rows += [
         (name.replace("_", " "), _number(facts[name]))

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -97,7 +98,9 @@ def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool) ->
     """One line on stderr that holds the file's name; with --json also an object with `error` on stdout."""
     if debug and failure.traceback:
         say(failure.traceback.rstrip())
-    message = failure.message if path.name in failure.message else f"{path}: {failure.message}"
+    name = re.escape(path.name or str(path))
+    named = re.search(rf"(?<![\w.-]){name}(?![\w-])", failure.message) is not None
+    message = failure.message if named else f"{path}: {failure.message}"
     say(f"motionmend: {message}")
     if as_json:
         print(json_line({"input": str(path), "error": failure.message}), flush=True)
