@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..correct import CorrectorModel
 
 _LENGTH: Final = struct.Struct("<I")
-_START: Final = 120.0  # s until a process must have said that it is ready
+_START: Final = 300.0  # s until a process must have said that it is ready
 _PAUSE: Final = 0.5  # s before a process that ended is replaced
 ENDED: Final = "the process that corrected this client has ended: its session begins anew with one of the next frames"
 
