@@ -8,11 +8,8 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings, mirrored, parents
 
-TRUNK = ("pelvis", "spine", "chest", "neck_base", "l_clavicle", "r_clavicle", "l_shoulder", "r_shoulder") + (
-    "l_hip",
-    "r_hip",
-)
 ACROSS = ("clavicle", "shoulder", "hip")
+TRUNK = ("pelvis", "spine", "chest", "neck_base", *(f"{side}_{one}" for side in "lr" for one in ACROSS))
 
 
 @dataclass(frozen=True, eq=False)

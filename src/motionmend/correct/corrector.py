@@ -13,18 +13,18 @@ from ..errors import MismatchError, UsageError
 from ..numerics.factors import Factors
 from ..numerics.local_gp import Mixture
 from .anatomy import anatomy, following
-from .classic import Samples
+from .classic import FILTERS, Samples
 from .joining import Joining, inward, joined, outward
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
 from .normalise import Standard, bone_lengths
 from .online import Memory, blank, remembered, taken_in
 from .pairing import Pair
 from .paper import learned_mixture, neighbour_inputs
-from .recordings import METHODS, PAPER, Knowledge, by_default, by_paper, by_rival
+from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
 from .settling import Body, settled_frame, unborn
 from .spatial import Committee, fit_committee, shape_features
-from .watching import Sight, Watcher, fresh, look, rows_of
+from .watching import Sight, Watcher, believable, fresh, look, rows_of
 
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
@@ -206,7 +206,7 @@ class CorrectorModel:
         The state after this frame, and the corrected frame.
         """
         joining, body = state.joining, self.watcher.body
-        given = np.asarray(positions, dtype=np.float64)
+        given = believable(np.asarray(positions, dtype=np.float64))
         told = None if states is None else joining.states(np.asarray(states))
         sight = look(self.watcher, state.sight, rows_of(joining.to_model, given), told, float(time))
         followed, memory = sight.followed, state.memory
@@ -249,11 +249,14 @@ class CorrectorModel:
             nothing = np.zeros((0, len(postures.names)))
             return replace(postures, std=nothing, reliability=nothing)
         with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
+            if method in FILTERS:
+                return by_filter(postures, method)
+            postures = postures.with_positions(believable(postures.positions))
             if method == "default":
                 return by_default(self.knowledge, postures, online)
             if method in PAPER:
                 return by_paper(self.knowledge, self._mixture(), postures, method, online)
-            return by_rival(self.knowledge, postures, method)
+            return by_learner(self.knowledge, postures, method)
 
     def _mixture(self) -> Mixture:
         """The paper's local models, learned from the samples when first asked for."""

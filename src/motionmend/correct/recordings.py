@@ -15,7 +15,7 @@ from .online import blank, remembered, taken_in
 from .paper import corrected_as_published, neighbour_inputs
 from .settling import settled_recording
 from .spatial import Committee, shape_features
-from .watching import Sight, Watcher, acquainted, fresh, look, rows_of, usual_lengths
+from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, usual_lengths
 
 PAPER = ("paper", "exact")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
@@ -81,19 +81,22 @@ def by_paper(knowledge: Knowledge, mixture: Mixture, postures: Postures, method:
     return replace(postures, positions=positions, std=deviation, reliability=trust)
 
 
-def by_rival(knowledge: Knowledge, postures: Postures, method: str) -> Postures:
-    """Filters of the sensor's positions, and learners that see each frame alone and trust every joint."""
-    present = np.asarray(np.isfinite(postures.positions).all(axis=2))
-    reliable = np.asarray(present, dtype=np.float64)
-    if method in FILTERS:
-        positions = FILTERS[method](postures.positions, postures.times)
-        return replace(postures, positions=positions, std=np.zeros(present.shape), reliability=reliable)
+def by_filter(postures: Postures, method: str) -> Postures:
+    """The sensor's positions filtered; every joint is trusted."""
+    present = np.isfinite(postures.positions).all(axis=2)
+    positions = FILTERS[method](postures.positions, postures.times)
+    trusted = np.asarray(present, dtype=np.float64)
+    return replace(postures, positions=positions, std=np.zeros(trusted.shape), reliability=trusted)
+
+
+def by_learner(knowledge: Knowledge, postures: Postures, method: str) -> Postures:
+    """What a learner makes of each frame alone; every joint is trusted."""
     joining, sights, standard, _ = _placed(knowledge.watcher, postures)
-    offsets = LEARNERS[method](knowledge.samples)(standard)
-    moved = standard + knowledge.following @ offsets
+    moved = standard + knowledge.following @ LEARNERS[method](knowledge.samples)(standard)
     zero = np.zeros(standard.shape[:2])
     positions, std, _ = outward(joining, postures.positions, sights, moved, zero, zero)
-    return replace(postures, positions=positions, std=std, reliability=reliable)
+    trusted = np.asarray(np.isfinite(postures.positions).all(axis=2), dtype=np.float64)
+    return replace(postures, positions=positions, std=std, reliability=trusted)
 
 
 def _watched(watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures) -> list[Sight]:
@@ -109,6 +112,7 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     """The recording's frames looked at; a first look tells what is this person's and this sensor's own."""
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
+    watcher = accustomed(watcher, rows)
     begun = acquainted(watcher, rows, fresh(watcher))
     met = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)[-1].followed
     begun = replace(begun, followed=replace(begun.followed, own=met.own, met=met.met))

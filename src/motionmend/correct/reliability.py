@@ -2,8 +2,8 @@
 
 The paper's three measures, after Shum et al. 2013, are behaviour (a joint that turns back on itself from frame to
 frame), kinematics (bones that change their length) and the tracking state. The default weighs such evidence together,
-as log-likelihood ratios, with one more: where the joint is expected from the joints that can be trusted and from the past.
-A failure lasts, so what was believed a frame ago counts (a hidden Markov chain of two states).
+as log-likelihood ratios, with one more: where the joint is expected from the joints that can be trusted and from the
+past. A failure lasts, so what was believed a frame ago counts (a hidden Markov chain of two states).
 """
 
 from collections.abc import Mapping

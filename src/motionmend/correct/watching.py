@@ -97,6 +97,34 @@ def acquainted(watcher: Watcher, rows: Floats, sight: Sight) -> Sight:
     return replace(sight, upright=turn, lengths=known)
 
 
+def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
+    """The watcher used to how unsteady this recording's sensor is throughout, when that is more than it was taught.
+
+    Most joints do not fail most of the time, so the median joint at the median frame shows the sensor's own noise.
+
+    Parameters
+    ----------
+    rows : (T, J, 3) m by the model's joints.
+    """
+    lengths = bone_lengths(rows, watcher.body)
+    scale = np.median(_some(lengths / watcher.standard.lengths, np.array([1.0])))
+    bent = np.sqrt(((rows[2:] - 2.0 * rows[1:-1] + rows[:-2]) ** 2).sum(axis=2)) / max(float(scale), 1e-6)
+    jerky = [np.median(_some(one, np.array([0.0]))) for one in bent.T] / watcher.detector.jerk
+    off = np.log(np.maximum(lengths, 1e-6))
+    wide = [np.median(np.abs(_some(one, np.zeros(1)) - np.median(_some(one, np.zeros(1))))) / 0.6745 for one in off.T]
+    detector = replace(
+        watcher.detector,
+        jerk=watcher.detector.jerk * max(1.0, float(np.median(jerky))),
+        bone_spread=watcher.detector.bone_spread * max(1.0, float(np.median(wide / watcher.detector.bone_spread))),
+    )
+    return replace(watcher, detector=detector)
+
+
+def _some(values: Floats, otherwise: Floats) -> Floats:
+    known = values[np.isfinite(values)]
+    return known if len(known) else otherwise
+
+
 def usual_lengths(watcher: Watcher, lengths: Floats) -> tuple[Floats, float]:
     """(B,) m the person's bones as far as they are known, and the size by that of the standard body.
 
@@ -131,10 +159,7 @@ def look(
     time : s.
     """
     body = watcher.body
-    there = np.asarray(
-        (np.abs(positions) < FAR).all(axis=1) & positions.any(axis=1)
-    )  # at the sensor itself nobody stands
-    rows = np.where(there[:, None], positions, np.nan)
+    rows = believable(positions)
     turn_up = sight.upright
     if turn_up is None and len(body.upper) and len(body.lower):
         seen = np.isfinite(rows[body.upper]).any() and np.isfinite(rows[body.lower]).any()
@@ -204,6 +229,13 @@ def look(
         swapped,
         sides.unsure or bool(good.sum() < 3.0),
     )
+
+
+def believable(positions: Floats) -> Floats:
+    """Positions (..., J, 3) in m, NaN in all coordinates of joints that are no place for a person: not finite, far away,
+    or at the sensor itself, where some recordings put what they miss."""
+    there = (np.abs(positions) < FAR).all(axis=-1) & positions.any(axis=-1)
+    return np.where(np.asarray(there)[..., None], positions, np.nan)
 
 
 def changed_sides(rows: Floats, states: Bytes | None, pairs: Ints) -> tuple[Floats, Bytes | None]:

@@ -45,7 +45,7 @@ def _place_for(mixed: Mixture, joint: int, sample: Floats, similar: float) -> in
     apart = ((sample - mixed.centres[joint]) ** 2).sum(axis=1)
     likeness = np.where(used, -0.5 * mixed.hyper[joint, :, 2] * apart, -np.inf)  # logarithm of eq. 10
     best = int(np.argmax(likeness))
-    return int(free[0]) if likeness[best] < np.log(similar) and len(free) else best
+    return int(free[0]) if np.exp(likeness[best]) < similar and len(free) else best
 
 
 def _extend(arrays: dict[str, Floats], j: int, q: int, sample: Floats, output: Floats) -> None:

@@ -1,0 +1,265 @@
+"""A corrector learned on synthetic people: what it must keep to, whoever it is shown."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from motionmend.arrays import Floats
+from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, correspondence, mirrored
+from motionmend.bodies.postures import Postures
+from motionmend.correct import METHODS, Corrector, CorrectorModel, paper
+from motionmend.correct.settling import bones_outward
+from motionmend.errors import MismatchError, UsageError
+from motionmend.evaluate.sensor_failures import fail
+from motionmend.io.model import load_model, save_model
+from people import NAMES, error, fitted, pair, recording, sensed, truth
+
+
+@pytest.fixture(scope="module")
+def model() -> CorrectorModel:
+    return fitted()
+
+
+def live(
+    model: CorrectorModel, postures: Postures, online: bool = False
+) -> tuple[Floats, Floats, list[tuple[str, ...]]]:
+    state = model.start(postures.names, 30.0, online)
+    frames, reliable, flags = [], [], []
+    for t in range(postures.frames):
+        told = None if postures.state is None else postures.state[t]
+        state, frame = model.step(state, postures.positions[t], told, float(postures.times[t]))
+        frames.append(frame.positions)
+        reliable.append(frame.reliability)
+        flags.append(frame.flags)
+    return np.stack(frames), np.stack(reliable), flags
+
+
+@pytest.mark.parametrize(("action", "seed"), [("walk", 7), ("reach", 8), ("jump", 9), ("run", 5)])
+def test_people_not_seen_before_come_out_nearer_to_the_truth(model: CorrectorModel, action: str, seed: int) -> None:
+    true = truth(action, seed)
+    raw = recording(sensed(true, seed))
+    corrected = model.correct(raw)
+    assert error(corrected, true) < 0.6 * error(raw, true)
+    assert np.linalg.norm(live(model, raw)[0] - true, axis=2).mean() < 0.6 * error(raw, true)
+    assert corrected.names == raw.names
+    np.testing.assert_array_equal(corrected.times, raw.times)
+    assert corrected.std is not None
+    assert (corrected.std > 0).all()
+    assert corrected.reliability is not None
+    assert corrected.reliability.mean() > 0.95
+
+
+@pytest.mark.parametrize("degrees", [35.0, 160.0, 250.0])
+def test_correction_commutes_with_turning_and_moving_the_person(model: CorrectorModel, degrees: float) -> None:
+    raw = recording(sensed(truth("reach", 4), 4))
+    turn = Rotation.from_euler("y", degrees, degrees=True).as_matrix()
+    moved = raw.with_positions(raw.positions @ turn.T + [3.0, 0.2, -1.0])
+    wanted = model.correct(raw)
+    got = model.correct(moved)
+    np.testing.assert_allclose(got.positions, wanted.positions @ turn.T + [3.0, 0.2, -1.0], atol=1e-6)
+    np.testing.assert_allclose(got.reliability, wanted.reliability, atol=1e-5)
+    np.testing.assert_allclose(live(model, moved)[0], live(model, raw)[0] @ turn.T + [3.0, 0.2, -1.0], atol=1e-6)
+
+
+def test_axes_with_y_down_are_understood(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("walk", 4), 4))
+    flip = np.diag([1.0, -1.0, -1.0])
+    got = model.correct(raw.with_positions(raw.positions @ flip))
+    np.testing.assert_allclose(got.positions, model.correct(raw).positions @ flip, atol=1e-6)
+
+
+def test_a_larger_person_is_corrected_alike(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("walk", 4), 4))
+    got = model.correct(raw.with_positions(1.2 * raw.positions))
+    np.testing.assert_allclose(got.positions / 1.2, model.correct(raw).positions, atol=2e-3)
+
+
+def test_bones_keep_their_lengths(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("run", 6), 6, noise=0.01))
+    bones = bones_outward(NAMES)
+
+    def varies(positions: Floats) -> float:
+        lengths = np.linalg.norm(positions[:, bones[:, 1]] - positions[:, bones[:, 0]], axis=2)
+        return float((lengths.std(axis=0) / lengths.mean(axis=0)).mean())
+
+    assert varies(model.correct(raw).positions) < 0.05 * varies(raw.positions)
+    assert varies(live(model, raw)[0]) < 0.6 * varies(raw.positions)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e30])
+def test_what_is_not_finite_never_poisons_later_frames(model: CorrectorModel, bad: float) -> None:
+    raw = recording(sensed(truth("walk", 7, 4.0), 7))
+    positions = np.array(raw.positions)
+    positions[20:26, 4:9] = bad
+    positions[40] = bad
+    spoilt, reliable, _ = live(model, raw.with_positions(positions))
+    clean, _, _ = live(model, raw)
+    assert np.isfinite(np.delete(spoilt, 40, axis=0)).all()
+    assert (reliable[20:26, 4:9] == 0).all()
+    assert np.linalg.norm(spoilt[-20:] - clean[-20:], axis=2).max() < 0.03
+    whole = model.correct(raw.with_positions(positions))
+    assert np.isfinite(np.delete(whole.positions, 40, axis=0)).all()
+
+
+def test_a_state_serves_again_and_again(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("walk", 7), 7))
+    state = model.start(NAMES, 30.0, online=True)
+    for t in range(10):
+        state, _ = model.step(state, raw.positions[t], None, t / 30.0)
+    one = model.step(state, raw.positions[10], None, 10 / 30.0)[1]
+    for t in range(11, 20):
+        model.step(state, raw.positions[t], None, t / 30.0)
+    again = model.step(state, raw.positions[10], None, 10 / 30.0)[1]
+    np.testing.assert_array_equal(one.positions, again.positions)
+
+
+@pytest.mark.parametrize("states", [True, False])
+def test_failing_limbs_are_told_and_mended(model: CorrectorModel, states: bool) -> None:
+    raws, mended, scores, spoilt = [], [], [], []
+    for seed, action in enumerate(("walk", "reach", "jump", "walk")):
+        true = truth(action, 20 + seed, 4.0)
+        failed = fail(recording(sensed(true, seed)), states=states, seed=seed)
+        corrected = model.correct(failed.postures)
+        raws.append(np.linalg.norm(failed.postures.positions - true, axis=2)[failed.affected])
+        mended.append(np.linalg.norm(corrected.positions - true, axis=2)[failed.affected])
+        assert corrected.reliability is not None
+        scores.append(corrected.reliability.ravel())
+        spoilt.append(failed.affected.ravel())
+    score, bad = np.concatenate(scores), np.concatenate(spoilt)
+    assert np.concatenate(mended).mean() < 0.45 * np.concatenate(raws).mean()
+    order = np.argsort(np.argsort(score, kind="stable"), kind="stable")
+    area = 1.0 - (order[bad].sum() - bad.sum() * (bad.sum() - 1) / 2) / (bad.sum() * (~bad).sum())
+    assert area > 0.93
+
+
+def test_sides_taken_for_each_other_are_put_right(model: CorrectorModel) -> None:
+    true = truth("walk", 11, 4.0)
+    raw = recording(sensed(true, 11))
+    swapped = np.array(raw.positions)
+    swapped[40:80] = swapped[40:80][:, mirrored(NAMES)]
+    frames, reliable, flags = live(model, raw.with_positions(swapped))
+    assert np.linalg.norm(frames[40:80] - true[40:80], axis=2).mean() < 0.04
+    assert np.linalg.norm(swapped[40:80] - true[40:80], axis=2).mean() > 0.15
+    assert all("swapped" in flags[t] for t in range(42, 78))
+    assert not any("swapped" in flags[t] for t in range(38))
+    legs = [NAMES.index(one) for one in ("KneeLeft", "KneeRight", "HipLeft", "HipRight")]
+    assert reliable[45:75][:, legs].mean() < 0.5
+
+
+def test_a_person_who_turns_around_is_followed(model: CorrectorModel) -> None:
+    true = truth("turn", 3, 5.0)
+    frames, _, flags = live(model, recording(sensed(true, 3)))
+    assert np.linalg.norm(frames - true, axis=2).mean() < 0.03
+    assert sum("swapped" in one for one in flags) == 0
+
+
+@pytest.mark.parametrize("names", [KINECT25.names, AZURE32.names, tuple(reversed(NAMES)), NAMES[:15]])
+def test_other_skeletons_are_corrected_through_joints_that_mean_the_same(
+    model: CorrectorModel, names: tuple[str, ...]
+) -> None:
+    raw = sensed(truth("walk", 12), 12)
+    found = correspondence(NAMES, names)
+    positions = np.full((len(raw), len(names), 3), np.nan)
+    positions[:, found >= 0] = raw[:, found[found >= 0]]
+    rest = np.flatnonzero(found < 0)
+    positions[:, rest] = raw[:, [0]] + 0.05 * np.random.default_rng(1).normal(size=(len(rest), 3))
+    got = model.correct(Postures(names, positions, np.arange(len(raw)) / 30.0))
+    assert got.names == names
+    assert np.isfinite(got.positions).all()
+    known = model.correct(recording(raw)).positions
+    same = np.linalg.norm(got.positions[:, found >= 0] - known[:, found[found >= 0]], axis=2)
+    assert same.mean() < 0.02
+
+
+def test_learning_on_the_way_keeps_its_memory_and_does_no_harm(model: CorrectorModel) -> None:
+    true = truth("reach", 14, 6.0)
+    raw = recording(sensed(true, 14))
+    offline, online = error(model.correct(raw), true), error(model.correct(raw, online=True), true)
+    assert online < 1.1 * offline + 0.001
+    state = model.start(NAMES, 30.0, online=True)
+    assert state.memory is not None
+    size = state.memory.mixture.factors.nbytes
+    for t in range(raw.frames):
+        state, _ = model.step(state, raw.positions[t], None, t / 30.0)
+    assert state.memory is not None
+    assert state.memory.mixture.factors.nbytes == size
+    assert state.memory.mixture.counts.sum() > 0
+    assert model.start(NAMES, 30.0).memory is None
+
+
+def test_nothing_is_learned_from_joints_that_fail(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("walk", 15, 4.0), 15))
+    positions = np.array(raw.positions)
+    hand = NAMES.index("WristLeft")
+    positions[:, hand] += 0.06 * np.random.default_rng(0).normal(size=positions[:, hand].shape)
+    state = model.start(NAMES, 30.0, online=True)
+    for t in range(raw.frames):
+        state, _ = model.step(state, positions[t], None, t / 30.0)
+    assert state.memory is not None
+    counts = state.memory.mixture.counts.sum(axis=1)
+    assert counts[hand] < 0.75 * np.median(counts)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_keeps_frames_and_joints(
+    model: CorrectorModel, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(paper, "MODELS", 3)
+    monkeypatch.setattr(paper, "SIZE", 15)
+    true = truth("walk", 13)
+    raw = recording(sensed(true, 13)[:30])
+    got = model.correct(raw, method=method)
+    assert got.positions.shape == raw.positions.shape
+    assert np.isfinite(got.positions).all()
+    again = model.correct(raw, method=method)
+    np.testing.assert_array_equal(got.positions, again.positions)
+    if method in ("constant", "ridge", "gp", "exemplar"):
+        assert error(got, true[:30]) < 0.75 * error(raw, true[:30])
+
+
+def test_a_model_comes_back_from_its_file_and_says_the_same(model: CorrectorModel, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    arrays, header = model.to_arrays()
+    save_model(tmp_path / "m.mend", "corrector", arrays, header)
+    stored = load_model(tmp_path / "m.mend")
+    again = CorrectorModel.from_arrays(stored.arrays, stored.header)
+    raw = recording(sensed(truth("walk", 16), 16))
+    for method in ("default", "ridge"):
+        np.testing.assert_array_equal(
+            model.correct(raw, method=method).positions, again.correct(raw, method=method).positions
+        )
+
+
+def test_the_same_pairs_make_the_same_model() -> None:
+    pairs = [pair("walk", seed, 2.0) for seed in range(3)]
+    one, other = (Corrector(size=60).fit(pairs).to_arrays() for _ in range(2))
+    assert one[1] == other[1]
+    for name in one[0]:
+        np.testing.assert_array_equal(one[0][name], other[0][name])
+
+
+def test_failures_among_the_lessons_do_not_spoil_the_model() -> None:
+    clean = [pair("walk", seed) for seed in range(4)]
+    spoilt = [
+        replace(one, sensor=replace(fail(one.sensor, share=0.3, seed=k).postures, state=None))
+        for k, one in enumerate(clean)
+    ]
+    true = truth("walk", 9)
+    raw = recording(sensed(true, 9))
+    assert error(Corrector(size=200).fit(spoilt).correct(raw), true) < 0.6 * error(raw, true)
+
+
+def test_mistakes_are_said(model: CorrectorModel) -> None:
+    with pytest.raises(MismatchError, match="came none"):
+        Corrector().fit([])
+    with pytest.raises(MismatchError, match="at least 4 joints"):
+        model.start(("a", "b", "c", "d", "e"))
+    with pytest.raises(UsageError, match="above 0 Hz"):
+        model.start(KINECT20.names, 0.0)
+    with pytest.raises(UsageError, match="unknown method"):
+        model.correct(recording(sensed(truth("walk", 1), 1)), method="magic")
+    empty = Postures(NAMES, np.zeros((0, 20, 3)), np.zeros(0))
+    assert model.correct(empty).frames == 0
+    alone = recording(sensed(truth("walk", 1), 1)[:1])
+    assert np.isfinite(model.correct(alone).positions).all()

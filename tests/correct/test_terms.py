@@ -1,0 +1,137 @@
+"""The parts of correction one by one: standard form, energy, reliability, filters, and failures on purpose."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionmend.bodies.joint_sets import KINECT20
+from motionmend.bodies.postures import INFERRED
+from motionmend.correct.anatomy import anatomy, following
+from motionmend.correct.classic import FILTERS
+from motionmend.correct.energy import Terms, Weights, energy, sampled, solved
+from motionmend.correct.normalise import Placement, turns, upright
+from motionmend.correct.reliability import behaviour, chain_backward, chain_forward, kinematics, tracking
+from motionmend.errors import UsageError
+from motionmend.evaluate.sensor_failures import fail
+from people import NAMES, recording, sensed, truth
+
+
+def terms(seed: int, steady: bool = True) -> Terms:
+    rng = np.random.default_rng(seed)
+    observed, offset, ahead = rng.normal(size=(3, 6, 3))
+    return Terms(observed, 0.05 * offset, observed + 0.05 * ahead if steady else None, rng.uniform(size=6))
+
+
+@given(st.integers(0, 1000), st.booleans())
+@settings(max_examples=20)
+def test_the_energy_is_least_where_it_is_solved(seed: int, steady: bool) -> None:
+    one, weights = terms(seed, steady), Weights()
+    best = solved(one, weights)
+    least = energy(best, one, weights)
+    rng = np.random.default_rng(seed + 1)
+    for size in (1e-3, 1e-2, 0.1):
+        assert energy(best + size * rng.normal(size=best.shape), one, weights) > least
+
+
+def test_the_papers_descent_comes_to_the_same_place() -> None:
+    one, weights = terms(3), Weights()
+    found = sampled(one, weights, np.zeros((6, 3)), np.random.default_rng(0), rounds=80)
+    least, start = energy(solved(one, weights), one, weights), energy(np.zeros((6, 3)), one, weights)
+    assert energy(found, one, weights) - least < 0.05 * (start - least)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.5, 1.5), st.integers(0, 100))
+@settings(max_examples=20)
+def test_standard_form_and_back(angle: float, size: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    place = Placement(turns(np.array([[np.cos(angle), np.sin(angle)]])), rng.normal(size=(1, 3)), np.array([size]))
+    positions = rng.normal(size=(1, 5, 3))
+    np.testing.assert_allclose(place.outward(place.inward(positions)), positions, atol=1e-12)
+    np.testing.assert_allclose(place.turn[0] @ [np.cos(angle), 0.0, np.sin(angle)], [1.0, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("up", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_up_is_found_whatever_axis_it_is(up: int, sign: float) -> None:
+    standing = truth("walk", 1)
+    turn = np.roll(np.eye(3), up - 1, axis=0) if sign > 0 else np.roll(np.eye(3), up - 1, axis=0) @ np.diag([1, -1, -1])
+    found = upright(standing @ turn.T, anatomy(NAMES))
+    assert np.linalg.det(found) == pytest.approx(1.0)
+    assert ((found @ turn)[1, 1]) == pytest.approx(1.0)
+
+
+def test_joints_without_a_value_are_the_mean_of_their_neighbours() -> None:
+    known = np.array([name not in ("HandLeft", "Spine") for name in NAMES])
+    rows = following(NAMES, known)
+    np.testing.assert_allclose(rows.sum(axis=1), 1.0, atol=1e-6)
+    assert rows[NAMES.index("HandLeft"), NAMES.index("WristLeft")] == pytest.approx(1.0, abs=1e-6)
+    assert rows[NAMES.index("Spine"), NAMES.index("HipCenter")] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_the_papers_measures_of_reliability() -> None:
+    body = anatomy(KINECT20.names)
+    still = np.zeros((20, 3))
+    ahead = still + [0.1, 0.0, 0.0]
+    assert behaviour(2 * ahead, ahead, still) == pytest.approx(np.ones(20))
+    assert behaviour(still, ahead, still) == pytest.approx(np.zeros(20))
+    usual = np.full(len(body.bones), 0.3)
+    assert kinematics(usual, usual, body) == pytest.approx(np.ones(20))
+    longer = usual.copy()
+    longer[body.bones[:, 1] == NAMES.index("WristLeft")] = 0.6
+    off = kinematics(longer, usual, body)
+    assert set(np.flatnonzero(off < 0.99)) == {NAMES.index("WristLeft"), NAMES.index("ElbowLeft")}
+    told = tracking(np.array([2, 1, 0, 2], dtype=np.uint8), np.array([True, True, True, False]))
+    np.testing.assert_array_equal(told, [1.0, 0.5, 0.0, 0.0])
+
+
+def test_hindsight_of_a_chain_is_that_of_all_paths() -> None:
+    evidence = np.array([0.3, 2.0, -1.0, 1.5, -2.0])[:, None]
+    step = 1 / 30
+    forecasts, filtered, failing = [], [], np.array([0.05])
+    for one in evidence:
+        forecast, failing = chain_forward(failing, one, step)
+        forecasts.append(forecast)
+        filtered.append(failing)
+    got = chain_backward(np.stack(forecasts), np.stack(filtered), np.full(5, step))
+    into, out = 1 - np.exp(-step / 8.0), 1 - np.exp(-step / 1.0)
+    move = np.array([[1 - into, into], [out, 1 - out]])
+    weight, marginal = 0.0, np.zeros(5)
+    for path in np.ndindex(2, 2, 2, 2, 2):
+        chance = (np.array([0.95, 0.05]) @ move)[path[0]]
+        for t in range(1, 5):
+            chance *= move[path[t - 1], path[t]]
+        chance *= np.exp(sum(evidence[t, 0] for t in range(5) if path[t]))
+        weight += chance
+        marginal += chance * np.array(path)
+    np.testing.assert_allclose(got[:, 0], marginal / weight, rtol=1e-6)
+
+
+@pytest.mark.parametrize("method", list(FILTERS))
+def test_filters_lessen_noise_and_leave_holes_open(method: str) -> None:
+    true = truth("reach", 2)
+    noisy = true + 0.01 * np.random.default_rng(0).normal(size=true.shape)
+    noisy[30:34, 5] = np.nan
+    times = np.arange(len(true)) / 30.0
+    got = FILTERS[method](noisy, times)
+    np.testing.assert_array_equal(np.isfinite(got), np.isfinite(noisy))
+    jerk = [np.nanmean(np.abs(np.diff(one, 3, axis=0))) for one in (got, noisy)]
+    assert jerk[0] < 0.6 * jerk[1]
+
+
+def test_failures_are_where_they_are_said_to_be() -> None:
+    raw = recording(sensed(truth("walk", 3, 6.0), 3))
+    failed = fail(raw, share=0.5, seed=4)
+    moved = np.linalg.norm(failed.postures.positions - raw.positions, axis=2)
+    assert (moved[~failed.affected] == 0).all()
+    assert (moved[failed.affected] > 0).all()
+    assert failed.postures.state is not None
+    np.testing.assert_array_equal(failed.postures.state == INFERRED, failed.affected & ~failed.swapped)
+    again = fail(raw, share=0.5, seed=4)
+    np.testing.assert_array_equal(again.postures.positions, failed.postures.positions)
+    assert fail(raw, states=False).postures.state is None
+    assert not fail(raw, share=0.0).affected.any()
+    with pytest.raises(UsageError, match="shares"):
+        fail(raw, share=1.5)
+    with pytest.raises(UsageError, match="no arm or leg"):
+        fail(raw.__class__(("a", "b"), raw.positions[:, :2], raw.times))
