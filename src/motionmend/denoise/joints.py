@@ -98,9 +98,14 @@ def motion_of(channels: JointChannels, repaired: Floats, trusted: Bools, motion:
     meant = _branch_reference(file_values, trusted)
     rotations = np.flatnonzero(skeleton.dof_kind == ROTATION)
     for triple in [*triples(skeleton), *([turns] if channels.travel is not None else [])]:
-        sure = trusted[:, triple] & np.isfinite(file_values[:, triple])
-        counted = sure | ~sure.any(axis=1, keepdims=True)  # where the file itself flips, a line across it says nothing
-        result[:, triple] = nearest_triple(result[:, triple], meant[:, triple], counted)
+        known = np.isfinite(file_values[:, triple])
+        sure = trusted[:, triple] & known
+        # The twins lie half a turn apart in the outer two angles. What is believed of these tells them apart; else even
+        # rejected ones do better than a line across a place where the file itself may flip.
+        told = sure[:, ::2].any(axis=1, keepdims=True)
+        raw = ~told & known.all(axis=1, keepdims=True)
+        like = np.where(raw, file_values[:, triple], meant[:, triple])
+        result[:, triple] = nearest_triple(result[:, triple], like, sure | ~told)
     result[:, rotations] = nearest_turn(result[:, rotations], meant[:, rotations])
     return motion.with_q(result / unit(skeleton))
 

@@ -37,8 +37,8 @@ class Inside:
 def brought_inside(values: Floats, std: Floats, origin: Bytes, limits: Floats, made_up: Bools) -> Inside:
     """Bring samples that a repair made up to the nearest value within limits.
 
-    What was measured and believed is never moved: it widens the limits to what the joint has surely been seen to do, and
-    where it often lies beyond them, by more than it is unsure, the limits are wrong and the channel is left alone.
+    What was measured and believed is never moved: it widens the limits to what the joint has surely been seen to do,
+    and where it often lies beyond them, by more than it is unsure, the limits are wrong and the channel is left alone.
 
     Parameters
     ----------

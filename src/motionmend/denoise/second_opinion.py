@@ -43,7 +43,7 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
             first,
             values=first.values + half,
             std=np.sqrt(variance),
-            weights=np.where(seen, second.weights, first.weights),
+            weights=np.where(seen, np.minimum(first.weights, second.weights), first.weights),  # believed by both
             origin=np.where(seen, second.origin, first.origin).astype(np.uint8),
             iterations=first.iterations + second.iterations,
             warnings=tuple(said + SAID for said in first.warnings),
