@@ -59,7 +59,7 @@ class TrackSettings:
     free_scale: float = 0.15
     color_weight: float = 0.0
     edge: float = 0.3
-    prior: float = 0.03
+    prior: float = 0.1
     limits: float = 1.0
     freespace: float = 1.0
     smooth: float = 0.1
