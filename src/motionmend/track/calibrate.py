@@ -19,6 +19,7 @@ from ..bodies.performer import (
     DOFS,
     LANDMARKS,
     MOVES,
+    PARENTS,
     Performer,
     Pose,
     advance,
@@ -256,14 +257,14 @@ def _residuals(
     placed = bone_frames(body, pose)
     stretch = stretch_of(shape)
     local = np.einsum("nji,nj->ni", placed[bone, :3, :3], point - placed[bone, :3, 3]) / stretch[bone]
-    by_shape = np.empty((len(value), len(_FACTORS)))
-    for f in range(len(_FACTORS)):
-        longer = shape.copy()
-        longer[f] += 1e-4
-        factor = stretch_of(longer)
-        other = bone_frames(performer.stretched(factor), pose)
-        moved = np.einsum("nij,nj->ni", other[bone, :3, :3], local * factor[bone]) + other[bone, :3, 3]
-        by_shape[:, f] = np.einsum("ni,ni->n", normal, moved - point) / 1e-4
+    # Rotations do not depend on the factors: points move along their bone's axes, bones begin elsewhere.
+    rate = stretch * _basis()
+    begin = np.zeros(rate.shape)
+    for b in range(1, len(BONES)):
+        above = PARENTS[b]
+        begin[:, b] = begin[:, above] + (performer.offsets[b] * rate[:, above]) @ placed[above, :3, :3].T
+    along = np.einsum("ni,nij->nj", normal, placed[bone, :3, :3]) * local
+    by_shape = np.einsum("nj,fnj->nf", along, rate[:, bone]) + np.einsum("ni,fni->nf", normal, begin[:, bone])
     weight = 1.0 / (1.0 + (value / SCALE) ** 2) ** 2
     return value, by_pose, by_shape, weight
 
