@@ -1,4 +1,4 @@
-"""Synthetic people as a sensor sees them: the samples' performer, 20 joints, a bias that posture tells, a little noise."""
+"""Synthetic people as a sensor sees them: the samples' performer, 20 joints, a bias that posture tells, some noise."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ NAMES = KINECT20.names
 _NAMED = {"thorax": "neck_base"}
 
 
-def truth(action: str, seed: int, seconds: float = 3.0) -> Floats:
+def truth(action: str, seed: int, seconds: float = 2.0) -> Floats:
     """(T, 20, 3) m at 30 Hz, y up."""
     clip = samples.clip(action, seconds=seconds, seed=seed)
     where = joint_positions(clip.skeleton, clip.q[:: round(clip.fps / 30)])
@@ -24,7 +24,7 @@ def truth(action: str, seed: int, seconds: float = 3.0) -> Floats:
 
 
 def sensed(positions: Floats, seed: int, noise: float = 0.002) -> Floats:
-    """(T, 20, 3) what the sensor makes of it: joints drawn toward the pelvis by posture, each with a shift of its own."""
+    """(T, 20, 3) what the sensor makes of it: joints drawn toward the pelvis, each with a shift of its own."""
     own = 0.03 * np.random.default_rng(99).normal(size=(20, 3)) * [0.0, 1.0, 0.0]
     pelvis = positions[:, :1]
     drawn = pelvis + (positions - pelvis) * (1.0 - 0.08 * np.tanh(np.abs(positions - pelvis)))
@@ -37,7 +37,7 @@ def recording(positions: Floats, state: bool = False) -> Postures:
     return Postures(NAMES, positions, np.arange(len(positions)) / 30.0, told)
 
 
-def pair(action: str, seed: int, seconds: float = 3.0) -> Pair:
+def pair(action: str, seed: int, seconds: float = 2.0) -> Pair:
     """A sensor's recording and the truth."""
     true = truth(action, seed, seconds)
     return Pair(recording(sensed(true, seed)), recording(true))

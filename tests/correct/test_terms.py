@@ -72,7 +72,7 @@ def test_joints_without_a_value_are_the_mean_of_their_neighbours() -> None:
 def test_the_papers_measures_of_reliability() -> None:
     body = anatomy(KINECT20.names)
     still = np.zeros((20, 3))
-    ahead = still + [0.1, 0.0, 0.0]
+    ahead = still + np.array([0.1, 0.0, 0.0])
     assert behaviour(2 * ahead, ahead, still) == pytest.approx(np.ones(20))
     assert behaviour(still, ahead, still) == pytest.approx(np.zeros(20))
     usual = np.full(len(body.bones), 0.3)

@@ -41,7 +41,7 @@ class Corrector:
     """
 
     members: int = 1
-    size: int = 1000
+    size: int = 800
     seed: int = 0
 
     def __post_init__(self) -> None:

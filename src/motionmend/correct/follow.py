@@ -18,6 +18,7 @@ HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not 
 DOUBT_SECONDS = 1.5  # the same for a joint out of place of which nothing else is wrong: it may be this sensor's way
 STRANGER = 0.05  # standard metres, of a joint's place in people and sensors not met yet, beside the factors' noise
 MET_SECONDS = 0.5  # how long a joint is a stranger
+SETTLED = 0.02  # change of the probability to fail below which nothing is weighed again
 ROUNDS = 2  # of weighing the joints by what the others say
 
 
@@ -71,6 +72,7 @@ def follow(
     detector: Detector,
     before: Followed,
     forecast: Belief,
+    ahead: tuple[Floats, Floats],
     standard: Floats,
     seconds: float,
     raw: Floats,
@@ -82,6 +84,7 @@ def follow(
     Parameters
     ----------
     forecast : the belief of the factors before this frame is looked at.
+    ahead : what it expects, (J, 3) and (J, 3, 3).
     standard : (J, 3) the sensor's posture in standard form, NaN = missing.
     seconds : since the frame before; 0 for the first.
     raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
@@ -92,7 +95,7 @@ def follow(
     values = np.where(present[:, None], standard, factors.mean) - factors.mean - before.own
     jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)
     nothing = np.zeros(len(standard))
-    expected, cov = model.expected(factors, forecast)
+    expected, cov = ahead
     own_variance = factors.noise + STRANGER**2 * np.exp(-before.met / MET_SECONDS)
     first = np.log1p(model.left_out(values - expected, cov, own_variance, nothing)[0])
     features = np.column_stack([first, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
@@ -106,7 +109,9 @@ def follow(
         expected, cov = model.expected(factors, belief)
         left = np.log1p(model.left_out(values - expected, cov, own_variance, precision)[0])
         features = np.column_stack([left, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
-        _, failing = chain_forward(before.failing, detector.evidence(features), seconds)
+        judged, (_, failing) = failing, chain_forward(before.failing, detector.evidence(features), seconds)
+        if np.abs(failing - judged).max() < SETTLED:
+            break
     failing = np.where(present, failing, 1.0)
     trust = np.where(present, 1.0 - failing, 0.0)[:, None]
     posture = np.where(present[:, None], trust * values, 0.0) + (1.0 - trust) * expected

@@ -11,6 +11,7 @@ from .classic import FILTERS, LEARNERS, Samples
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
 from .normalise import Placement, facing, origins, turns
+from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import corrected_as_published, neighbour_inputs
 from .settling import settled_recording
@@ -58,7 +59,8 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones)
-    return replace(postures, positions=settled, std=std, reliability=reliable)
+    source = noted(postures.source, sights)
+    return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 
 
 def by_paper(knowledge: Knowledge, mixture: Mixture, postures: Postures, method: str, online: bool) -> Postures:

@@ -108,7 +108,7 @@ def mirrored_postures(standard: Floats, body: Anatomy) -> Floats:
 
 
 def fit_committee(
-    standard: Floats, offsets: Floats, body: Anatomy, members: int = 1, size: int = 1000, seed: int = 0, rounds: int = 3
+    standard: Floats, offsets: Floats, body: Anatomy, members: int = 1, size: int = 800, seed: int = 0, rounds: int = 3
 ) -> Committee:
     """Learn a committee.
 

@@ -206,6 +206,7 @@ def look(
         watcher.detector,
         before,
         forecast,
+        (place, cov),
         standard,
         seconds,
         raw,
@@ -232,8 +233,10 @@ def look(
 
 
 def believable(positions: Floats) -> Floats:
-    """Positions (..., J, 3) in m, NaN in all coordinates of joints that are no place for a person: not finite, far away,
-    or at the sensor itself, where some recordings put what they miss."""
+    """Positions (..., J, 3) in m, all NaN where no person can be.
+
+    That is what is not finite, far away, or at the sensor itself, where some recordings put what they miss.
+    """
     there = (np.abs(positions) < FAR).all(axis=-1) & positions.any(axis=-1)
     return np.where(np.asarray(there)[..., None], positions, np.nan)
 
