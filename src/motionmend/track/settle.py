@@ -22,6 +22,8 @@ ROUNDS = (0.30, 0.15, 0.07)  # rad, spread about the best in each round
 ELITE, DRAWN = 12, 84  # how many best are kept, and how many are drawn about them
 TURN = np.radians(30.0)
 HOPELESS = 1.7  # times the disagreement of the best reading: such a one is not settled any more
+PASSES = 2
+WELL = 0.10  # disagreement of a pose that needs no second pass
 GAIN = 0.004  # share of the person's pixels that a limb's new pose must explain better
 _ROOTS = {"arm": "shoulder", "leg": "hip"}
 _ENDS = {"arm": "wrist", "leg": "ankle"}
@@ -92,13 +94,32 @@ def settle(
     The pose and its cost, never a worse one.
     """
     rng = np.random.default_rng(seed)
-    for other in (*_turned(pose), *_swapped(pose)):
-        moved, after = refine(other)
-        if after < cost - GAIN:
-            pose, cost = moved, after
+    for _ in range(PASSES):
+        before = cost
+        for change in (_turned, _swapped):
+            for other in change(pose):
+                moved, after = refine(other)
+                if after < cost - GAIN:
+                    pose, cost = moved, after
+        pose, cost = _limb_by_limb(performer, pose, cost, coarse, shapes, refine, hints, rng)
+        if cost > before - GAIN or cost < WELL:
+            break
+    return pose, cost
+
+
+def _limb_by_limb(
+    performer: Performer,
+    pose: Pose,
+    cost: float,
+    coarse: Coarse,
+    shapes: Sequence[Floats],
+    refine: Refine,
+    hints: Sequence[Floats] | None,
+    rng: np.random.Generator,
+) -> tuple[Pose, float]:
+    """The limb that stands to gain most is next; those that gained nothing wait until another limb has moved."""
     tried: set[int] = set()
     for _ in range(2 * len(LIMBS)):
-        # The limb that stands to gain most is next; those that gained nothing wait until another limb has moved.
         offers = []
         for number, limb in enumerate(LIMBS):
             if number in tried:
