@@ -14,7 +14,7 @@ from commands import Command, files_below
 
 from motionmend import read, samples, write
 from motionmend.arrays import Floats
-from motionmend.bodies.joint_sets import KINECT25, correspondence, parents
+from motionmend.bodies.joint_sets import KINECT25, correspondence, mirrored, parents
 from motionmend.bodies.motion import Motion
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.truth_joints import joints_of_motion
@@ -219,6 +219,20 @@ def test_a_frame_without_the_person_stays_empty(cli: Command, taught: Path, tmp_
         found = read_joint_table(out)
         assert np.flatnonzero(~found.present.any(axis=1)).tolist() == [10, 11, 12, 13]
         assert json.loads(ran.out)["counts"]["empty_frames"] == 4
+
+
+def test_sides_that_were_confused_are_told(cli: Command, taught: Path, tmp_path: Path) -> None:
+    postures = sensed(samples.clip("walk", seconds=3.0, seed=3), 3)
+    places = postures.positions.copy()
+    places[30:40] = places[30:40][:, mirrored(postures.names)]
+    laban(tmp_path / "a.csv", postures.with_positions(places))
+    ran = cli("correct", tmp_path / "a.csv", "-m", taught / "m.mend", "-o", tmp_path / "b.csv", "--json", "--jobs", "1")
+    assert ran.code == 0
+    said = json.loads((tmp_path / "b.mend.json").read_text())
+    told = {*said["swapped_frames"], *said["refused_frames"]}
+    assert len(told & set(range(30, 40))) >= 8
+    assert len(told - set(range(28, 42))) <= 3
+    assert json.loads(ran.out)["refused_frames"] == said["refused_frames"]
 
 
 def test_bad_usage_is_two(cli: Command, taught: Path, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from .. import __version__
 from ..errors import UsageError
 from .inputs import Input, Job
-from .options import WORKING, WRITING, AsJson, Files, Out, Rate, Working, Writing
+from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing
 from .output import Done
 from .transform import Forms, transform, write_json
 
@@ -36,10 +36,14 @@ def correct(
         bool,
         Parameter(show_default=False, help="Go on learning, from frames that are reliable and certain, as if live."),
     ] = False,
-    method: Annotated[str, Parameter(help="How to correct; `default`, or one of the methods it is compared with.")] = (
-        "default"
-    ),
-    fps: Rate = None,
+    method: Annotated[
+        str,
+        Parameter(
+            help="How to correct: default, or what it is compared with: paper, exact (local Gaussian processes), gp, "
+            "exemplar, ridge, constant (learn from the same pairs), one-euro, savgol, kalman (only smooth)."
+        ),
+    ] = ("default"),
+    fps: Annotated[float | None, Parameter(help="Rate in Hz of files without times; 30 when not given.")] = None,
     format: Annotated[
         str | None, Parameter(help="csv, bvh or amc: what to write for a folder or several files; csv when not given.")
     ] = None,
@@ -148,6 +152,8 @@ class Correction:
             "fps": sensor.fps,
             "counts": counts,
             "channels": channels(sensor, corrected),
+            "refused_frames": refused(corrected),
+            "swapped_frames": flagged(corrected).get("swapped", []),
             "reliability": reliability,
             "std": _spread(corrected.std, sensor.names, corrected.present),
             "warnings": warnings,
