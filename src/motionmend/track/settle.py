@@ -104,6 +104,12 @@ def settle(
         pose, cost = _limb_by_limb(performer, pose, cost, coarse, shapes, refine, hints, rng)
         if cost > before - GAIN or cost < WELL:
             break
+    if cost >= WELL:
+        # Legs seen from the side, one before the other: neither can move to the other's place while that is taken.
+        other, after = refine(_swapped(pose)[1])
+        other, after = _limb_by_limb(performer, other, after, coarse, shapes, refine, hints, rng)
+        if after < cost - GAIN:
+            pose, cost = other, after
     return pose, cost
 
 
