@@ -27,7 +27,7 @@ _WIDTHS: tuple[tuple[tuple[str, ...], tuple[int, ...], float], ...] = (
     (("foot",), (0, 1), 0.12),
 )
 SPREAD = np.array([spread for *_, spread in _WIDTHS])
-FRAMES = 90  # after which the person is known and stays as they are
+FRAMES = 60  # after which the person is known and stays as they are
 FIRST_FRAMES = 4  # before which nothing is changed
 NOISE = 0.02  # m, of one sample: clothes, and a pose not settled
 CLUMP = 8.0  # samples err together: so many tell as much as one

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import Floats
 from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
-from .certainty import ENOUGH, explained_by_bone
+from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
 from .limbs import LIMBS, Coarse, Limb, disagreement, limb_costs, with_limb
 from .model import TrackerModel
@@ -24,7 +24,7 @@ GAIN = 0.008  # share of the person's pixels that a limb's new pose must explain
 STRANGE = 1.0  # share of the pixels that one unit of the prior's cost weighs
 STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
-SUSPECT = 0.01  # share of pixels explained wrongly beyond the usual that makes every limb be looked for
+SUSPECT = 1.08  # times the usual share of pixels explained wrongly, above which limbs are looked for
 TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
 
 
@@ -47,13 +47,15 @@ def mend_limbs(
     performer = state.performer
     doubt = np.zeros(16)
     wrong = disagreement(performer, solution.state, coarse)
-    shown = explained_by_bone(performer, solution.state, coarse, evidence.weight)
-    worse = wrong >= (state.wrong if np.isfinite(state.wrong) else 0.0) + SUSPECT
+    shown, denied = shown_and_denied(performer, solution.state, coarse, evidence.weight)
+    usual = state.wrong if np.isfinite(state.wrong) else 0.0
+    worse, much = wrong >= SUSPECT * usual + 0.01, wrong >= SUSPECT * usual + 0.025
     pose, place = solution.state, landmarks(performer, expected)
     better: list[tuple[float, int, Pose]] = []
     for number, limb in enumerate(LIMBS):
         hidden = min(shown[b] for b in limb.shown) <= ENOUGH
-        if not (worse or hidden):
+        against = max(denied[b] / (shown[b] + denied[b] + ENOUGH) for b in limb.shown)
+        if not (hidden or much or (worse and against > DENIED)):
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
