@@ -1,0 +1,61 @@
+"""Real people before a real sensor: strangers come out nearer to the truth, and failing limbs are mended."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motionmend.correct import Corrector, CorrectorModel, Pair
+from motionmend.correct.pairs import match
+from motionmend.evaluate.sensor_failures import fail
+from motionmend.io.sensor import read_postures
+from motionmend.io.truth import read_truth
+
+LEARNED = ("m01_s04", "m05_s04", "m07_s05", "m01_s05", "m04_s05", "m05_s06", "m09_s06", "m07_s04")
+TESTED = ("m01_s03", "m05_s03", "m07_s03")
+
+
+def paired(folder: Path, stems: tuple[str, ...]) -> list[Pair]:
+    found = []
+    for stem in stems:
+        for name in sorted((folder / "Kinect" / "Positions").glob(f"{stem}_e*_positions.txt.gz"))[:1]:
+            one = match(read_postures(name), read_truth(folder / "Vicon" / "Positions" / name.name))
+            found.append(Pair(one.sensor, one.truth))
+    return found
+
+
+@pytest.fixture(scope="module")
+def folder(data: Path) -> Path:
+    """The paired recordings."""
+    found = data / "kinect" / "uiprmd"
+    if not found.is_dir():
+        pytest.skip("no paired recordings of a sensor among the data")
+    return found
+
+
+@pytest.fixture(scope="module")
+def model(folder: Path) -> CorrectorModel:
+    return Corrector(size=300).fit(paired(folder, LEARNED))
+
+
+def test_people_not_learned_from_come_out_nearer_to_the_truth(model: CorrectorModel, folder: Path) -> None:
+    tested = paired(folder, TESTED)
+    assert len(tested) == len(TESTED)
+    for one in tested:
+        known = np.isfinite(one.truth.positions).all(axis=2)
+
+        def error(positions, one=one, known=known):  # type: ignore[no-untyped-def]
+            return np.linalg.norm(positions - one.truth.positions, axis=2)[known].mean()
+
+        assert error(model.correct(one.sensor).positions) < 0.8 * error(one.sensor.positions)
+
+
+def test_failing_limbs_of_real_people_are_mended(model: CorrectorModel, folder: Path) -> None:
+    before, after = [], []
+    for seed, one in enumerate(paired(folder, TESTED)):
+        failed = fail(one.sensor, seed=seed)
+        there = failed.affected & np.isfinite(one.truth.positions).all(axis=2)
+        corrected = model.correct(failed.postures)
+        before.append(np.linalg.norm(failed.postures.positions - one.truth.positions, axis=2)[there])
+        after.append(np.linalg.norm(corrected.positions - one.truth.positions, axis=2)[there])
+    assert np.concatenate(after).mean() < 0.7 * np.concatenate(before).mean()
