@@ -255,10 +255,11 @@ class CorrectorModel:
             if method == "default":
                 return by_default(self.knowledge, postures, online)
             if method in PAPER:
-                return by_paper(self.knowledge, self._mixture(), postures, method, online)
+                return by_paper(self.knowledge, self.mixture, postures, method, online)
             return by_learner(self.knowledge, postures, method)
 
-    def _mixture(self) -> Mixture:
+    @property
+    def mixture(self) -> Mixture:
         """The paper's local models, learned from the samples when first asked for."""
         if "_learned_mixture" not in self.__dict__:
             mixture = learned_mixture(self.samples, self.watcher.body, self.settings.seed)

@@ -57,6 +57,7 @@ def corrected_as_published(
     exactly: bool,
     online: bool = False,
     seed: int = 0,
+    weights: Weights = WEIGHTS,
 ) -> tuple[Floats, Floats, Floats]:
     """Section 4 on a recording.
 
@@ -71,6 +72,7 @@ def corrected_as_published(
     exactly : solve eq. 22 instead of descending.
     online : learn from frames with high reliability and low variance (algorithm 2).
     seed : of the descent.
+    weights : of the terms.
 
     Returns
     -------
@@ -101,10 +103,10 @@ def corrected_as_published(
         steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if t > 1 else None
         terms = Terms(standard[t], mean[t], steady, reliable[t])
         if exactly:
-            offset = solved(terms, WEIGHTS)
+            offset = solved(terms, weights)
         else:
             start = here.inward(placed[-1][None])[0] - standard[t] if placed else mean[t]
-            offset = sampled(terms, WEIGHTS, start, rng)
+            offset = sampled(terms, weights, start, rng)
         result[t] = standard[t] + offset
         placed.append(here.outward(result[t][None])[0])
         worth = (reliable[t] > TRUSTED) & (variance[t] <= certain)

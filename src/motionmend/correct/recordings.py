@@ -8,12 +8,13 @@ from ..arrays import Floats
 from ..bodies.postures import Postures
 from ..numerics.local_gp import Mixture
 from .classic import FILTERS, LEARNERS, Samples
+from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
 from .normalise import Placement, facing, origins, turns
 from .noted import noted
 from .online import blank, remembered, taken_in
-from .paper import corrected_as_published, neighbour_inputs
+from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import settled_recording
 from .spatial import Committee, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, usual_lengths
@@ -63,7 +64,14 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 
 
-def by_paper(knowledge: Knowledge, mixture: Mixture, postures: Postures, method: str, online: bool) -> Postures:
+def by_paper(
+    knowledge: Knowledge,
+    mixture: Mixture,
+    postures: Postures,
+    method: str,
+    online: bool,
+    weights: Weights = WEIGHTS,
+) -> Postures:
     """The paper's method, its energy descended ("paper") or solved ("exact")."""
     joining, sights, standard, placement = _placed(knowledge.watcher, postures)
     rows = np.stack([one.rows for one in sights])
@@ -77,6 +85,7 @@ def by_paper(knowledge: Knowledge, mixture: Mixture, postures: Postures, method:
         joining.to_model,
         exactly=method == "exact",
         online=online,
+        weights=weights,
     )
     moved = standard + knowledge.following @ (result - standard)
     positions, deviation, trust = outward(joining, postures.positions, sights, moved, std, 1.0 - reliable)

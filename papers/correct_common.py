@@ -1,0 +1,104 @@
+"""What the scripts on correction share: UI-PRMD's pairs, people left out, errors."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from motionmend.arrays import Bools, Floats
+from motionmend.bodies.postures import Postures
+from motionmend.correct.classic import Samples
+from motionmend.correct.corrector import Corrector, CorrectorModel, Pair
+from motionmend.correct.learning import lessons, offset_samples
+from motionmend.correct.pairs import match, strange
+from motionmend.errors import FileError
+from motionmend.io.sensor import read_postures
+from motionmend.io.truth import read_truth
+
+MOVEMENTS = {
+    "m01": "deep squat",
+    "m02": "hurdle step",
+    "m03": "inline lunge",
+    "m04": "side lunge",
+    "m05": "sit to stand",
+    "m06": "straight leg raise",
+    "m07": "shoulder abduction",
+    "m08": "shoulder extension",
+    "m09": "internal and external rotation",
+    "m10": "shoulder scaption",
+}
+ABOUT = (
+    "UI-PRMD: Kinect v2 and Vicon recordings of the same movements. The truth is brought to the sensor's frame by one rigid "
+    "fit per episode, computed on the raw sensor and used for all methods; the truth are markers on the skin. Two people "
+    "are left out at a time and corrected by what the others teach."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """One movement of one person, seen by both systems."""
+
+    movement: str
+    person: str
+    pair: Pair
+
+
+@cache
+def episodes(kinect: Path) -> tuple[Episode, ...]:
+    """All pairs that belong together, by movement, person and repetition."""
+    folder = kinect / "uiprmd"
+    files = sorted((folder / "Kinect" / "Positions").glob("*_positions.txt.gz"))
+    if not files:
+        raise FileError(f"{folder} was to hold pairs of recordings, there are none: give the folder that has them")
+    matched = [match(read_postures(one), read_truth(folder / "Vicon" / "Positions" / one.name)) for one in files]
+    return tuple(
+        Episode(*file.name.split("_")[:2], Pair(one.sensor, one.truth))
+        for file, one, why in zip(files, matched, strange(matched), strict=True)
+        if not why
+    )
+
+
+def folds(all_episodes: Sequence[Episode]) -> list[tuple[str, ...]]:
+    """People, two at a time."""
+    people = sorted({one.person for one in all_episodes})
+    return [tuple(people[k : k + 2]) for k in range(0, len(people), 2)]
+
+
+@cache
+def learned(kinect: Path, without: tuple[str, ...], movement: str = "") -> CorrectorModel:
+    """A corrector learned from everybody else, of one movement or of all."""
+    taught = [one for one in episodes(kinect) if one.person not in without and one.movement.startswith(movement)]
+    return Corrector().fit([one.pair for one in taught])
+
+
+def left_out(kinect: Path) -> list[tuple[CorrectorModel, Episode]]:
+    """Every episode with the corrector that has not seen its person."""
+    found = []
+    for people in folds(episodes(kinect)):
+        model = learned(kinect, people)
+        found += [(model, one) for one in episodes(kinect) if one.person in people]
+    return found
+
+
+def samples_of(model: CorrectorModel, pairs: Sequence[Pair]) -> Samples:
+    """Postures of these pairs and their offsets from the truth, in standard form, as the model's methods see them."""
+    taught, _ = lessons(pairs, model.watcher.body)
+    return Samples(*offset_samples(taught))
+
+
+def away(truth: Postures, other: Floats, where: Bools | None = None) -> float:
+    """Mean distance from the truth in cm over joints that have one; `where` (T, J) picks samples, NaN if none."""
+    chosen = truth.present if where is None else truth.present & where
+    return float(100.0 * np.linalg.norm(other - truth.positions, axis=2)[chosen].mean()) if chosen.any() else np.nan
+
+
+def means(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    """The mean of each list, NaN left out."""
+    return {name: float(np.nanmean(values)) for name, values in errors.items()}
+
+
+def kinect_in(mocap: Path) -> Path:
+    """The folder of depth sensors' recordings beside that of motion capture."""
+    return mocap.parent / "kinect"

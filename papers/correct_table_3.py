@@ -1,0 +1,100 @@
+"""Table 3 in kind: people the corrector has not learned from, every method
+
+One corrector, of all ten movements, serves all (table 2). The paper's columns are raw, exemplars (Shen et al. 2012), one
+Gaussian process for everything (Zhou et al. 2014), theirs offline and incremental.
+"""
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from motionmend.report.figures import lines_figure
+
+from .common import Findings, Table
+from .correct_common import ABOUT, MOVEMENTS, away, kinect_in, left_out, means
+
+FILTERS = ("one-euro", "savgol", "kalman")
+LEARNERS = ("constant", "ridge", "gp", "exemplar")
+SHOWN = ("raw", "exemplar", "gp", "exact", "default", "online")
+
+
+def run(mocap: Path, pictures: Path) -> Findings:
+    """Mean joint error of every method by movement and over all."""
+    errors: dict[str, list[float]] = defaultdict(list)
+    movement, person = [], []
+    for model, one in left_out(kinect_in(mocap)):
+        sensor, truth = one.pair.sensor, one.pair.truth
+        errors["raw"].append(away(truth, sensor.positions))
+        for method in (*FILTERS, *LEARNERS, "paper", "exact", "default"):
+            errors[method].append(away(truth, model.correct(sensor, method=method).positions))
+        errors["online"].append(away(truth, model.correct(sensor, online=True).positions))
+        errors["exact online"].append(away(truth, model.correct(sensor, method="exact", online=True).positions))
+        movement.append(one.movement)
+        person.append(one.person)
+    overall = means(errors)
+    rivals = {name: overall[name] for name in (*FILTERS, *LEARNERS, "paper", "exact")}
+    best = min(rivals, key=lambda name: rivals[name])
+    raw, default = np.array(errors["raw"]), np.array(errors["default"])
+    kinds = np.array(movement)
+    rows = [
+        (
+            MOVEMENTS[kind],
+            str(int((kinds == kind).sum())),
+            *(f"{np.mean(np.array(errors[name])[kinds == kind]):.2f}" for name in SHOWN),
+        )
+        for kind in sorted(set(movement))
+    ]
+    rows.append(("all", str(len(raw)), *(f"{overall[name]:.2f}" for name in SHOWN)))
+    by_person = tuple(
+        (name, *(f"{np.mean(np.array(errors[m])[np.array(person) == name]):.2f}" for m in SHOWN))
+        for name in sorted(set(person))
+    )
+    steps = np.linspace(0, 100, 101)
+    lines_figure(
+        pictures / "correct_table_3.png",
+        steps,
+        {name: np.percentile(errors[name], steps) for name in ("raw", "ridge", "gp", "default")},
+        xlabel="share of the episodes, %",
+        ylabel="error, cm",
+        leading=("default",),
+    )
+    values = {
+        "raw": overall["raw"],
+        "offline": overall["default"],
+        "online": overall["online"],
+        "paper": overall["paper"],
+        "exact": overall["exact"],
+        "exact_online": overall["exact online"],
+        "gp": overall["gp"],
+        "exemplar": overall["exemplar"],
+        "constant": overall["constant"],
+        "ridge": overall["ridge"],
+        "best": rivals[best],
+        "of_raw": overall["default"] / overall["raw"],
+        "of_best": overall["default"] / rivals[best],
+        "online_of_best": overall["online"] / rivals[best],
+        "online_of_offline": overall["online"] / overall["default"],
+        "exact_of_raw": overall["exact"] / overall["raw"],
+        "worse": float(np.mean(default > raw)),
+        "episodes": float(len(raw)),
+    }
+    return Findings(
+        values,
+        (ABOUT, f"The best of all rivals and of the paper's own variants is `{best}`."),
+        (
+            Table("Mean joint error, cm, by movement", ("movement", "episodes", *SHOWN), tuple(rows)),
+            Table("The same by person", ("person", *SHOWN), by_person),
+            Table(
+                "Every method, cm",
+                ("method", "error"),
+                tuple((n, f"{v:.2f}") for n, v in sorted(overall.items(), key=by)),
+            ),
+        ),
+        (("correct_table_3.png", "Error by share of the episodes: half of them are better than the line at 50 %."),),
+    )
+
+
+def by(item: tuple[str, float]) -> float:
+    """The number of a named number."""
+    return item[1]
