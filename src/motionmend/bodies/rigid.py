@@ -21,10 +21,10 @@ def rigid_fit(source: Floats, target: Floats, weights: Floats | None = None) -> 
     MismatchError : fewer than three points in common.
     """
     there = np.isfinite(source).all(axis=1) & np.isfinite(target).all(axis=1)
-    weight = there.astype(np.float64) if weights is None else np.where(there, weights, 0.0)
+    weight: Floats = np.where(there, 1.0 if weights is None else weights, 0.0)
     if int((weight > 0).sum()) < 3:
         raise MismatchError(f"a rigid fit needs three points in common, came {int((weight > 0).sum())}")
-    one, other, share = source[there], target[there], np.asarray(weight[there] / weight.sum())
+    one, other, share = source[there], target[there], (weight / weight.sum())[there]
     middle, wanted = np.asarray(share @ one), np.asarray(share @ other)
     left, _, right = np.linalg.svd(((one - middle) * share[:, None]).T @ (other - wanted))
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
