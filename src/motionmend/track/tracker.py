@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 from typing import final
 
 import numpy as np
@@ -30,6 +29,7 @@ from .rescue import moved_to, rescued, turned
 from .settings import TrackSettings
 from .smooth_term import SmoothTerm, difference
 from .solve import solve_pose
+from .stages import Stages
 from .surface_term import SurfaceTerm
 from .terms import Term
 
@@ -158,7 +158,7 @@ def step(
     The next state, and the estimate of this frame. In a frame with nobody in it the last pose is kept, the joints'
     standard deviations grow, and the flags say `empty`; where the body is not found they say `lost`.
     """
-    clock = _Clock()
+    clock = Stages()
     frame = _worked(frame)
     scene = scene_of(frame) if state.scene is None else state.scene
     last = None if state.pose is None else state.pose.translation
@@ -310,7 +310,7 @@ def _tracked(
     recovered: bool,
     restarts: int,
     doubt: Floats,
-    clock: "_Clock",
+    clock: Stages,
 ) -> tuple[TrackState, Estimate]:
     assert state.pose is not None
     performer, pose = state.performer, solution.state
@@ -370,7 +370,7 @@ def _tracked(
     )
 
 
-def _nobody(state: TrackState, elapsed: float, flags: tuple[str, ...], clock: "_Clock") -> tuple[TrackState, Estimate]:
+def _nobody(state: TrackState, elapsed: float, flags: tuple[str, ...], clock: Stages) -> tuple[TrackState, Estimate]:
     """The last pose is kept; its joints may be anywhere within reach by now."""
     hidden = state.hidden + elapsed
     after = replace(state, hidden=frozen(hidden), lost=True, velocity=frozen(np.zeros(DOFS)), before=None)
@@ -392,16 +392,3 @@ def _tones(frame: DepthFrame, settings: TrackSettings) -> Singles | None:
     if frame.color is None or "color" not in settings.terms:
         return None
     return np.asarray(frame.color @ np.array([0.299, 0.587, 0.114], np.float32), np.float32)  # ITU-R BT.601
-
-
-class _Clock:
-    """Seconds between laps."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = perf_counter()
-
-    def lap(self, name: str) -> None:
-        now = perf_counter()
-        self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
-        self._last = now
