@@ -15,13 +15,6 @@ from ..bodies.surface import render
 from .observation import Observation
 
 GATE = 0.12  # m: closer than this a pixel is explained; clothes and hands are not where the solids are
-LIMBS = {
-    "l_arm": ("l_clavicle", "l_upperarm", "l_forearm"),
-    "r_arm": ("r_clavicle", "r_upperarm", "r_forearm"),
-    "l_leg": ("l_thigh", "l_shank", "l_foot"),
-    "r_leg": ("r_thigh", "r_shank", "r_foot"),
-}
-LIMB_BONES = {limb: np.array([BONES.index(bone) for bone in bones]) for limb, bones in LIMBS.items()}
 
 
 @final
@@ -93,31 +86,6 @@ def judge(performer: Performer, pose: Pose, seen: Observation, gate: float = GAT
         loose=loose,
         area=float((z**2).sum() / (seen.camera.fx * seen.camera.fy)),
     )
-
-
-def lost(verdict: Verdict, usual: float) -> bool:
-    """Whether the body as a whole is lost.
-
-    Parameters
-    ----------
-    usual : cost while this person was followed well; 0 when that is not known yet.
-    """
-    return verdict.cost > max(0.45, 2.0 * usual) or verdict.unexplained > 0.5 or verdict.unseen > 0.5
-
-
-def lost_limbs(verdict: Verdict) -> tuple[str, ...]:
-    """Limbs that are likely not where the pose has them: the frame denies them, or much is left unexplained.
-
-    A limb behind something is neither: it is not seen, and nothing speaks against it.
-    """
-    out = []
-    for limb, bones in LIMB_BONES.items():
-        lower = bones[1:]
-        shown, denied = verdict.visible[lower].sum(), verdict.denied[lower].sum()
-        hidden = shown < 4
-        if (shown >= 4 and denied > 0.35 * shown) or (verdict.area > 0.012 and (hidden or denied > 0.1 * shown)):
-            out.append(limb)
-    return tuple(out)
 
 
 def _beside(mask: Bools) -> Bools:

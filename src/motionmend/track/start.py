@@ -5,17 +5,16 @@ front with left and right changed over, and five joints leave the torso open. Ea
 frame, the best are refined by the tracker's own step, and the one that explains the frame best is taken.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias, final
 
 import numpy as np
 
 from ..arrays import Floats, Ints
-from ..bodies.camera import DepthFrame
 from ..bodies.performer import AXES, BONES, DOF_BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose, landmarks
 from ..errors import MismatchError
-from .detect import Detection, Detector, detect
+from .detect import Detection
 from .judge import judge
 from .observation import Observation
 from .reach import TORSO, fitted, placed, reach, standing_at
@@ -132,39 +131,6 @@ def candidates(
     if not found and np.isfinite(seen.depth).any():
         found = _upright(performer, seen)
     return sorted(found, key=lambda one: one.cost)[:most]
-
-
-def start_poses(detector: Detector, performer: Performer, seen: Observation, most: int = 5) -> list[Pose]:
-    """Poses that may be the one in a frame, the likeliest first; both readings of left and right are among them.
-
-    Parameters
-    ----------
-    detector : fitted.
-    performer : the person's lengths, or an average adult's.
-    seen : the frame, of any size.
-    most : how many.
-    """
-    found = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time))
-    step = max(1, round(seen.camera.width / 80))
-    every = candidates(performer, found, seen.every(step), detector.examples, 100)
-    # Half of the places for each reading: before they are refined costs hardly tell front from back.
-    kept: list[Candidate] = []
-    for source in sorted({one.source for one in every}):
-        own = [one for one in every if one.source == source]
-        kept += own[: (most + 1) // 2 if len({one.source for one in every}) > 1 else most]
-    return [one.pose for one in sorted(kept, key=lambda one: one.cost)[:most]]
-
-
-def best_start(found: Sequence[Candidate], refine: Refine, most: int = 4) -> Candidate | None:
-    """The candidate that explains the frame best after the tracker's step; None without candidates.
-
-    The best of each reading is always tried: before they are refined costs hardly tell front from back.
-    """
-    chosen = list(found[:most])
-    missed = sorted({one.source for one in found} - {one.source for one in chosen})
-    chosen += [next(one for one in found if one.source == source) for source in missed]
-    refined = [Candidate(*refine(one.pose), one.source) for one in chosen]
-    return min(refined, key=lambda one: one.cost, default=None)
 
 
 def five_of(joints: Floats) -> Floats:
