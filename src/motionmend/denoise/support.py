@@ -79,9 +79,7 @@ def support(
     """
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
-    missed = np.maximum(
-        np.square(median_filter(bridged(measured - values), size=(span, 1), mode="mirror")) - left, 0.0
-    )
+    missed = np.maximum(np.square(median_filter(bridged(measured - values), size=(span, 1), mode="mirror")) - left, 0.0)
     if smooth is not None:
         # in a gap the estimate is no evidence against the library: what is missed on both sides counts
         missed = np.maximum(missed, np.square(bridged(np.where(believed, smooth - values, np.nan))))
