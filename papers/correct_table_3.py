@@ -16,24 +16,33 @@ from .correct_common import ABOUT, MOVEMENTS, away, kinect_in, left_out, means
 
 FILTERS = ("one-euro", "savgol", "kalman")
 LEARNERS = ("constant", "ridge", "gp", "exemplar")
-SHOWN = ("raw", "exemplar", "gp", "exact", "default", "online")
+PAPER = ("paper", "exact")
+EVERY = 4  # of the episodes: the paper's own variants, which are slow
+SHOWN = ("raw", "constant", "ridge", "exemplar", "gp", "default", "online")
 
 
 def run(mocap: Path, pictures: Path) -> Findings:
     """Mean joint error of every method by movement and over all."""
     errors: dict[str, list[float]] = defaultdict(list)
+    published: dict[str, list[float]] = defaultdict(list)
     movement, person = [], []
-    for model, one in left_out(kinect_in(mocap)):
+    for k, (model, one) in enumerate(left_out(kinect_in(mocap))):
         sensor, truth = one.pair.sensor, one.pair.truth
         errors["raw"].append(away(truth, sensor.positions))
-        for method in (*FILTERS, *LEARNERS, "paper", "exact", "default"):
+        for method in (*FILTERS, *LEARNERS, "default"):
             errors[method].append(away(truth, model.correct(sensor, method=method).positions))
         errors["online"].append(away(truth, model.correct(sensor, online=True).positions))
-        errors["exact online"].append(away(truth, model.correct(sensor, method="exact", online=True).positions))
         movement.append(one.movement)
         person.append(one.person)
+        if k % EVERY == 0:
+            published["raw"].append(errors["raw"][-1])
+            published["default"].append(errors["default"][-1])
+            for method in PAPER:
+                published[method].append(away(truth, model.correct(sensor, method=method).positions))
+            published["exact online"].append(away(truth, model.correct(sensor, online=True, method="exact").positions))
+    theirs = means(published)
     overall = means(errors)
-    rivals = {name: overall[name] for name in (*FILTERS, *LEARNERS, "paper", "exact")}
+    rivals = {name: overall[name] for name in (*FILTERS, *LEARNERS)}
     best = min(rivals, key=lambda name: rivals[name])
     raw, default = np.array(errors["raw"]), np.array(errors["default"])
     kinds = np.array(movement)
@@ -63,9 +72,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
         "raw": overall["raw"],
         "offline": overall["default"],
         "online": overall["online"],
-        "paper": overall["paper"],
-        "exact": overall["exact"],
-        "exact_online": overall["exact online"],
+        "paper": theirs["paper"],
+        "exact": theirs["exact"],
+        "exact_online": theirs["exact online"],
+        "raw_there": theirs["raw"],
+        "default_there": theirs["default"],
         "gp": overall["gp"],
         "exemplar": overall["exemplar"],
         "constant": overall["constant"],
@@ -75,14 +86,19 @@ def run(mocap: Path, pictures: Path) -> Findings:
         "of_best": overall["default"] / rivals[best],
         "online_of_best": overall["online"] / rivals[best],
         "online_of_offline": overall["online"] / overall["default"],
-        "exact_of_raw": overall["exact"] / overall["raw"],
+        "exact_of_raw": theirs["exact"] / theirs["raw"],
         "worse": float(np.mean(default > raw)),
         "episodes": float(len(raw)),
     }
     return Findings(
         values,
-        (ABOUT, f"The best of all rivals and of the paper's own variants is `{best}`."),
+        (ABOUT, f"The best of all rivals is `{best}`. The paper's own variants are tried on every fourth episode."),
         (
+            Table(
+                "The paper's variants on every fourth episode, cm",
+                ("method", "error"),
+                tuple((name, f"{value:.2f}") for name, value in theirs.items()),
+            ),
             Table("Mean joint error, cm, by movement", ("movement", "episodes", *SHOWN), tuple(rows)),
             Table("The same by person", ("person", *SHOWN), by_person),
             Table(
