@@ -1,0 +1,52 @@
+"""Time a frame on one thread"""
+
+from pathlib import Path
+
+import numpy as np
+
+from motionmend.arrays import Floats
+from motionmend.track.settings import settings_of
+
+from .common import Findings, Table
+from .track_common import ABOUT, BEND, DANCE, TURN, follow, foreign, shown, stage, tracker
+
+
+def run(mocap: Path, pictures: Path) -> Findings:
+    """Milliseconds of a frame of 320 x 240 with the Kinect's noise, everything but reading it."""
+    del pictures
+    model = tracker(mocap)
+    rows: list[tuple[str, ...]] = []
+    spent: dict[str, list[Floats]] = {"default": [], "paper": []}
+    for preset, takes in (("default", (BEND, TURN, DANCE)), ("paper", (BEND,))):
+        wish = settings_of(preset)
+        for take in takes:
+            scene = stage(mocap, take)
+            ways = {"own body": shown(scene, 0, colored=preset == "paper")}
+            if preset == "default":
+                ways["another body"] = foreign(scene, 1, 0, 80)
+            for name, frames in ways.items():
+                track = follow(model, wish, frames, scene.performer, scene.poses[0])
+                ms = 1e3 * track.seconds[5:]
+                spent[preset].append(ms)
+                rows.append(
+                    (
+                        preset,
+                        take.name,
+                        name,
+                        f"{np.median(ms):.1f}",
+                        f"{np.percentile(ms, 95):.1f}",
+                        f"{track.iterations.mean():.1f}",
+                    )
+                )
+    ours, paper = (np.concatenate(spent[name]) for name in ("default", "paper"))
+    return Findings(
+        {
+            "ms_median": float(np.median(ours)),
+            "ms_95": float(np.percentile(ours, 95)),
+            "paper_ms_median": float(np.median(paper)),
+            "paper_ms_95": float(np.percentile(paper, 95)),
+            "fps": float(1e3 / ours.mean()),
+        },
+        (ABOUT, "The thread's own time, so that a busy computer does not count; the first five frames left out."),
+        (Table("Milliseconds a frame", ("preset", "motion", "who", "median", "95 %", "iterations"), tuple(rows)),),
+    )
