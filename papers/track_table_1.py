@@ -42,17 +42,10 @@ def run(mocap: Path, pictures: Path) -> Findings:
     folder = kinect_in(mocap) / "utdmhad"
     if not folder.is_dir():
         raise FileError(f"{folder} was to hold UTD-MHAD's depth images, there are none: give the folder that has them")
-    rows, ours_in, theirs_in, gaps, jerks, their_jerks, lost, ours_vary, theirs_vary = (
-        [],
-        [],
-        [],
-        [],
-        [],
-        [],
-        [],
-        [],
-        [],
-    )
+    rows: list[tuple[str, ...]] = []
+    gaps, lost = [], []
+    found: dict[str, list[float]] = {name: [] for name in ("inside", "jerk", "vary")}
+    theirs_found: dict[str, list[float]] = {name: [] for name in found}
     for name, action in ACTIONS.items():
         recording = read_depth(folder / "Depth" / f"{name}_depth.mat")
         sensor = read_postures(folder / "Skeleton" / f"{name}_skeleton.mat")
@@ -65,25 +58,22 @@ def run(mocap: Path, pictures: Path) -> Findings:
         track = follow(model, wish, frames, body)
         joints = track.steady(recording.times)
         theirs = _in_camera(sensor.positions, sensor.names)
-        inside, inside_theirs = (_on_silhouette(one, frames) for one in (joints, theirs))
         gap = _gap(joints, theirs, track)
-        jerk, their_jerk = (_jerk(one, recording.fps) for one in (joints, theirs))
-        ours_in.append(inside)
-        theirs_in.append(inside_theirs)
+        for places, numbers in ((joints, found), (theirs, theirs_found)):
+            numbers["inside"].append(100.0 * _on_silhouette(places, frames))
+            numbers["jerk"].append(_jerk(places, recording.fps))
+            numbers["vary"].append(_lengths_vary(places))
         gaps.append(gap)
-        jerks.append(jerk)
-        their_jerks.append(their_jerk)
         lost.append(track.lost)
-        ours_vary.append(_lengths_vary(joints))
-        theirs_vary.append(_lengths_vary(theirs))
+        both = {key: (found[key][-1], theirs_found[key][-1]) for key in found}
         rows.append(
             (
                 f"{action} ({name})",
-                f"{100 * inside:.1f} / {100 * inside_theirs:.1f}",
-                f"{np.median(gap):.1f}" if len(gap) else "-",
-                f"{np.percentile(gap, 95):.1f}" if len(gap) else "-",
-                f"{jerk:.0f} / {their_jerk:.0f}",
-                f"{ours_vary[-1]:.1f} / {theirs_vary[-1]:.1f}",
+                "{:.1f} / {:.1f}".format(*both["inside"]),
+                f"{np.median(gap):.1f}",
+                f"{np.percentile(gap, 95):.1f}",
+                "{:.0f} / {:.0f}".format(*both["jerk"]),
+                "{:.1f} / {:.1f}".format(*both["vary"]),
                 f"{100 * track.lost.mean():.0f}",
             )
         )
@@ -98,17 +88,17 @@ def run(mocap: Path, pictures: Path) -> Findings:
     )
     return Findings(
         {
-            "inside": 100.0 * float(np.mean(ours_in)),
-            "inside_sensor": 100.0 * float(np.mean(theirs_in)),
-            "better": float(np.sum(np.array(ours_in) >= np.array(theirs_in) - 0.02)),
+            "inside": float(np.mean(found["inside"])),
+            "inside_sensor": float(np.mean(theirs_found["inside"])),
+            "better": float(np.sum(np.array(found["inside"]) >= np.array(theirs_found["inside"]) - 2.0)),
             "actions": float(len(ACTIONS)),
             "gap_median": float(np.median(moved)),
             "gap_95": float(np.percentile(moved, 95)),
-            "jerk": float(np.mean(jerks)),
-            "jerk_sensor": float(np.mean(their_jerks)),
+            "jerk": float(np.mean(found["jerk"])),
+            "jerk_sensor": float(np.mean(theirs_found["jerk"])),
             "utd_lost": 100.0 * float(np.concatenate(lost).mean()),
-            "vary": float(np.mean(ours_vary)),
-            "vary_sensor": float(np.mean(theirs_vary)),
+            "vary": float(np.mean(found["vary"])),
+            "vary_sensor": float(np.mean(theirs_found["vary"])),
         },
         (
             "UTD-MHAD: first Kinect, 320 x 240, persons without background, the sensor's own skeleton beside it. Lengths, "
