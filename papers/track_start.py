@@ -48,7 +48,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             ABOUT,
             f"Kinect's noise, the tracker's own body, given lengths. Means of the frames {AFTER} to {AFTER + 9} after the "
             "start. Five joints: true places of head, wrists and ankles (section 3.3.2). Found again: ten frames, a second "
-            "of empty images, and the person back in the pose a second of motion later.",
+            "of empty images, and the clip from its beginning.",
         ),
         (
             Table(
