@@ -12,6 +12,7 @@ from motionmend.correct.classic import FILTERS
 from motionmend.correct.energy import Terms, Weights, energy, sampled, solved
 from motionmend.correct.normalise import Placement, turns, upright
 from motionmend.correct.reliability import behaviour, chain_backward, chain_forward, kinematics, tracking
+from motionmend.correct.settling import settled_frame, settled_recording, unborn
 from motionmend.errors import UsageError
 from motionmend.evaluate.sensor_failures import fail
 from people import NAMES, recording, sensed, truth
@@ -135,3 +136,22 @@ def test_failures_are_where_they_are_said_to_be() -> None:
         fail(raw, share=1.5)
     with pytest.raises(UsageError, match="no arm or leg"):
         fail(raw.__class__(("a", "b"), raw.positions[:, :2], raw.times))
+
+
+def test_a_foot_that_a_sensor_throws_about_leaves_the_planted_ankle_where_it_is() -> None:
+    times = np.arange(60) / 30.0
+    chain = np.array([[0.0, 0.9, 0.0], [0.0, 0.5, 0.05], [0.0, 0.1, 0.0], [0.0, 0.0, 0.14]])
+    positions = np.tile(chain, (60, 1, 1))
+    positions[30::4, 3, 2] -= 0.13  # every fourth frame of the second half
+    bones = np.array([[0, 1], [1, 2], [2, 3]])
+    settled = settled_recording(positions, times, np.ones((60, 4)), bones)
+    assert np.linalg.norm(np.diff(settled[:, :3], axis=0), axis=2).max() < 0.006
+    body, frames = unborn(4, 3), []
+    for t, row in enumerate(positions):
+        prior = np.linalg.norm(np.diff(chain, axis=0), axis=1)
+        body, frame = settled_frame(body, row, float(times[t]), np.ones(4), bones, prior)
+        frames.append(frame)
+    moves = np.linalg.norm(np.diff(np.stack(frames)[:, :3], axis=0), axis=2)
+    assert moves.max() < 0.02
+    lengths = np.linalg.norm(np.diff(settled, axis=1), axis=2)
+    assert np.ptp(lengths, axis=0).max() < 1e-9

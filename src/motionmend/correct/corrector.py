@@ -22,7 +22,7 @@ from .pairing import Pair
 from .paper import learned_mixture, neighbour_inputs
 from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
-from .settling import Body, settled_frame, unborn
+from .settling import Body, followed_slowly, settled_frame, unborn
 from .spatial import Committee, fit_committee, shape_features
 from .watching import Sight, Watcher, believable, fresh, look, rows_of
 
@@ -91,6 +91,7 @@ class CorrectorState:
     fps : Hz, nominal.
     sight : what is known of the sensor's posture.
     shown : what was put out.
+    offset : (J of model, 3) by which the last posture was moved, standard form; NaN = none.
     memory : what was learned on the way; None when nothing is to be.
     """
 
@@ -98,6 +99,7 @@ class CorrectorState:
     fps: float
     sight: Sight
     shown: Body
+    offset: Floats
     memory: Memory | None = None
 
 
@@ -187,7 +189,8 @@ class CorrectorModel:
             inputs = neighbour_inputs(self.factors.mean[None], self.watcher.body)
             memory = blank(inputs.shape[1], inputs.shape[2])
         shown = unborn(len(joining.names), len(joining.bones))
-        return CorrectorState(joining, float(fps), fresh(self.watcher), shown, memory)
+        nothing = np.full((len(self.names), 3), np.nan)
+        return CorrectorState(joining, float(fps), fresh(self.watcher), shown, nothing, memory)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -210,7 +213,10 @@ class CorrectorModel:
         told = None if states is None else joining.states(np.asarray(states))
         sight = look(self.watcher, state.sight, rows_of(joining.to_model, given), told, float(time))
         followed, memory = sight.followed, state.memory
-        moved, std = self.knowledge.moved(followed.posture[None], followed.std[None])
+        offsets, std = self.knowledge.offsets(followed.posture[None], followed.std[None])
+        passed = np.nan if state.sight.time is None else float(time) - state.sight.time
+        offset = followed_slowly(state.offset, offsets[0], passed)
+        moved = (followed.posture + offset)[None]
         learned = moved
         inputs = neighbour_inputs(followed.posture[None], body)[0] if memory is not None else np.zeros((0, 0))
         if memory is not None:
@@ -222,7 +228,7 @@ class CorrectorModel:
             shifts = inward(joining, [sight], settled[None])[0] - moved[0]
             memory = taken_in(memory, float(time), inputs, shifts, 1.0 - followed.failing, followed.std < 0.01)
         flags = _words(sight, joining.to_model >= 0)
-        after = replace(state, sight=sight, shown=shown, memory=memory)
+        after = replace(state, sight=sight, shown=shown, memory=memory, offset=offset)
         return after, Corrected(settled, deviation[0], trust[0], flags)
 
     def correct(self, postures: Postures, online: bool = False, method: str = "default") -> Postures:

@@ -15,7 +15,7 @@ from .normalise import Placement, facing, origins, turns
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
-from .settling import settled_recording
+from .settling import SLOW, settled_recording, smoothed
 from .spatial import Committee, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, usual_lengths
 
@@ -41,10 +41,10 @@ class Knowledge:
     following: Floats
     samples: Samples
 
-    def moved(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
-        """(T, J, 3) corrected postures in standard form and (T, J) their standard deviation."""
+    def offsets(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
+        """(T, J, 3) from postures to corrected ones, in standard form, and (T, J) the standard deviation of those."""
         offsets, variance = self.committee.predict(shape_features(posture, self.watcher.body))
-        return posture + self.following @ offsets, np.sqrt(variance + unsure**2)
+        return self.following @ offsets, np.sqrt(variance + unsure**2)
 
 
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
@@ -52,7 +52,8 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
-    moved, std = knowledge.moved(posture, unsure)
+    offsets, std = knowledge.offsets(posture, unsure)
+    moved = posture + smoothed(offsets, postures.times, SLOW)  # one joint's noise is no reason to move all others
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
     settled = settled_recording(positions, postures.times, reliable, joining.bones)
     if online:

@@ -2,6 +2,10 @@
 
 The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the
 two before it lead. The lengths are the person's own: the median of the recording, or live the mean so far.
+
+Both ends of a bone give way to its length, but slowly: what a body's bones ask of a joint changes with its posture, so
+it is smoothed in time, and only what is left is taken up from the root outward. A foot that a sensor throws about for a
+frame then leaves the planted ankle where it is.
 """
 
 from collections.abc import Sequence
@@ -15,8 +19,11 @@ from ..kernels import bones as kernel
 from ..numerics.whittaker import whittaker
 from .energy import Terms, solved
 
-STEADY = 0.03  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 5 Hz, half at 11
+STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
+SLOW = 33.0  # the same for corrections: half of what changes at 2 Hz passes
+SLOW_SECONDS = 0.08  # live, 1 / (2 pi 2 Hz): how fast a correction follows
 ROUNDS = 20  # of relaxation
+TURNS = 2  # of relaxing and smoothing
 LOOSE = 4.0  # how much more a joint moves that is not trusted
 BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
 ACQUAINTED = 600.0  # frames after which lengths no longer follow
@@ -31,6 +38,7 @@ class Body:
     last, earlier : (J, 3) m, the frames put out before; NaN = none.
     time, before : s, of those; NaN = none.
     lengths : (2, B) sums in m and counts.
+    yielded : (J, 3) m, how far joints gave way to their bones.
     """
 
     last: Floats
@@ -38,12 +46,13 @@ class Body:
     time: float
     before: float
     lengths: Floats
+    yielded: Floats
 
 
 def unborn(joints: int, bones: int) -> Body:
     """Before the first frame."""
     nothing = np.full((joints, 3), np.nan)
-    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)))
+    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing)
 
 
 def bones_outward(names: Sequence[str]) -> Ints:
@@ -69,7 +78,7 @@ def settled_recording(positions: Floats, times: Floats, trust: Floats, bones: In
     """
     if not len(positions):
         return positions
-    steady = _steadied(positions, times)
+    steady = smoothed(positions, times, STEADY)
     lengths = _lengths(steady, bones)
     usual = np.full(len(bones), np.nan)
     for b, (parent, child) in enumerate(bones):
@@ -78,8 +87,13 @@ def settled_recording(positions: Floats, times: Floats, trust: Floats, bones: In
             if some.any():
                 usual[b] = np.median(lengths[some, b])
                 break
-    wanted = np.broadcast_to(usual, (len(positions), len(bones)))
-    return kernel.settle(steady, bones, np.ascontiguousarray(wanted), _mobility(trust), ROUNDS)
+    wanted = np.ascontiguousarray(np.broadcast_to(usual, (len(positions), len(bones))))
+    mobility = _mobility(trust)
+    placed = steady
+    for _ in range(TURNS):
+        relaxed = kernel.settle(placed, bones, wanted, mobility, ROUNDS)
+        placed = steady + smoothed(relaxed - steady, times, SLOW)
+    return kernel.settle(placed, bones, wanted, mobility, 0)
 
 
 def settled_frame(
@@ -111,25 +125,49 @@ def settled_frame(
     sums = body.lengths * fade + np.stack([seen * np.where(seen > 0, lengths, 0.0), seen])
     start = np.where(np.isfinite(prior), prior, np.where(np.isfinite(lengths), lengths, 0.0))
     usual = (sums[0] + 5.0 * start) / (sums[1] + 5.0)
-    placed = kernel.settle(steady[None], bones, usual[None], _mobility(trust[None]), ROUNDS)[0]
-    return Body(placed, last, time, body.time, sums), placed
+    mobility = _mobility(trust[None])
+    known = np.isfinite(body.yielded)
+    begun = steady + np.where(known, body.yielded, 0.0)
+    relaxed = kernel.settle(begun[None], bones, usual[None], mobility, ROUNDS)[0] - steady
+    yielded = followed_slowly(body.yielded, relaxed, first)
+    placed = kernel.settle((steady + yielded)[None], bones, usual[None], mobility, 0)[0]
+    return Body(placed, last, time, body.time, sums, yielded), placed
 
 
-def _steadied(positions: Floats, times: Floats) -> Floats:
-    """(T, J, 3) each unbroken stretch steadied; joints that are missing somewhere in a stretch stay as they are."""
+def followed_slowly(before: Floats, now: Floats, seconds: float) -> Floats:
+    """A correction (J, 3) that follows what is asked for, smoothly.
+
+    Parameters
+    ----------
+    before : as it was; NaN = not known.
+    now : what is asked for.
+    seconds : since then; NaN = not known.
+    """
+    share = 1.0 - np.exp(-max(seconds, 0.0) / SLOW_SECONDS) if seconds < 1.0 else 1.0
+    slow = before + share * (now - before)
+    return np.where(np.isfinite(slow), slow, now)
+
+
+def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
+    """(T, J, 3) each unbroken stretch smoothed; joints that are missing somewhere in a stretch stay as they are.
+
+    Parameters
+    ----------
+    weight : of the second differences by that of the values, at 30 Hz.
+    """
     steps = np.diff(times)
     usual = float(np.median(steps)) if len(steps) else 0.0
-    steady = np.array(positions)
+    steady = np.array(values)
     if usual <= 0:
         return steady
     cuts = np.flatnonzero((steps > BREAK_STEPS * usual) | (steps <= 0)) + 1
-    for stretch in np.split(np.arange(len(positions)), cuts):
-        part = positions[stretch]
+    for stretch in np.split(np.arange(len(values)), cuts):
+        part = values[stretch]
         whole = np.isfinite(part).all(axis=(0, 2))
         if len(stretch) < 4 or not whole.any():
             continue
-        values = part[:, whole].reshape(len(stretch), -1)
-        smooth = whittaker(values, np.ones(len(stretch)), STEADY * (1.0 / (30.0 * usual)) ** 4)
+        flat = part[:, whole].reshape(len(stretch), -1)
+        smooth = whittaker(flat, np.ones(len(stretch)), weight * (1.0 / (30.0 * usual)) ** 4)
         steady[np.ix_(stretch, np.flatnonzero(whole))] = smooth.reshape(len(stretch), -1, 3)
     return steady
 
