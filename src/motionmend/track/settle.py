@@ -40,7 +40,22 @@ def settled_start(
     detection: Detection | None = None,
     most: int = 4,
 ) -> Candidate | None:
-    """The first pose: candidates refined, the best of each reading settled limb by limb, the best of these.
+    """The first pose: the best of `settled_readings`; None without candidates."""
+    ways = settled_readings(performer, found, seen, coarse, shapes, refine, detection, most)
+    return ways[0] if ways else None
+
+
+def settled_readings(
+    performer: Performer,
+    found: Sequence[Candidate],
+    seen: Observation,
+    coarse: Coarse,
+    shapes: Sequence[Floats],
+    refine: Refine,
+    detection: Detection | None = None,
+    most: int = 4,
+) -> list[Candidate]:
+    """First poses, the best first: candidates refined, and the best of each reading settled limb by limb.
 
     Parameters
     ----------
@@ -55,16 +70,15 @@ def settled_start(
     missed = sorted({one.source for one in found} - {one.source for one in chosen})
     chosen += [next(one for one in found if one.source == source) for source in missed]
     refined = sorted((Candidate(*refine(one.pose), one.source) for one in chosen), key=lambda one: one.cost)
-    best: Candidate | None = None
+    settled = []
     for source in dict.fromkeys(one.source for one in refined):
         first = next(one for one in refined if one.source == source)
         if first.cost > HOPELESS * refined[0].cost + 0.02:
             continue
         hints = limb_hints(performer, first.pose, detection, judge(performer, first.pose, seen))
         pose, cost = settle(performer, first.pose, first.cost, coarse, shapes, refine, hints)
-        if best is None or cost < best.cost:
-            best = Candidate(pose, cost, source)
-    return best
+        settled.append(Candidate(pose, cost, source))
+    return sorted(settled, key=lambda one: one.cost)
 
 
 def settle(

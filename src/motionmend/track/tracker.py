@@ -8,32 +8,29 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Singles, frozen
 from ..bodies.camera import DepthFrame
-from ..bodies.performer import DOFS, Performer, Pose, advance, landmarks
+from ..bodies.performer import DOFS, Performer, Pose, landmarks
 from ..errors import UsageError
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
-from .edge_term import EdgeTerm
 from .evidence import Evidence, evidence_of
+from .facing import Facing, faces_otherwise
 from .foreground import Scene, scene_of
-from .freespace_term import FreespaceTerm
 from .girth import FRAMES, Girth, learned
 from .limbs import Coarse, coarse_of, disagreement
-from .limits_term import LimitsTerm
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
+from .objective import PAUSE, expected_pose, terms_of
 from .observation import Observation
 from .offers import limb_offers
 from .person import person_of
-from .prior_term import prior_term
 from .rescue import moved_to, rescued, turned
+from .second_reading import faced
 from .settings import TrackSettings
-from .smooth_term import SmoothTerm, difference
+from .smooth_term import difference
 from .solve import solve_pose
 from .stages import Stages
-from .surface_term import SurfaceTerm
-from .terms import Term
 
-__all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step"]
+__all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"]
 
 FLAGS = ("tracked", "held", "lost", "recovered", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
@@ -42,7 +39,6 @@ SURELY_LOST = 0.52  # the same, whatever is usual
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 OFFER = 0.004  # share of the pixels that a limb where the detector sees it must explain better
 EVERY = 4  # frames at least between two looks of the detector for limbs
-PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 
 
 @final
@@ -58,6 +54,7 @@ class TrackState:
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
+    facing : what is known of front and back.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
     time : s, of the last frame.
@@ -72,6 +69,7 @@ class TrackState:
     lost: bool = True
     wrong: float = float("nan")
     searched: int = 0
+    facing: Facing = field(default_factory=Facing)
     girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
     time: float = float("nan")
@@ -171,20 +169,24 @@ def step(
     if evidence is None:
         return _nobody(replace(state, searched=EVERY), elapsed, ("empty",), clock)
     coarse = coarse_of(evidence)
-    recovered = False
+    first, recovered = state.pose is None, False
+    ways: list[Pose] = []
     if state.pose is None or state.lost:
         # Between two looks of the detector a lost body is looked for where it was.
         waits = state.pose is not None and state.lost and 0 < state.searched < EVERY
-        found = state.pose if waits else _found(model, settings, state, observation, evidence, coarse)
-        state = replace(state, searched=state.searched if waits else 0)
+        if not waits:
+            ways = _found(model, settings, state, observation, evidence, coarse)
+            state = replace(state, searched=0)
         clock.lap("detect")
-        if found is None:
+        if not (waits or ways):
             return _nobody(state, elapsed, ("lost",), clock)
         recovered = state.pose is not None and not waits
+        found = state.pose if waits else ways[0]
+        assert found is not None
         state = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
         elapsed = 0.0
     assert state.pose is not None
-    expected = _expected(state, settings, elapsed, coarse)
+    expected = expected_pose(state, settings, elapsed, coarse)
     terms = terms_of(model, settings, state, evidence, expected)
     clock.lap("prior")
     solution = solve_pose(state.performer, evidence, terms, expected, settings)
@@ -209,57 +211,30 @@ def step(
         solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
         clock.lap("rescue")
     if _is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
-        found = _found(model, settings, state, observation, evidence, coarse)
-        if found is not None and disagreement(state.performer, found, coarse) < 0.8 * wrong:
+        ways = _found(model, settings, state, observation, evidence, coarse)
+        if ways and disagreement(state.performer, ways[0], coarse) < 0.8 * wrong:
+            found = ways[0]
             fresh = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)))
             terms = terms_of(model, settings, fresh, evidence, found)
             solution = solve_pose(state.performer, evidence, terms, found, settings)
             wrong, recovered = disagreement(state.performer, solution.state, coarse), True
         clock.lap("detect")
+    if settings.search and not _is_lost(state, wrong):
+        state, solution, wrong, turned_about = faced(
+            model, settings, state, evidence, coarse, solution, wrong, elapsed, ways if recovered or first else None
+        )
+        if turned_about:
+            elapsed, recovered = 0.0, True  # it did not move there
+        clock.lap("facing")
     return _tracked(
         settings, state, observation, evidence, coarse, solution, wrong, elapsed, recovered, restarts, doubt, clock
     )
-
-
-def terms_of(
-    model: TrackerModel, settings: TrackSettings, state: TrackState, evidence: Evidence, expected: Pose
-) -> list[Term]:
-    """The terms that the settings ask for, made for one frame (equation 3.14)."""
-    assert state.pose is not None
-    weights = np.full(DOFS, settings.smooth)
-    terms: list[Term] = [
-        SurfaceTerm(evidence, settings, state.before if "color" in settings.terms else None),
-        SmoothTerm(expected, weights),
-    ]
-    if "edge" in settings.terms:
-        terms.append(EdgeTerm(evidence, settings))
-    if "freespace" in settings.terms:
-        terms.append(FreespaceTerm(evidence, settings))
-    if "limits" in settings.terms:
-        terms.append(LimitsTerm(state.performer.limits, settings.limits))
-    if "prior" in settings.terms:
-        prior = prior_term(model.database, state.pose, settings, state.trust)
-        if prior is not None:
-            terms.append(prior)
-    return terms
 
 
 def _is_lost(state: TrackState, wrong: float) -> bool:
     """Whether a pose explains so little, of itself and beside what is usual with this person, that it is none."""
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
     return wrong > min(max(LOST, 2.0 * usual), SURELY_LOST)
-
-
-def _expected(state: TrackState, settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
-    """Where the body should be by now: where its motion leads, unless where it was explains the frame better."""
-    assert state.pose is not None
-    if settings.velocity <= 0.0 or not 0.0 < elapsed < PAUSE:
-        return state.pose
-    # Half the last step is expected; all of it or none only where the frame says so clearly.
-    shares, handicaps = (settings.velocity, 0.0, 1.0), (0.0, 0.01, 0.01)
-    ways = [advance(state.performer, state.pose, share * elapsed * state.velocity) for share in shares]
-    wrong = [disagreement(state.performer, way, coarse) for way in ways]
-    return ways[int(np.argmin(np.add(wrong, handicaps)))]
 
 
 def _found(
@@ -269,11 +244,14 @@ def _found(
     observation: Observation,
     evidence: Evidence,
     coarse: Coarse,
-) -> Pose | None:
-    """The pose that explains the frame best, of those the detector proposes and the last one; None = no body."""
+) -> list[Pose]:
+    """The pose that explains the frame best, of those the detector proposes and the last one; none = no body.
+
+    The best of those that face the other way comes second, if there is one.
+    """
     from .detect import detect
     from .judge import judge
-    from .settle import settled_start
+    from .settle import settled_readings
     from .start import Candidate, candidates
 
     few = observation.every(4)
@@ -294,8 +272,11 @@ def _found(
         return solution.state, disagreement(state.performer, solution.state, coarse)
 
     tried.sort(key=lambda one: one.cost)
-    best = settled_start(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
-    return None if best is None or best.cost > 1.5 * LOST else best.pose
+    ways = settled_readings(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
+    if not ways or ways[0].cost > 1.5 * LOST:
+        return []
+    best = ways[0].pose
+    return [best, *[way.pose for way in ways[1:] if faces_otherwise(best, way.pose)][:1]]
 
 
 def _tracked(

@@ -1,0 +1,58 @@
+"""What one frame's pose is to minimise, and where the search for it begins (equation 3.14)."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..bodies.performer import DOFS, Pose, advance
+from .edge_term import EdgeTerm
+from .evidence import Evidence
+from .freespace_term import FreespaceTerm
+from .limbs import Coarse, disagreement
+from .limits_term import LimitsTerm
+from .model import TrackerModel
+from .prior_term import prior_term
+from .settings import TrackSettings
+from .smooth_term import SmoothTerm
+from .surface_term import SurfaceTerm
+from .terms import Term
+
+if TYPE_CHECKING:
+    from .tracker import TrackState
+
+PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
+
+
+def terms_of(
+    model: TrackerModel, settings: TrackSettings, state: "TrackState", evidence: Evidence, expected: Pose
+) -> list[Term]:
+    """The terms that the settings ask for, made for one frame (equation 3.14)."""
+    assert state.pose is not None
+    weights = np.full(DOFS, settings.smooth)
+    terms: list[Term] = [
+        SurfaceTerm(evidence, settings, state.before if "color" in settings.terms else None),
+        SmoothTerm(expected, weights),
+    ]
+    if "edge" in settings.terms:
+        terms.append(EdgeTerm(evidence, settings))
+    if "freespace" in settings.terms:
+        terms.append(FreespaceTerm(evidence, settings))
+    if "limits" in settings.terms:
+        terms.append(LimitsTerm(state.performer.limits, settings.limits))
+    if "prior" in settings.terms:
+        prior = prior_term(model.database, state.pose, settings, state.trust)
+        if prior is not None:
+            terms.append(prior)
+    return terms
+
+
+def expected_pose(state: "TrackState", settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
+    """Where the body should be by now: where its motion leads, unless where it was explains the frame better."""
+    assert state.pose is not None
+    if settings.velocity <= 0.0 or not 0.0 < elapsed < PAUSE:
+        return state.pose
+    # Half the last step is expected; all of it or none only where the frame says so clearly.
+    shares, handicaps = (settings.velocity, 0.0, 1.0), (0.0, 0.01, 0.01)
+    ways = [advance(state.performer, state.pose, share * elapsed * state.velocity) for share in shares]
+    wrong = [disagreement(state.performer, way, coarse) for way in ways]
+    return ways[int(np.argmin(np.add(wrong, handicaps)))]

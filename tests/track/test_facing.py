@@ -1,0 +1,154 @@
+"""Front and back: two readings of one body, and what a second of walking says of them."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from motionmend.bodies import anatomy
+from motionmend.bodies.camera import KINECT, DepthFrame
+from motionmend.bodies.performer import BONES, FACING, FIRST, LANDMARKS, Pose, landmarks, rotation, standing
+from motionmend.bodies.surface import render
+from motionmend.evaluate.sensor import sensed
+from motionmend.numerics.least_squares import Solution, System
+from motionmend.numerics.neighbors import Neighbors
+from motionmend.track.database import PoseDatabase
+from motionmend.track.facing import MOST, Facing, about_face, along, doubted, faces_otherwise, walked, weighed
+from motionmend.track.model import TrackerModel
+from motionmend.track.settings import settings_of
+from motionmend.track.tracker import TrackState, start, step
+
+BODY = anatomy.average()
+DT = 1.0 / 30.0
+LEFT_RIGHT = [LANDMARKS.index({"l_": "r_", "r_": "l_"}.get(n[:2], n[:2]) + n[2:]) for n in LANDMARKS]
+
+
+def column(bone, of=0):
+    return int(FIRST[BONES.index(bone)]) + of
+
+
+def walking(phase, place, heading, swing=0.45):
+    """A stride: legs and arms to and fro, the knee bent in the swing, elbows a little."""
+    joints = standing().joints.copy()
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        forward = sign * np.sin(phase)
+        joints[column(f"{side}_thigh")] -= swing * forward
+        joints[column(f"{side}_shank")] = 0.15 + 0.5 * max(sign * np.cos(phase), 0.0)
+        joints[column(f"{side}_forearm")] = 0.5
+        joints[column(f"{side}_upperarm")] += 0.6 * swing * forward
+    return Pose(place, rotation(np.array([0.0, np.radians(heading), 0.0])) @ FACING, joints)
+
+
+def walk(frames, heading, speed=1.1):
+    """Poses of somebody who passes 3 m before the camera; to where they face unless the speed is negative."""
+    root = rotation(np.array([0.0, np.radians(heading), 0.0])) @ FACING
+    way = root[:, 2] * speed * DT
+    return [
+        walking(np.sign(speed) * 2.0 * np.pi * k * DT / 1.1, (0, 0.05, 3.0) + (k - frames / 2) * way, heading)
+        for k in range(frames)
+    ]
+
+
+@cache
+def library():
+    poses = [walking(2.0 * np.pi * k / 33.0, np.zeros(3), 0.0, swing).joints for swing in (0.3, 0.6) for k in range(33)]
+    return TrackerModel(PoseDatabase(np.array(poses), np.repeat([32, 65], 33)))
+
+
+def followed(poses, first, facing=None):
+    """The poses that the tracker finds when it begins with `first`."""
+    model, settings = library(), settings_of()
+    state, found = None, []
+    for k, pose in enumerate(poses):
+        depth = sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k)
+        frame = DepthFrame(KINECT, depth, None, k * DT)
+        if state is None:
+            state = start(model, settings, frame, BODY, first)
+            state = replace(state, facing=Facing() if facing is None else facing)
+        state, estimate = step(model, settings, state, frame)
+        found.append(estimate.pose)
+    return found
+
+
+def off(pose, other):
+    return float(np.linalg.norm(landmarks(BODY, pose) - landmarks(BODY, other), axis=1).mean())
+
+
+@pytest.mark.parametrize("heading", [-40.0, 30.0, 150.0])
+def test_the_other_reading_has_left_where_right_was(heading):
+    pose = walking(0.7, (0.1, 0.0, 2.8), heading)
+    other = about_face(BODY, pose)
+    assert faces_otherwise(pose, other)
+    gap = np.linalg.norm(landmarks(BODY, other) - landmarks(BODY, pose)[LEFT_RIGHT], axis=1)
+    assert gap.mean() < 0.08
+    assert not faces_otherwise(pose, about_face(BODY, other))
+
+
+@pytest.mark.parametrize("heading", [40.0, -35.0])
+def test_who_was_read_the_wrong_way_round_is_turned_within_a_second_of_walking(heading):
+    poses = walk(32, heading)
+    wrong = about_face(BODY, poses[0])
+    found = followed(poses, wrong, doubted(BODY, wrong, None))
+    assert faces_otherwise(found[1], poses[1])
+    assert all(not faces_otherwise(a, b) for a, b in zip(found[-3:], poses[-3:], strict=True))
+    assert off(found[-1], poses[-1]) < 0.08 < 0.15 < off(found[1], poses[1])
+
+
+def test_who_walks_backwards_for_long_is_asked_again_although_the_question_was_closed():
+    poses = walk(45, 30.0)
+    found = followed(poses, about_face(BODY, poses[0]))
+    assert faces_otherwise(found[3], poses[3])
+    assert not faces_otherwise(found[-1], poses[-1])
+
+
+@pytest.mark.parametrize("speed", [1.1, -1.1])
+def test_a_right_reading_stays_even_of_somebody_who_walks_backwards(speed):
+    poses = walk(32, 35.0, speed)
+    found = followed(poses, poses[0], doubted(BODY, poses[0], None))
+    assert not any(faces_otherwise(a, b) for a, b in zip(found, poses, strict=True))
+    assert off(found[-1], poses[-1]) < 0.08
+
+
+def test_steps_backwards_add_up_and_swaying_does_not():
+    facing = Facing()
+    for k in range(60):
+        facing = walked(facing, 0.25 * (-1.0) ** k, DT)
+    assert facing.backwards == 0.0
+    for _ in range(30):
+        facing = walked(facing, -1.0, DT)
+    assert facing.backwards == pytest.approx(0.7)
+    for _ in range(60):
+        facing = walked(facing, 1.0, DT)
+    assert facing.backwards == 0.0
+
+
+def test_speed_is_counted_to_where_the_body_faces():
+    pose = standing()
+    assert along(pose, np.array([0.3, 0.4, -1.0])) == pytest.approx(1.0)
+    assert along(about_face(BODY, pose), np.array([0.0, 0.0, -1.0])) == pytest.approx(-1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("ours", "theirs", "turns"), [(0.30, 0.18, True), (0.18, 0.30, False), (0.20, 0.20, False)])
+def test_of_two_readings_the_one_that_explains_more_is_left(ours, theirs, turns):
+    pose = standing()
+    other = about_face(BODY, pose)
+    system = System(np.eye(34), np.zeros(34))
+    calls = []
+
+    def follow(twin, begun):
+        calls.append(begun)
+        return Solution(begun, system, 1, True), np.ones(28), theirs
+
+    facing, state = doubted(BODY, pose, other), TrackState(BODY, pose=pose, lost=False)
+    taken, frames = None, 0
+    while facing.other is not None and taken is None:
+        facing, taken = weighed(facing, state, pose, ours, 0.0, Neighbors(np.empty((0, 28))), follow)
+        frames += 1
+        assert frames < 60
+    assert (taken is not None) == turns
+    assert len(calls) == (MOST if ours == theirs else len(calls)) <= MOST
+    assert frames >= 2 * len(calls)  # not looked at in every frame
+    if taken is not None:
+        assert taken[1] == theirs
+        assert faces_otherwise(taken[0].state, pose)
