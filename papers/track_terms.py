@@ -19,25 +19,21 @@ def run(mocap: Path, pictures: Path) -> Findings:
     """Tracking with and without one term, the rest as it is, in both presets."""
     del pictures
     model = library(mocap)
-    rows, values = [], {}
+    rows: list[tuple[str, ...]] = []
+    values: dict[str, float] = {}
     for left_out, takes in (("edge", EDGES), ("prior", PRIOR)):
+        scenes = [stage(mocap, take) for take in takes]
+        images = [[shown(scene, seed) for seed in SEEDS] for scene in scenes]
         for preset in ("paper", "default"):
-            whole = settings_of(preset)
-            used = tuple(term for term in whole.terms if term != "color")
+            used = tuple(term for term in settings_of(preset).terms if term != "color")
             errors: dict[str, list[float]] = {"with": [], "without": []}
-            for take in takes:
-                scene = stage(mocap, take)
+            for take, scene, seeds in zip(takes, scenes, images, strict=True):
                 for key in errors:
                     wish = settings_of(preset, tuple(t for t in used if key == "with" or t != left_out))
-                    tracks = [
-                        away(
-                            scene.joints,
-                            follow(model, wish, shown(scene, seed), scene.performer, scene.poses[0]).joints,
-                        )
-                        for seed in SEEDS
-                    ]
-                    errors[key].append(float(np.mean([one.mean() for one in tracks])))
-                    rows.append((take.name, preset, f"{key} {left_out}", *numbers(np.concatenate(tracks))))
+                    tracks = [follow(model, wish, frames, scene.performer, scene.poses[0]) for frames in seeds]
+                    away_by = np.concatenate([away(scene.joints, track.joints) for track in tracks])
+                    errors[key].append(float(away_by.mean()))
+                    rows.append((take.name, preset, f"{key} {left_out}", *numbers(away_by)))
             for key, found in errors.items():
                 values[f"{preset}_{key}_{left_out}"] = float(np.mean(found))
             values[f"{preset}_{left_out}_ratio"] = float(np.mean(errors["with"]) / np.mean(errors["without"]))
