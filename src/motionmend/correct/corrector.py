@@ -22,7 +22,7 @@ from .pairing import Pair
 from .paper import learned_mixture, neighbour_inputs
 from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
-from .settling import Body, followed_slowly, settled_frame, unborn
+from .settling import OFFSET_SECONDS, Body, followed_slowly, settled_frame, unborn
 from .spatial import Committee, fit_committee, shape_features
 from .watching import Sight, Watcher, believable, fresh, look, rows_of
 
@@ -215,7 +215,7 @@ class CorrectorModel:
         followed, memory = sight.followed, state.memory
         offsets, std = self.knowledge.offsets(followed.posture[None], followed.std[None])
         passed = np.nan if state.sight.time is None else float(time) - state.sight.time
-        offset = followed_slowly(state.offset, offsets[0], passed)
+        offset = followed_slowly(state.offset, offsets[0], passed, OFFSET_SECONDS)
         moved = (followed.posture + offset)[None]
         learned = moved
         inputs = neighbour_inputs(followed.posture[None], body)[0] if memory is not None else np.zeros((0, 0))

@@ -15,7 +15,7 @@ from .normalise import Placement, facing, origins, turns
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
-from .settling import SLOW, settled_recording, smoothed
+from .settling import OFFSET, settled_recording, smoothed
 from .spatial import Committee, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, usual_lengths
 
@@ -53,7 +53,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
     offsets, std = knowledge.offsets(posture, unsure)
-    moved = posture + smoothed(offsets, postures.times, SLOW)  # one joint's noise is no reason to move all others
+    moved = posture + smoothed(offsets, postures.times, OFFSET)  # one joint's noise is no reason to move all others
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
     settled = settled_recording(positions, postures.times, reliable, joining.bones)
     if online:

@@ -20,8 +20,8 @@ from ..numerics.whittaker import whittaker
 from .energy import Terms, solved
 
 STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
-SLOW = 33.0  # the same for corrections: half of what changes at 2 Hz passes
-SLOW_SECONDS = 0.08  # live, 1 / (2 pi 2 Hz): how fast a correction follows
+SLOW, SLOW_SECONDS = 33.0, 0.08  # the same for how joints give way: half passes at 2 Hz; live, 1 / (2 pi 2 Hz)
+OFFSET, OFFSET_SECONDS = 2.3, 0.04  # and for learned offsets: 4 Hz
 ROUNDS = 20  # of relaxation
 TURNS = 2  # of relaxing and smoothing
 LOOSE = 4.0  # how much more a joint moves that is not trusted
@@ -129,12 +129,12 @@ def settled_frame(
     known = np.isfinite(body.yielded)
     begun = steady + np.where(known, body.yielded, 0.0)
     relaxed = kernel.settle(begun[None], bones, usual[None], mobility, ROUNDS)[0] - steady
-    yielded = followed_slowly(body.yielded, relaxed, first)
+    yielded = followed_slowly(body.yielded, relaxed, first, SLOW_SECONDS)
     placed = kernel.settle((steady + yielded)[None], bones, usual[None], mobility, 0)[0]
     return Body(placed, last, time, body.time, sums, yielded), placed
 
 
-def followed_slowly(before: Floats, now: Floats, seconds: float) -> Floats:
+def followed_slowly(before: Floats, now: Floats, seconds: float, lasting: float) -> Floats:
     """A correction (J, 3) that follows what is asked for, smoothly.
 
     Parameters
@@ -142,8 +142,9 @@ def followed_slowly(before: Floats, now: Floats, seconds: float) -> Floats:
     before : as it was; NaN = not known.
     now : what is asked for.
     seconds : since then; NaN = not known.
+    lasting : s, in which all but a share of 1 / e of a change is followed.
     """
-    share = 1.0 - np.exp(-max(seconds, 0.0) / SLOW_SECONDS) if seconds < 1.0 else 1.0
+    share = 1.0 - np.exp(-max(seconds, 0.0) / lasting) if seconds < 1.0 else 1.0
     slow = before + share * (now - before)
     return np.where(np.isfinite(slow), slow, now)
 
