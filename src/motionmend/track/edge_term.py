@@ -5,6 +5,7 @@ from typing import final
 
 import numpy as np
 
+from ..kernels import match
 from .evidence import Evidence, edges_of
 from .settings import TrackSettings
 from .terms import Share, cost_of
@@ -26,8 +27,6 @@ class EdgeTerm:
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """Equations 3.8 and 3.9."""
-        from ..kernels import match
-
         seen, wish = self.evidence, self.settings
         if not len(seen.edge_pixels):
             return Share(0.0)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import final
 
+from ..kernels import match
 from .evidence import Evidence
 from .settings import TrackSettings
 from .terms import Share, cost_of
@@ -26,8 +27,6 @@ class FreespaceTerm:
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """One residual per rendered point outside: in the image's plane, scaled to metres at the point's depth."""
-        from ..kernels import match
-
         seen = self.evidence
         fx, fy, _, _ = seen.intrinsics
         cost, outside = match.push_out(

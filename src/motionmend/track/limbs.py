@@ -10,6 +10,7 @@ from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.performer import AXES, BONES, FIRST, LANDMARKS, Performer, Pose
 from ..bodies.solids import Solids
 from ..bodies.surface import intrinsics
+from ..kernels import articulated, limbs, raycast
 from .database import PoseDatabase
 from .evidence import Evidence
 
@@ -109,8 +110,6 @@ def cast_parts(
     performer: Performer, pose: Pose, coarse: Coarse, without: Limb | None = None
 ) -> tuple[Singles, NDArray[np.int16]]:
     """Depth and solid of the performer on the coarse raster, without one limb (solids numbered anew) if wanted."""
-    from ..kernels import articulated, raycast
-
     solids = performer.solids
     chosen = _chosen(solids) if without is None else _chosen(solids, without.bones)
     placed = np.empty((len(performer.bones), 4, 4))
@@ -136,16 +135,12 @@ def _chosen(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...]
 
 def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
     """Share of the person's pixels that a pose explains wrongly, 0 (none) to 1 and, with too much body, beyond."""
-    from ..kernels import limbs
-
     wrong = limbs.disagreement(coarse.seen, coarse.free, cast_parts(performer, pose, coarse)[0], MOST)
     return float(wrong / max(coarse.pixels, 1))
 
 
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
     """(C,) what `disagreement` says of the pose with each of `candidates` (C, n) for the limb."""
-    from ..kernels import limbs
-
     bones, kinds, centers, turns, sizes, tapers = _chosen(performer.solids, only=limb.bones)
     base, _ = cast_parts(performer, pose, coarse, limb)
     costs = np.empty(len(candidates))

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats
+from ..bodies.performer import DOFS
 from .terms import Share
 from .view import Sums, View
 
@@ -32,11 +33,10 @@ class LimitsTerm:
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """Only degrees of freedom beyond a limit are touched."""
         beyond = self._beyond(view)
-        out = 6 + np.flatnonzero(beyond)
-        sums.normal[out, out] += self.weight
+        sums.normal.ravel()[6 * (DOFS + 1) :: DOFS + 1] += self.weight * (beyond != 0.0)
         sums.right[6:] -= self.weight * beyond
-        return Share(float(self.weight * (beyond**2).sum()))
+        return Share(float(self.weight * (beyond @ beyond)))
 
     def _beyond(self, view: View) -> Floats:
-        low, high = self.limits[6:, 0], self.limits[6:, 1]
-        return np.asarray(np.maximum(view.pose.joints - high, 0.0) - np.maximum(low - view.pose.joints, 0.0))
+        joints, limits = view.pose.joints, self.limits[6:]
+        return np.asarray(joints - np.minimum(np.maximum(joints, limits[:, 0]), limits[:, 1]))

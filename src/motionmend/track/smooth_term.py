@@ -8,14 +8,13 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.performer import DOFS, Pose
+from ..kernels.dense import turn_between
 from .terms import Share, Term
 from .view import Sums, View
 
 
 def difference(to: Pose, origin: Pose) -> Floats:
     """(34,) the increment that takes `origin` to `to`, as `advance` understands it."""
-    from ..kernels.dense import turn_between
-
     turn = np.empty(3)
     turn_between(to.root, origin.root, turn)
     return np.concatenate((to.translation - origin.translation, turn, to.joints - origin.joints))

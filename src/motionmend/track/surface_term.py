@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats, Singles
+from ..kernels import match
 from .evidence import Evidence
 from .settings import TrackSettings
 from .terms import Share, cost_of
@@ -37,8 +38,6 @@ class SurfaceTerm:
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """Equations 3.4 to 3.7, with robust weights and along normals as the settings say."""
-        from ..kernels import match
-
         seen, wish = self.evidence, self.settings
         half = wish.window // 2 + (max(0, 4 - 2 * iteration) if wish.two_way else 0)  # wide at first
         tones, color = self._tones(view)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Ints, Singles
 from ..bodies.performer import AXES, DOFS, FIRST, MOVES, PARENTS, RESTS, Performer, Pose
+from ..kernels import articulated, match, raycast, rendered
 from .evidence import Evidence
 
 BONES_MOVED = np.flatnonzero(MOVES.ravel()) % DOFS  # degrees of freedom that move bone 0, then bone 1, ...
@@ -44,8 +45,6 @@ class View:
 
     def found(self, index: Ints) -> tuple[Singles, Singles, Ints]:
         """Points (N, 3), normals (N, 3) and bones (N,) of pixels by their flat index (N,), -1 = none."""
-        from ..kernels import rendered
-
         solids = self.performer.solids
         samples, normals = np.empty((len(index), 3), np.float32), np.empty((len(index), 3), np.float32)
         bones = np.empty(len(index), np.int64)
@@ -83,17 +82,13 @@ class Sums:
 
     def assembled(self, view: View) -> tuple[Floats, Floats]:
         """Normal matrix and right side of everything added so far."""
-        from ..kernels.match import assemble
-
         normal, right = self.normal.copy(), self.right.copy()
-        assemble(self.hessian, self.gradient, view.twists, MOVED_FIRST, BONES_MOVED, normal, right)
+        match.assemble(self.hessian, self.gradient, view.twists, MOVED_FIRST, BONES_MOVED, normal, right)
         return normal, right
 
 
 def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) -> View:
     """Cast the performer onto the raster of the evidence; every `every`-th row's and column's pixel is a sample."""
-    from ..kernels import articulated, raycast, rendered
-
     solids = performer.solids
     placed, twists = np.empty((len(PARENTS), 4, 4)), np.empty((DOFS, 6))
     articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
@@ -106,9 +101,11 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) ->
     )
     depth, solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
     raycast.cast(parts, depth, solid)
-    points, pixels = np.empty((*shape, 3), np.float32), np.empty((depth.size, 2), np.int64)
-    samples, normals = np.empty((depth.size, 3), np.float32), np.empty((depth.size, 3), np.float32)
-    bones = np.empty(depth.size, np.int64)
+    # No larger than needed: large arrays come from the system page by page, each time anew.
+    most = -(-shape[0] // every) * -(-shape[1] // every)
+    points, pixels = np.empty((*shape, 3), np.float32), np.empty((most, 2), np.int64)
+    samples, normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
+    bones = np.empty(most, np.int64)
     count = rendered.describe(
         depth,
         solid,
