@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from sensed_people import NAMES, error, fitted, pair, recording, sensed, truth
 
 from motionmend.arrays import Floats
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, correspondence, mirrored
@@ -14,7 +15,6 @@ from motionmend.correct.settling import bones_outward
 from motionmend.errors import MismatchError, UsageError
 from motionmend.evaluate.sensor_failures import fail
 from motionmend.io.model import load_model, save_model
-from people import NAMES, error, fitted, pair, recording, sensed, truth
 
 
 @pytest.fixture(scope="module")

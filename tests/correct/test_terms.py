@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sensed_people import NAMES, recording, sensed, truth
 
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.bodies.postures import INFERRED
@@ -15,7 +16,6 @@ from motionmend.correct.reliability import behaviour, chain_backward, chain_forw
 from motionmend.correct.settling import settled_frame, settled_recording, unborn
 from motionmend.errors import UsageError
 from motionmend.evaluate.sensor_failures import fail
-from people import NAMES, recording, sensed, truth
 
 
 def terms(seed: int, steady: bool = True) -> Terms:

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from drawn_people import HALF, PERSON, picture, random_poses
 from motionmend.bodies.performer import BONES, Pose, advance, landmarks
 from motionmend.errors import MismatchError
 from motionmend.track import calibrate as own
 from motionmend.track.calibrate import calibrate, calibrated, size_from, stretch_of
 from motionmend.track.detect import Detection
 from motionmend.track.observation import Observation
-from people import HALF, PERSON, picture, random_poses
 
 SHAPE = np.array([0.10, 0.04, -0.05, 0.03, 0.0, 0.06, -0.05, 0.05, -0.04, 0.0, 0.06, -0.05, 0.08, -0.08])
 OTHER = PERSON.stretched(stretch_of(SHAPE))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drawn_people import CAMERA, PERSON, picture, random_poses, turned
 from motionmend.bodies.camera import Camera, DepthFrame
 from motionmend.bodies.performer import LANDMARKS, landmarks
 from motionmend.errors import MismatchError
@@ -10,7 +11,6 @@ from motionmend.io.model import load_model, save_model
 from motionmend.track import part_forest
 from motionmend.track.detect import Detector, detect, fit_detector
 from motionmend.track.pictures import KINECT, OTHER_SIDE, pictures
-from people import CAMERA, PERSON, picture, random_poses, turned
 
 TRUNK = [LANDMARKS.index(name) for name in ("pelvis", "chest", "neck", "head", "l_shoulder", "r_shoulder")]
 

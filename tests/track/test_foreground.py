@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drawn_people import CAMERA, HALF, in_room, picture, random_poses
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import Pose, standing
 from motionmend.errors import MismatchError
 from motionmend.track.foreground import clean, empty_scene, find_person, remember, scene_of
-from people import CAMERA, HALF, in_room, picture, random_poses
 
 SEEDS = st.integers(0, 10**6)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drawn_people import CAMERA, PERSON, picture, random_joints, random_poses
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import Pose
 from motionmend.errors import MismatchError
@@ -11,7 +12,6 @@ from motionmend.track.database import PoseDatabase
 from motionmend.track.measure import measure_person
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import settings_of
-from people import CAMERA, PERSON, picture, random_joints, random_poses
 
 SHAPE = np.zeros(14)
 SHAPE[[0, 1, 7, 8]] = 0.07, 0.03, 0.03, 0.03

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drawn_people import CAMERA, PERSON, picture, random_joints, random_poses
 from motionmend.bodies.performer import LANDMARKS, LIMITS, Pose, landmarks, standing
 from motionmend.track.detect import Detection, fit_detector
 from motionmend.track.evidence import evidence_of
@@ -13,7 +14,6 @@ from motionmend.track.offers import limb_offers
 from motionmend.track.settings import settings_of
 from motionmend.track.settle import limb_hints, settle, settled_start
 from motionmend.track.start import Candidate
-from people import CAMERA, PERSON, picture, random_joints, random_poses
 
 NOTHING = Detection(np.full((16, 3), np.nan), np.zeros(16), np.full((16, 3, 3), np.nan), np.zeros((16, 3)), 0.5)
 L_WRIST = LANDMARKS.index("l_wrist")

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drawn_people import HALF, PERSON, picture, random_joints, random_poses, turned
 from motionmend.bodies.performer import LANDMARKS, LIMITS, Pose, landmarks, rotation, standing
 from motionmend.errors import MismatchError
 from motionmend.track.detect import Detection
@@ -13,7 +14,6 @@ from motionmend.track.observation import Observation
 from motionmend.track.pictures import OTHER_SIDE
 from motionmend.track.reach import fitted, reach
 from motionmend.track.start import candidates, five_of, mirrored, pose_from_joints, poses_to
-from people import HALF, PERSON, picture, random_joints, random_poses, turned
 
 SEEDS = st.integers(0, 10**6)
 L_WRIST, L_ELBOW = LANDMARKS.index("l_wrist"), LANDMARKS.index("l_elbow")
