@@ -1,6 +1,7 @@
-"""What every test may ask for: the folder of real recordings and a seeded generator."""
+"""What every test may ask for: the folder of real recordings, a seeded generator, a browser."""
 
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -27,3 +28,18 @@ def data() -> Path:
 def rng() -> np.random.Generator:
     """A generator that starts the same in every test."""
     return np.random.default_rng(20121)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Debian's chromium, without a window and without a word to anybody."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("chromium is not installed: pages cannot be tried in a browser")
+    quiet = ("gpu", "quic", "background-networking", "component-update", "sync")
+    arguments = ["--no-sandbox", "--no-first-run", *(f"--disable-{one}" for one in quiet)]
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=arguments)
+        yield browser
+        browser.close()

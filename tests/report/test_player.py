@@ -1,53 +1,17 @@
 """The page in a real browser: what a reader clicks, presses and sees."""
 
-import shutil
-
 import numpy as np
 import pytest
 from test_html import EVIL, arm, spoilt, waving
 
+from browsing import COUNT
 from motionmend.bodies.motion import Markers
 from motionmend.report import html_report
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.slow
 
-ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
-# How many pixels of the view have a recording's colour.
-COUNT = """(wanted) => {
-  const view = document.getElementById("view"), copy = document.createElement("canvas");
-  Object.assign(copy, { width: view.width, height: view.height });
-  const context = copy.getContext("2d", { willReadFrequently: true });
-  context.drawImage(view, 0, 0);
-  const p = context.getImageData(0, 0, view.width, view.height).data;
-  let n = 0;
-  for (let i = 0; i < p.length; i += 4) {
-    const away = Math.abs(p[i] - wanted[0]) + Math.abs(p[i + 1] - wanted[1]) + Math.abs(p[i + 2] - wanted[2]);
-    n += away < 12 && p[i + 3] > 200;
-  }
-  return n;
-}"""
 BLUE, VERMILLION = [0, 0x72, 0xB2], [0xD5, 0x5E, 0]
 PLOT = "document.querySelector('[data-part=plot]').toDataURL()"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("chromium is not installed: the player cannot be tried in a browser")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

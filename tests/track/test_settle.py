@@ -12,7 +12,7 @@ from motionmend.track.limbs import LIMBS, coarse_of, disagreement, with_limb
 from motionmend.track.observation import Observation
 from motionmend.track.offers import limb_offers
 from motionmend.track.settings import settings_of
-from motionmend.track.settle import limb_hints, settle, settled_start
+from motionmend.track.settle import limb_hints, settle, settled_readings
 from motionmend.track.start import Candidate
 
 NOTHING = Detection(np.full((16, 3), np.nan), np.zeros(16), np.full((16, 3, 3), np.nan), np.zeros((16, 3)), 0.5)
@@ -106,11 +106,11 @@ def test_of_two_readings_the_one_that_fits_after_settling_is_taken(shapes):
     near = with_limb(truth, LIMBS[1], standing().joints[LIMBS[1].columns])
     away = Pose(truth.translation + np.array([0.25, 0.0, 0.1]), truth.root, standing().joints)
     tried = [Candidate(away, 0.1, "back"), Candidate(near, 0.2, "front")]
-    best = settled_start(PERSON, tried, seen.every(4), coarse, shapes, refine)
+    best = settled_readings(PERSON, tried, seen.every(4), coarse, shapes, refine)[0]
     assert best is not None
     assert best.source == "front"
     assert _gap(best.pose, truth).mean() < 0.08
-    assert settled_start(PERSON, [], seen.every(4), coarse, shapes, refine) is None
+    assert settled_readings(PERSON, [], seen.every(4), coarse, shapes, refine) == []
 
 
 def test_offers_are_made_only_for_what_the_frame_does_not_show(shapes):

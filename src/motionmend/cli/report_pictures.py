@@ -51,7 +51,9 @@ def pictures_of(path: Path, tables: Mapping[str, Postures]) -> list[tuple[str, b
             if not table.present[row].any():
                 words.append(f"{name}: nobody")
             elif std is not None and np.isfinite(std).any():
-                words.append(f"{name}: sure to {100 * float(np.nanmean(std)):.1f} cm")
+                worst = int(np.nanargmax(std))
+                mean, most = 100 * float(np.nanmean(std)), 100 * float(std[worst])
+                words.append(f"{name}: deviation {mean:.1f} cm, largest {most:.1f} ({table.names[worst]})")
         found.append((", ".join(words), camera_view(frame, poses)))
     return found
 

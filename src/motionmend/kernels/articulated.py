@@ -18,6 +18,21 @@ _SMALL = 1e-4  # rad; below, series to the fourth order are exact to rounding
 
 
 @compiled
+def quadratic(w: Floats, a: float, b: float, out: Floats) -> None:
+    """I + a [w] + b [w]^2 into `out` (3, 3), [w] being the cross product with w (3,): exp(w) and its slope are such."""
+    x, y, z = w[0], w[1], w[2]
+    out[0, 0] = 1.0 - b * (y * y + z * z)
+    out[0, 1] = b * x * y - a * z
+    out[0, 2] = b * x * z + a * y
+    out[1, 0] = b * x * y + a * z
+    out[1, 1] = 1.0 - b * (x * x + z * z)
+    out[1, 2] = b * y * z - a * x
+    out[2, 0] = b * x * z - a * y
+    out[2, 1] = b * y * z + a * x
+    out[2, 2] = 1.0 - b * (x * x + y * y)
+
+
+@compiled
 def exponential(w: Floats, rotation: Floats) -> None:
     """The rotation (3, 3) about the vector w (3,) by its length in rad."""
     square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
@@ -26,16 +41,7 @@ def exponential(w: Floats, rotation: Floats) -> None:
         a, b = 1.0 - square / 6.0, 0.5 - square / 24.0
     else:
         a, b = sin(angle) / angle, (1.0 - cos(angle)) / square
-    x, y, z = w[0], w[1], w[2]
-    rotation[0, 0] = 1.0 - b * (y * y + z * z)
-    rotation[0, 1] = b * x * y - a * z
-    rotation[0, 2] = b * x * z + a * y
-    rotation[1, 0] = b * x * y + a * z
-    rotation[1, 1] = 1.0 - b * (x * x + z * z)
-    rotation[1, 2] = b * y * z - a * x
-    rotation[2, 0] = b * x * z - a * y
-    rotation[2, 1] = b * y * z + a * x
-    rotation[2, 2] = 1.0 - b * (x * x + y * y)
+    quadratic(w, a, b, rotation)
 
 
 @compiled
@@ -47,16 +53,7 @@ def left_jacobian(w: Floats, slope: Floats) -> None:
         a, b = 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
     else:
         a, b = (1.0 - cos(angle)) / square, (angle - sin(angle)) / (square * angle)
-    x, y, z = w[0], w[1], w[2]
-    slope[0, 0] = 1.0 - b * (y * y + z * z)
-    slope[0, 1] = b * x * y - a * z
-    slope[0, 2] = b * x * z + a * y
-    slope[1, 0] = b * x * y + a * z
-    slope[1, 1] = 1.0 - b * (x * x + z * z)
-    slope[1, 2] = b * y * z - a * x
-    slope[2, 0] = b * x * z - a * y
-    slope[2, 1] = b * y * z + a * x
-    slope[2, 2] = 1.0 - b * (x * x + y * y)
+    quadratic(w, a, b, slope)
 
 
 @compiled

@@ -110,11 +110,11 @@ def pull(
     weight: float,
     hessian: Floats,
     gradient: Floats,
-) -> float:
-    """Add to a bone's 6 x 6 system that its point (x, y, z) should move by (rx, ry, rz).
+) -> tuple[float, float]:
+    """Add to a bone's 6 x 6 system that its point (x, y, z) should move by (rx, ry, rz), all in m.
 
     `along` of the residual counts along the normal (nx, ny, nz), the rest in all directions. Returns the robust cost,
-    Geman and McClure's s² r² / (s² + r²) times `weight`; with an infinite squared scale plain r².
+    Geman and McClure's s² r² / (s² + r²) times `weight`, with an infinite squared scale plain r²; and r², m².
     """
     into = rx * nx + ry * ny + rz * nz
     free = 1.0 - along
@@ -182,7 +182,7 @@ def pull(
         h[3, 3] += k
         h[4, 4] += k
         h[5, 5] += k
-    return cost
+    return cost, squared
 
 
 @compiled
@@ -222,9 +222,8 @@ def gather(
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         rx, ry, rz = wanted[o, 0] - x, wanted[o, 1] - y, wanted[o, 2] - z
-        cost += pull(bones[i], x, y, z, rx, ry, rz, nx, ny, nz, along, squared_scale, weight, hessian, gradient)
-        into = rx * nx + ry * ny + rz * nz
-        squared = along * into * into + (1.0 - along) * (rx * rx + ry * ry + rz * rz)
+        one, squared = pull(bones[i], x, y, z, rx, ry, rz, nx, ny, nz, along, squared_scale, weight, hessian, gradient)
+        cost += one
         inliers += squared < 0.41 * squared_scale  # (1 + 0.41)^-2 = one half
     return cost, inliers
 
@@ -281,10 +280,11 @@ def push_out(
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         rx, ry = across * z / fx, down * z / fy
         size = sqrt(rx * rx + ry * ry)
-        cost += pull(
+        one, _ = pull(
             bones[i], x, y, z, rx, ry, 0.0, rx / size, ry / size, 0.0,
             1.0, scale * scale, weight, hessian, gradient,
         )  # fmt: skip
+        cost += one
     return cost, outside
 
 

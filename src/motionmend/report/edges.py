@@ -5,11 +5,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Floats, Ints
+from ..bodies.joint_sets import meanings
 
 _LOOKED_AT = 240  # frames, spread evenly over the recording
 _LOOSE = 0.04  # m, a pair across a joint that still belongs together (thigh and pelvis)
 _REACH = 0.65  # m, longer than any bone segment
 _STIFF, _NEAR = 0.006, 0.30  # m, pairs that also close triangles (head, pelvis, feet)
+
+
+def are_joints(names: Sequence[str]) -> bool:
+    """Whether most of these points are joints of a body by name; otherwise they are markers on its skin."""
+    return 2 * sum(map(bool, meanings(names))) > len(names)
 
 
 def rigid_edges(names: Sequence[str], positions: Floats) -> Ints:

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bytes, Floats
-from ..bodies.joint_sets import meanings, parents
+from ..bodies.joint_sets import parents
 from ..bodies.motion import Markers, Motion, Origin, Repaired
 from ..bodies.skeleton import positions
-from .edges import rigid_edges
+from .edges import are_joints, rigid_edges
 from .packed import pack, pack_bytes
 
 Named = tuple[str, Motion | Markers]
@@ -81,6 +81,7 @@ def _recording(name: str, recording: Motion | Markers, points: Floats, edges: li
     if isinstance(recording, Markers):
         return common | {
             "kind": "markers",
+            "points_are": "joints" if are_joints(recording.names) else "markers",
             "view": _view(recording.up).tolist(),
             "points": list(recording.names),
             "lines": edges,
@@ -125,8 +126,8 @@ def _marker_edges(
 
 
 def _lines(names: tuple[str, ...], points: Floats) -> list[list[int]]:
-    """Bones between joints where most names are those of joints, else lines between markers of one bone."""
-    if 2 * sum(map(bool, meanings(names))) > len(names):
+    """Bones between joints, or lines between markers of one bone."""
+    if are_joints(names):
         return [[int(above), joint] for joint, above in enumerate(parents(names)) if above >= 0]
     return [[int(one), int(other)] for one, other in rigid_edges(names, points)]
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Repaired
 from ..errors import MismatchError
+from .edges import are_joints
 from .payload import Named, states, stride
 
 _SHOWN = 10  # channels in the short table
@@ -68,11 +69,10 @@ def recordings_table(named: Sequence[Named], colours: Sequence[int]) -> str:
     """One row per recording: kind, frames, rate, duration, channels, share missing."""
     rows = []
     for (name, recording), colour in zip(named, colours, strict=True):
-        kind = "markers" if isinstance(recording, Markers) else "channels"
         missing = 1.0 - float(recording.present.mean()) if recording.present.size else 0.0
         rows.append(
             f'<tr><th scope="row"><i class="swatch c{colour}"></i>{escape(name)} '
-            f"<small>{len(recording.channels)} {kind}</small></th>"
+            f"<small>{len(recording.channels)} {_word(recording)}s</small></th>"
             f"<td>{recording.frames:,}</td><td>{recording.fps:g} Hz</td>"
             f"<td>{(recording.frames - 1) / recording.fps:.2f} s</td><td>{_percent(missing)}</td></tr>"
         )
@@ -140,7 +140,7 @@ def channel_tables(
     shown : index of the recording whose counts are given.
     """
     recording = named[shown][1]
-    word = "marker" if isinstance(recording, Markers) else "channel"
+    word = _word(recording)
     table = _ChannelTable(recording, shown, _counts(recording, repaired))
     channels = list(range(len(recording.channels)))
     parts = []
@@ -159,6 +159,13 @@ def channel_tables(
         f"<small>of {escape(named[shown][0])}</small></h2></summary>{table.html(channels)}</details>"
     )
     return "".join(parts)
+
+
+def _word(recording: Motion | Markers) -> str:
+    """What one of its channels is called."""
+    if isinstance(recording, Markers):
+        return "joint" if are_joints(recording.names) else "marker"
+    return "channel"
 
 
 def _counts(recording: Motion | Markers, repaired: Repaired[Any] | None) -> dict[str, Ints]:

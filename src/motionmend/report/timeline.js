@@ -73,7 +73,7 @@ function createTimeline(root, app) {
   function drawOverview() {
     const height = 26, context = sheet(canvases.overview, height), recording = app.provenance;
     const channels = recording.channels.length;
-    label(context, gutter < 80 ? "all" : recording.markers ? "all markers" : "all channels", height / 2, false);
+    label(context, gutter < 80 ? "all" : recording.markers ? `all ${recording.points_are}` : "all channels", height / 2, false);
     columnsOf(recording, (px, from, to) => {
       const counts = [0, 0, 0, 0];
       for (let c = 0; c < channels; c++) counts[worst(recording, c, from, to)]++;

@@ -30,21 +30,6 @@ _ENDS = {"arm": "wrist", "leg": "ankle"}
 _MIDDLES = {"arm": "elbow", "leg": "knee"}
 
 
-def settled_start(
-    performer: Performer,
-    found: Sequence[Candidate],
-    seen: Observation,
-    coarse: Coarse,
-    shapes: Sequence[Floats],
-    refine: Refine,
-    detection: Detection | None = None,
-    most: int = 4,
-) -> Candidate | None:
-    """The first pose: the best of `settled_readings`; None without candidates."""
-    ways = settled_readings(performer, found, seen, coarse, shapes, refine, detection, most)
-    return ways[0] if ways else None
-
-
 def settled_readings(
     performer: Performer,
     found: Sequence[Candidate],
