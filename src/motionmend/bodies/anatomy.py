@@ -20,12 +20,12 @@ class _Sculpture:
         self.rows: list[tuple[int, int, Floats, Floats, Floats, float]] = []
 
     def ball(self, bone: str, center: Floats, size: float | Sequence[float], lift: Sequence[float] = (0, 0, 0)) -> None:
-        """An ellipsoid along the bone's axes, moved by `lift`."""
+        """An ellipsoid along the axes of the bone: `center` (3,) m, half axes `size`, moved by `lift`, both scaled."""
         half = np.broadcast_to(np.asarray(size, dtype=np.float64), (3,)) * self.scale
         self._add(bone, ELLIPSOID, np.asarray(center) + self.scale * np.asarray(lift), np.eye(3), half, 0.0)
 
     def cone(self, bone: str, low: Floats, high: Floats, at_low: float, at_high: float, depth: float = 1.0) -> None:
-        """A cone from one point to another with radii across x at both ends; `depth` is z over x."""
+        """A cone from `low` to `high` (3,) m, with radii across x at both ends (scaled); `depth` is z over x."""
         along = np.asarray(high, dtype=np.float64) - low
         length = float(np.linalg.norm(along))
         y = along / length

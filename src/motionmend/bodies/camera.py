@@ -56,7 +56,12 @@ class Camera:
         return self.unproject(np.stack((u, v), axis=-1), depth)
 
     def every(self, step: int) -> "Camera":
-        """The camera that sees only every `step`-th pixel of each row and column, the first included."""
+        """The camera that sees only every `step`-th pixel of each row and column, the first included.
+
+        Raises
+        ------
+        MismatchError : step is below 1.
+        """
         if step < 1:
             raise MismatchError(f"a step over pixels must be 1 or more, came {step}")
         width, height = -(-self.width // step), -(-self.height // step)

@@ -31,7 +31,12 @@ class Rig:
 
 
 def rig_of(skeleton: Skeleton) -> Rig:
-    """How a skeleton carries the performer: which joints turn its bones, and how the bones lie in them."""
+    """How a skeleton carries the performer: which joints turn its bones, and how the bones lie in them.
+
+    Raises
+    ------
+    MismatchError : the skeleton's parts are not to be told, or its hips and shoulders lie in one point at rest.
+    """
     part = roles(skeleton)
     rest = rest_positions(skeleton)
     hips = rest[list(part.feet.hips)]

@@ -114,7 +114,11 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
 
     Returns
     -------
-    Retargeted : the poses in the motion's axes, and the distances left between the 16 joints of both.
+    Retargeted : the poses in the motion's axes, and the distances left between the 16 joints of both, m.
+
+    Raises
+    ------
+    MismatchError : no frame is without missing angles, or the skeleton's parts are not to be told.
     """
     from ..kernels import articulated
 

@@ -33,7 +33,15 @@ def neighbour_inputs(postures: Floats, body: Anatomy) -> Floats:
 
 
 def learned_mixture(samples: Samples, body: Anatomy, seed: int = 0, room: int = 0) -> Mixture:
-    """The local models of every joint (algorithm 1, offline)."""
+    """The local models of every joint (algorithm 1, offline).
+
+    Parameters
+    ----------
+    samples : postures (N, J, 3) and offsets, standard metres.
+    body : J joints.
+    seed : of the k-means start.
+    room : places in each model for samples learned later.
+    """
     inputs = neighbour_inputs(samples.postures, body)
     known = np.asarray(np.isfinite(samples.offsets).all(axis=2))
     return fit_mixture(

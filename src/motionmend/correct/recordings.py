@@ -73,7 +73,17 @@ def by_paper(
     online: bool,
     weights: Weights = WEIGHTS,
 ) -> Postures:
-    """The paper's method, its energy descended ("paper") or solved ("exact")."""
+    """The paper's method, its energy descended ("paper") or solved ("exact").
+
+    Parameters
+    ----------
+    knowledge : of the model.
+    mixture : local Gaussian processes, of `learned_mixture`.
+    postures : T frames.
+    method : "paper" or "exact".
+    online : learn from reliable frames on the way (algorithm 2).
+    weights : of the terms of eq. 22.
+    """
     joining, sights, standard, placement = _placed(knowledge.watcher, postures)
     rows = np.stack([one.rows for one in sights])
     result, std, reliable = corrected_as_published(

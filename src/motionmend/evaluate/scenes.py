@@ -157,7 +157,18 @@ def strange(
     sensor: Sensor | None = None,
     planes: Sequence[Plane] = (),
 ) -> Iterator[DepthFrame]:
-    """Frames of a body that is not the tracker's, doing a motion of its own skeleton; parameters as in `performed`."""
+    """Frames of a body that is not the tracker's, doing a motion of its own skeleton.
+
+    Parameters
+    ----------
+    motion : T frames of the skeleton that the body was made on.
+    body : its surface.
+    seen, camera, seed, sensor, planes : as in `performed`.
+
+    Returns
+    -------
+    T frames, drawn when asked for, without colour.
+    """
     for t in range(motion.frames):
         position, turned = forward(motion.skeleton, motion.q[t : t + 1])
         depth, _ = depth_of(body, position[0], turned[0], camera, seen.turn, seen.shift)

@@ -140,7 +140,7 @@ def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
 
 
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
-    """(C,) what `disagreement` says of the pose with each of `candidates` (C, n) for the limb."""
+    """(C,) what `disagreement` says of the pose with each of `candidates` (C, n), rad, for the limb's n coordinates."""
     bones, kinds, centers, turns, sizes, tapers = _chosen(performer.solids, only=limb.bones)
     base, _ = cast_parts(performer, pose, coarse, limb)
     costs = np.empty(len(candidates))

@@ -40,6 +40,17 @@ def mend_limbs(
 ) -> tuple[Solution[Pose], int, Floats]:
     """Look for each limb among poses of the library and about where it is.
 
+    Parameters
+    ----------
+    model : the library of poses and the detector.
+    settings : of the tracker.
+    state : after the frame before.
+    evidence : what the frame says.
+    coarse : the frame on the raster that poses are judged on.
+    terms : made for this frame.
+    expected : the pose that the motion so far leads to.
+    solution : of the whole body.
+
     Returns
     -------
     The solution, a better one if there is; how many limbs were moved; and (16,) m, the doubt about each joint.

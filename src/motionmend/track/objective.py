@@ -26,7 +26,16 @@ PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 def terms_of(
     model: TrackerModel, settings: TrackSettings, state: "TrackState", evidence: Evidence, expected: Pose
 ) -> list[Term]:
-    """The terms that the settings ask for, made for one frame (equation 3.14)."""
+    """The terms that the settings ask for, made for one frame (equation 3.14).
+
+    Parameters
+    ----------
+    model : the library of poses, for the prior.
+    settings : which terms, their weights and windows.
+    state : after the frame before; it has a pose.
+    evidence : what the frame says.
+    expected : the pose that smoothness draws to.
+    """
     assert state.pose is not None
     weights = np.full(DOFS, settings.smooth)
     terms: list[Term] = [
@@ -47,7 +56,15 @@ def terms_of(
 
 
 def expected_pose(state: "TrackState", settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
-    """Where the body should be by now: where its motion leads, unless where it was explains the frame better."""
+    """Where the body should be by now: where its motion leads, unless where it was explains the frame better.
+
+    Parameters
+    ----------
+    state : after the frame before; its velocity (34,) in m/s and rad/s.
+    settings : how much of the velocity is expected.
+    elapsed : s since the frame before.
+    coarse : the frame, for the comparison.
+    """
     assert state.pose is not None
     if settings.velocity <= 0.0 or not 0.0 < elapsed < PAUSE:
         return state.pose

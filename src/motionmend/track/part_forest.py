@@ -114,7 +114,21 @@ def leaves(
 
 
 def grown(features: Singles, labels: NDArray[np.int64], depth: int, smallest: int, tried: int, seed: int) -> Any:
-    """One scikit-learn decision tree over features (N, F); each split looks at `tried` of them."""
+    """One scikit-learn decision tree for parts of the body.
+
+    Parameters
+    ----------
+    features : (N, F) depth differences, m.
+    labels : (N,) part of each sample.
+    depth : of the tree, at most.
+    smallest : samples in a leaf, at least.
+    tried : features that each split looks at.
+    seed : of their choice.
+
+    Source
+    ------
+    Shotton et al. 2011, section 3.3.
+    """
     from sklearn.tree import DecisionTreeClassifier
 
     tree = DecisionTreeClassifier(

@@ -32,7 +32,21 @@ def rescued(
     solution: Solution[Pose],
     wrong: float,
 ) -> tuple[Solution[Pose], float]:
-    """The best of the solution and what Gauss-Newton makes of other beginnings, with its share explained wrongly."""
+    """The best of the solution and what Gauss-Newton makes of other beginnings, with its share explained wrongly.
+
+    Other beginnings are the pose before, moved to where the person is and turned about the vertical, and what followed
+    the library's nearest poses.
+
+    Parameters
+    ----------
+    model : the library of poses.
+    settings : of the tracker.
+    state : after the frame before; it has a pose.
+    evidence, coarse : what the frame says, and its coarse raster.
+    terms : made for this frame.
+    solution : that does not explain the frame.
+    wrong : share of the person's pixels it explains wrongly, 0 to 1.
+    """
     performer = state.performer
     assert state.pose is not None
     here = [solution.state, moved_to(performer, solution.state, evidence, coarse), state.pose]
@@ -62,7 +76,7 @@ def turned(pose: Pose, count: int) -> list[Pose]:
 
 
 def moved_to(performer: Performer, pose: Pose, evidence: Evidence, coarse: Coarse) -> Pose:
-    """The pose moved to where the person is: what is seen of both has the same middle."""
+    """The pose moved, in m, to where the person is: what is seen of both has the same middle (medians)."""
     depth, _ = cast_parts(performer, pose, coarse)
     rows, columns = np.nonzero(np.isfinite(depth))
     if not len(rows):

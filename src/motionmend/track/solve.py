@@ -21,7 +21,21 @@ def solve_pose(
     settings: TrackSettings,
     iterations: int | None = None,
 ) -> Solution[Pose]:
-    """Gauss-Newton from `pose`: render, match, solve, move, again (the six steps of section 3.6)."""
+    """Gauss-Newton from `pose`: render, match, solve, move, again (the six steps of section 3.6, equations 3.14-3.16).
+
+    Parameters
+    ----------
+    performer : the body.
+    evidence : what the frame says.
+    terms : made for this frame.
+    pose : to begin at.
+    settings : damping, iterations and raster.
+    iterations : at most so many; the settings' when None.
+
+    Returns
+    -------
+    The pose, its costs and inliers by term, and the normal matrix (34, 34) at the end.
+    """
 
     def linearize(at: Pose, iteration: int) -> System:
         view = view_of(performer, at, evidence, settings.every)

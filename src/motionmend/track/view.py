@@ -88,7 +88,14 @@ class Sums:
 
 
 def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) -> View:
-    """Cast the performer onto the raster of the evidence; every `every`-th row's and column's pixel is a sample."""
+    """Cast the performer onto the raster of the evidence.
+
+    Parameters
+    ----------
+    performer, pose : what is cast.
+    evidence : of the frame: intrinsics, and depth (H, W) for the shape.
+    every : every so-many-th row's and column's pixel is a sample (section 3.6: every fourth).
+    """
     solids = performer.solids
     placed, twists = np.empty((len(PARENTS), 4, 4)), np.empty((DOFS, 6))
     articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
