@@ -14,7 +14,17 @@ from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.database import PoseDatabase
-from motionmend.track.facing import MOST, Facing, about_face, along, doubted, faces_otherwise, walked, weighed
+from motionmend.track.facing import (
+    MOST,
+    Facing,
+    about_face,
+    along,
+    doubted,
+    faces_otherwise,
+    unlikeliness,
+    walked,
+    weighed,
+)
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import TrackState, start, step
@@ -152,3 +162,21 @@ def test_of_two_readings_the_one_that_explains_more_is_left(ours, theirs, turns)
     if taken is not None:
         assert taken[1] == theirs
         assert faces_otherwise(taken[0].state, pose)
+
+
+def test_of_two_readings_that_explain_as_much_the_one_that_bends_as_people_do_ranks_first():
+    search = library().database.search
+    pose = walking(0.8, np.array([0.0, 0.05, 3.0]), 0.0)
+    other = about_face(BODY, pose)
+    assert unlikeliness(search, pose, 0.2, False) < unlikeliness(search, other, 0.2, False)
+    assert unlikeliness(search, pose, 0.5, False) > unlikeliness(
+        search, other, 0.2, False
+    )  # what is seen counts for more
+
+
+def test_who_was_not_seen_before_is_taken_to_face_the_camera():
+    none = Neighbors(np.empty((0, 28)))
+    ahead, away = standing((0.0, 0.1, 3.0)), walking(0.0, np.array([0.0, 0.1, 3.0]), 180.0)
+    assert faces_otherwise(ahead, away)
+    assert unlikeliness(none, ahead, 0.2, True) == 0.2 < unlikeliness(none, away, 0.2, True)
+    assert unlikeliness(none, away, 0.2, False) == 0.2

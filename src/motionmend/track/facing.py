@@ -27,6 +27,7 @@ FADES = 0.85  # of the odds at each look: a start has to settle first
 SURE = 2.0  # odds (log) at which a reading is taken
 IMAGE = 20.0  # odds for a reading that explains all of the pixels more
 STRANGE = 4.0  # odds against a reading one radian (of every joint coordinate) farther from the library
+FRONT = 1.0  # odds that somebody who was not seen before faces the camera
 WALK = 0.2  # odds for a reading that walks forward with 1 m/s
 FASTEST = 1.0  # m/s; faster tells no more
 BACKWARDS = 0.4  # m walked backwards, after which the other reading is tried
@@ -126,7 +127,7 @@ def weighed(
     other, trust, share = follow(replace(state, trust=facing.trust, wrong=facing.wrong, before=None), begun)
     score = IMAGE * (wrong - share) - 2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
     if len(search.samples):
-        score += STRANGE * (_strange(search, pose, state.trust) - _strange(search, other.state, trust))
+        score += STRANGE * (strange(search, pose, state.trust) - strange(search, other.state, trust))
     odds, looks = FADES * facing.odds + score, facing.looks + 1
     if not faces_otherwise(pose, other.state):
         return Facing(backwards=-AGAIN), None  # both have become one
@@ -137,8 +138,26 @@ def weighed(
     return Facing(other.state, frozen(trust), there, share, odds, looks), None
 
 
-def _strange(search: Neighbors, pose: Pose, trust: Floats) -> float:
-    """rad, root mean square of how far what is seen of a pose is from the library's nearest."""
+def unlikeliness(search: Neighbors, pose: Pose, wrong: float, new: bool) -> float:
+    """How a reading ranks among those of a search: its share of pixels explained wrongly and, as in `weighed`, more.
+
+    Read the wrong way round a body bends strangely, and may all the same explain a pixel more; and most who are
+    followed face the camera when they are first seen.
+
+    Parameters
+    ----------
+    search : poses of the library.
+    pose, wrong : the reading, and the share of pixels that it explains wrongly.
+    new : nothing is known of this person yet.
+    """
+    against = FRONT if new and float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+    if len(search.samples):
+        against += STRANGE * strange(search, pose, np.ones(DOFS - 6))
+    return wrong + against / IMAGE
+
+
+def strange(search: Neighbors, pose: Pose, trust: Floats) -> float:
+    """rad, root mean square of how far what is seen of a pose is from the library's nearest; trust (28,) 0 to 1."""
     weights = np.maximum(trust, 0.02)
     _, distance = search.nearest(pose.joints, 5, weights)
     return float(np.sqrt((distance**2).mean() / weights.sum()))

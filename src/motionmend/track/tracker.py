@@ -13,7 +13,7 @@ from ..errors import UsageError
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .evidence import Evidence, evidence_of
-from .facing import Facing, faces_otherwise
+from .facing import Facing, faces_otherwise, unlikeliness
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
 from .limbs import Coarse, coarse_of, disagreement
@@ -275,6 +275,7 @@ def _found(
     ways = settled_readings(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
     if not ways or ways[0].cost > 1.5 * LOST:
         return []
+    ways.sort(key=lambda way: unlikeliness(model.database.search, way.pose, way.cost, state.pose is None))
     best = ways[0].pose
     return [best, *[way.pose for way in ways[1:] if faces_otherwise(best, way.pose)][:1]]
 
