@@ -4,6 +4,7 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
+from importlib import import_module
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,28 @@ if TYPE_CHECKING:
     from cyclopts import App
 
 FAILED, BAD_USAGE, INTERRUPTED = 1, 2, 130
+
+GROUPS = {"fit": "Learn a model from clean recordings.", "data": "Public recordings by name."}
+
+COMMANDS = {  # the words of a command, in the order of the help: the module it lives in, its function there
+    ("demo",): ("demo", "demo"),
+    ("inspect",): ("inspect", "inspect"),
+    ("fit", "denoiser"): ("fit", "denoiser"),
+    ("fit", "tracker"): ("fit_tracker", "tracker"),
+    ("fit", "corrector"): ("fit_corrector", "corrector"),
+    ("data", "list"): ("data", "listed"),
+    ("data", "get"): ("data", "get"),
+    ("denoise",): ("denoise", "denoise"),
+    ("track",): ("track", "track"),
+    ("correct",): ("correct", "correct"),
+    ("corrupt",): ("corrupt", "corrupt"),
+    ("compare",): ("compare", "compare"),
+    ("report",): ("report", "report"),
+    ("pipeline",): ("pipeline", "pipeline"),
+    ("stream",): ("stream", "stream"),
+    ("serve",): ("serve", "serve"),
+    ("reproduce",): ("reproduce", "reproduce"),
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -48,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: list[str]) -> int:
     from cyclopts import CycloptsError
 
-    app = _app()
+    app = _app(arguments)
     try:
         command, bound, *_ = app.parse_args(arguments, exit_on_error=False, print_error=False)
     except CycloptsError as error:
@@ -63,28 +86,11 @@ def _run(arguments: list[str]) -> int:
     return int(code or 0)
 
 
-def _app() -> "App":
+def _app(arguments: Sequence[str]) -> "App":
+    """The program's commands: all of them, or the one that the arguments begin with, so that only its module loads."""
     from cyclopts import App, Parameter
 
     from .. import __version__
-    from . import (
-        compare,
-        correct,
-        corrupt,
-        data,
-        demo,
-        denoise,
-        fit,
-        fit_corrector,
-        fit_tracker,
-        inspect,
-        pipeline,
-        report,
-        reproduce,
-        serve,
-        stream,
-        track,
-    )
 
     app = App(
         name="motionmend",
@@ -93,32 +99,20 @@ def _app() -> "App":
         help_format="plaintext",
         default_parameter=Parameter(negative=""),
     )
-    learning = App(name="fit", help="Learn a model from clean recordings.", help_format="plaintext")
-    _add(app, demo.demo)
-    _add(app, inspect.inspect)
-    app.command(learning)
-    _add(learning, fit.denoiser)
-    _add(learning, fit_tracker.tracker)
-    _add(learning, fit_corrector.corrector)
-    keeping = App(name="data", help="Public recordings by name.", help_format="plaintext")
-    app.command(keeping)
-    _add(keeping, data.listed, "list")
-    _add(keeping, data.get)
-    _add(app, denoise.denoise)
-    _add(app, track.track)
-    _add(app, correct.correct)
-    _add(app, corrupt.corrupt)
-    _add(app, compare.compare)
-    _add(app, report.report)
-    _add(app, pipeline.pipeline)
-    _add(app, stream.stream)
-    _add(app, serve.serve)
-    _add(app, reproduce.reproduce)
+    groups = {group: App(name=group, help=help, help_format="plaintext") for group, help in GROUPS.items()}
+    asked = arguments[0] if arguments and arguments[0] in {words[0] for words in COMMANDS} else None
+    for words, (module, function) in COMMANDS.items():
+        if asked not in (None, words[0]):
+            continue
+        owner = groups[words[0]] if len(words) > 1 else app
+        if owner is not app and words[0] not in app:
+            app.command(owner)
+        _add(owner, getattr(import_module(f".{module}", __name__), function), words[-1])
     return app
 
 
-def _add(app: "App", command: Callable[..., int], name: str | None = None) -> None:
-    """The command under its own name or another, its docstring as help with each paragraph on a line of its own."""
+def _add(app: "App", command: Callable[..., int], name: str) -> None:
+    """The command under this name, its docstring as help with each paragraph on a line of its own."""
     paragraphs = cleandoc(command.__doc__ or "").split("\n\n")
     app.command(command, name=name, help="\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs))
 

@@ -14,7 +14,6 @@ from ..errors import FileError
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
-from .pipeline_config import NO_DENOISE, PipelineConfig, read_config, with_models
 from .takes import Kind, Take, gather_takes, plan_takes
 from .transform import write_json
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from ..bodies.postures import Postures
     from .correct import Correction
     from .denoise import Repair
+    from .pipeline_config import PipelineConfig
     from .track import Follow
 
 LOST = 0.10  # m; a deviation that says that a joint was not seen but held
@@ -54,6 +54,8 @@ def pipeline(
     What a take is, is seen from its content. Depth and sensors give tables of joints (.csv) or joint angles (.bvh, and
     .amc for depth), by the ending of OUT or `format` in the configuration. Beside each output stands NAME.mend.json.
     """
+    from .pipeline_config import PipelineConfig, read_config, with_models
+
     given = [working.reachable(take) for take in takes]
     options = PipelineConfig() if config is None else read_config(config)
     options = with_models(options, models)
@@ -76,10 +78,11 @@ def pipeline(
     return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=[*refused, *barred])
 
 
-def _chain(options: PipelineConfig, kinds: set[Kind]) -> "tuple[Chain, dict[Kind, str]]":
+def _chain(options: "PipelineConfig", kinds: set[Kind]) -> "tuple[Chain, dict[Kind, str]]":
     """The steps with their models read, and why takes of a kind cannot be worked on."""
     from .correct import Correction
     from .denoise import Repair, _check
+    from .pipeline_config import NO_DENOISE
     from .track import Follow, _settings
 
     lacking: dict[Kind, str] = {}
