@@ -30,9 +30,12 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(20121)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
-    """Debian's chromium, without a window and without a word to anybody."""
+    """Debian's chromium, without a window and without a word to anybody.
+
+    One for a module, not for all: while it is open its event loop runs in this thread, and others that need one fail.
+    """
     sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     chromium = shutil.which("chromium")
     if chromium is None:
