@@ -10,16 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Floats
+from ..kernels import following as kernel
 from ..numerics import factors as model
 from ..numerics.factors import Belief, Factors
-from .reliability import Detector, chain_forward
+from .reliability import FAILING_SECONDS, HONEST_SECONDS, Detector
 
-HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not explain is learned while it is seen
-DOUBT_SECONDS = 1.5  # the same for a joint out of place of which nothing else is wrong: it may be this sensor's way
-STRANGER = 0.05  # standard metres, of a joint's place in people and sensors not met yet, beside the factors' noise
-MET_SECONDS = 0.5  # how long a joint is a stranger
-SETTLED = 0.02  # change of the probability to fail below which nothing is weighed again
-ROUNDS = 2  # of weighing the joints by what the others say
+LASTING = np.array([HONEST_SECONDS, FAILING_SECONDS])
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +72,8 @@ def follow(
     standard: Floats,
     seconds: float,
     raw: Floats,
-    bones: tuple[Floats, Floats],
+    bone: Floats,
+    best_bone: Floats,
     told: Floats,
 ) -> Followed:
     """One frame on.
@@ -88,51 +85,27 @@ def follow(
     standard : (J, 3) the sensor's posture in standard form, NaN = missing.
     seconds : since the frame before; 0 for the first.
     raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
-    bones : two (J,) of `bone_features`.
-    told : (J, 3) of `state_features`.
+    bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
+    told : (J, 3) one where the sensor says inferred, not tracked, tracked.
     """
-    present = np.asarray(np.isfinite(standard).all(axis=1))
-    values = np.where(present[:, None], standard, factors.mean) - factors.mean - before.own
-    jerk = raw + (before.jerk - raw) * np.exp(-seconds / 0.1)
-    nothing = np.zeros(len(standard))
-    expected, cov = ahead
-    own_variance = factors.noise + STRANGER**2 * np.exp(-before.met / MET_SECONDS)
-    first = np.log1p(model.left_out(values - expected, cov, own_variance, nothing)[0])
-    features = np.column_stack([first, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
-    chance, failing = chain_forward(before.failing, detector.evidence(features), seconds)
-    belief = forecast
-    for _ in range(ROUNDS):
-        trust = np.where(present, 1.0 - failing, 0.0)
-        trust = np.where(trust > 0.02, trust, 0.0)
-        precision = trust / own_variance
-        belief = model.seen(factors, forecast, values, precision)
-        expected, cov = model.expected(factors, belief)
-        left = np.log1p(model.left_out(values - expected, cov, own_variance, precision)[0])
-        features = np.column_stack([left, first, bones[0], bones[1], np.log1p(np.maximum(raw, jerk)), told])
-        judged, (_, failing) = failing, chain_forward(before.failing, detector.evidence(features), seconds)
-        if np.abs(failing - judged).max() < SETTLED:
-            break
-    failing = np.where(present, failing, 1.0)
-    trust = np.where(present, 1.0 - failing, 0.0)[:, None]
-    posture = np.where(present[:, None], trust * values, 0.0) + (1.0 - trust) * expected
-    passed = max(seconds, 1.0 / 30.0)
-    steady = 1.0 / (1.0 + np.exp(detector.evidence(np.column_stack([np.ones((len(told), 2)), features[:, 2:]]))))
-    gain = np.where(
-        trust[:, 0] > 0.5,
-        trust[:, 0] * (1.0 - np.exp(-passed / HOLD_SECONDS)),
-        np.where(steady > 0.8, 1.0 - np.exp(-passed / DOUBT_SECONDS), 0.0),
+    mean, cov, own, failing, chance, jerk, posture, std, features, met = kernel.follow(
+        factors.mean,
+        factors.loadings,
+        factors.noise,
+        detector.weights,
+        LASTING,
+        before.own,
+        before.failing,
+        before.jerk,
+        before.met,
+        forecast.mean,
+        forecast.cov,
+        *ahead,
+        standard,
+        seconds,
+        raw,
+        bone,
+        best_bone,
+        told,
     )
-    rest = np.where(present[:, None], values - expected, 0.0)
-    own = before.own + gain[:, None] * rest
-    unsure = np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + own_variance)
-    return Followed(
-        belief,
-        own,
-        failing,
-        chance,
-        jerk,
-        posture + factors.mean + before.own,
-        (1.0 - trust[:, 0]) * unsure,
-        features,
-        before.met + passed * trust[:, 0],
-    )
+    return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, features, met)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import Bytes, Floats, Ints
 from ..errors import MismatchError
+from ..kernels import sighting as kernel
 from .anatomy import Anatomy, following, matched
 from .settling import bones_outward
 from .watching import Sight, rows_of
@@ -82,22 +83,30 @@ def outward(
     positions (T, J, 3) m, standard deviations (T, J) m, reliability (T, J) of what the sensor gave. A frame without any
     joint stays empty.
     """
-    here = np.concatenate([one.placement.outward(posture[None]) for one, posture in zip(sights, moved, strict=True)])
+    given, moved = np.ascontiguousarray(given), np.ascontiguousarray(moved)
+    placed = np.empty(given.shape)
+    deviation, reliable = np.empty(given.shape[:2]), np.empty(given.shape[:2])
     turn = sights[-1].upright
-    if turn is not None:
-        here = here @ turn
-    old = rows_of(joining.to_model, given)
-    seen = np.stack([np.asarray(np.isfinite(one.rows).all(axis=1)) for one in sights])
-    shift = np.where(seen[..., None], here - np.where(seen[..., None], old, 0.0), 0.0)
-    placed = np.where(np.isfinite(given), given + joining.spread @ shift, np.nan)
-    have = joining.to_model >= 0
-    anyone = np.asarray(seen[:, have].any(axis=1))
-    placed[:, joining.to_model[have]] = np.where(anyone[:, None, None], here[:, have], np.nan)
-    trust = np.where(seen & ~np.stack([one.swapped for one in sights]), 1.0 - failing, 0.0)
-    share = np.abs(joining.spread).T
-    scale = np.array([one.scale for one in sights])[:, None]
-    reliable = np.where(np.asarray(np.isfinite(given).all(axis=2)), np.clip(trust @ share, 0.0, 1.0), 0.0)
-    return placed, (std * scale) @ share, reliable
+    turn = np.eye(3) if turn is None else turn
+    for t, one in enumerate(sights):
+        kernel.given_back(
+            given[t],
+            one.rows,
+            one.swapped,
+            one.placement.turn[0],
+            one.placement.origin[0],
+            one.scale,
+            turn,
+            moved[t],
+            std[t],
+            failing[t],
+            joining.to_model,
+            joining.spread,
+            placed[t],
+            deviation[t],
+            reliable[t],
+        )
+    return placed, deviation, reliable
 
 
 def inward(joining: Joining, sights: Sequence[Sight], placed: Floats) -> Floats:

@@ -99,29 +99,6 @@ class Detector:
         return cls(**{name: arrays[name] for name in cls.__dataclass_fields__})
 
 
-def bone_features(lengths: Floats, usual: Floats, detector: Detector, body: Anatomy) -> tuple[Floats, Floats]:
-    """(J,) how far the bone to the parent is off, and the bone at the joint that is least so; logarithms of z-scores.
-
-    Parameters
-    ----------
-    lengths, usual : (B,).
-    """
-    off = np.abs(np.log(np.maximum(lengths, 1e-6) / np.maximum(usual, 1e-6))) / detector.bone_spread
-    off = np.where(np.isfinite(off), np.minimum(off, 50.0), 0.0)
-    own, best = np.zeros(len(body.names)), np.full(len(body.names), np.inf)
-    own[body.bones[:, 1]] = off
-    np.minimum.at(best, body.bones[:, 0], off)
-    np.minimum.at(best, body.bones[:, 1], off)
-    return np.log1p(own), np.log1p(np.where(np.isfinite(best), best, 0.0))
-
-
-def state_features(states: Bytes | None, count: int) -> Floats:
-    """(J, 3) one where the sensor says inferred, not tracked, tracked; all zero when it says nothing."""
-    if states is None:
-        return np.zeros((count, 3))
-    return np.column_stack([states == INFERRED, states == NOT_TRACKED, states == TRACKED]).astype(np.float64)
-
-
 def chain_forward(failing: Floats, evidence: Floats, seconds: float) -> tuple[Floats, Floats]:
     """Belief that joints fail, one frame on.
 

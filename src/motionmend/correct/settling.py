@@ -17,7 +17,6 @@ from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
 from ..numerics.whittaker import whittaker
-from .energy import Terms, solved
 
 STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
 SLOW, SLOW_SECONDS = 33.0, 0.08  # the same for how joints give way: half passes at 2 Hz; live, 1 / (2 pi 2 Hz)
@@ -110,28 +109,26 @@ def settled_frame(
     bones : (B, 2) of `bones_outward`.
     prior : (B,) m, lengths to begin with; NaN = not known.
     """
-    last, earlier = body.last, body.earlier
     first, second = time - body.time, body.time - body.before
-    steady = positions
-    if 0.0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
-        ahead = last + (last - earlier) * (first / second)
-        known = np.isfinite(ahead)
-        weight = STEADY * (1.0 / (30.0 * first)) ** 4
-        terms = Terms(positions, np.zeros_like(positions), np.where(known, ahead, positions), np.zeros(len(positions)))
-        steady = positions + solved(terms, (np.array(1.0), np.array(min(weight, 10.0)), np.array(0.0)))
-    lengths = _lengths(steady[None], bones)[0]
-    seen = np.where(np.isfinite(lengths), np.minimum(trust[bones[:, 0]], trust[bones[:, 1]]), 0.0)
-    fade = ACQUAINTED / np.maximum(body.lengths[1], ACQUAINTED)
-    sums = body.lengths * fade + np.stack([seen * np.where(seen > 0, lengths, 0.0), seen])
-    start = np.where(np.isfinite(prior), prior, np.where(np.isfinite(lengths), lengths, 0.0))
-    usual = (sums[0] + 5.0 * start) / (sums[1] + 5.0)
-    mobility = _mobility(trust[None])
-    known = np.isfinite(body.yielded)
-    begun = steady + np.where(known, body.yielded, 0.0)
-    relaxed = kernel.settle(begun[None], bones, usual[None], mobility, ROUNDS)[0] - steady
-    yielded = followed_slowly(body.yielded, relaxed, first, SLOW_SECONDS)
-    placed = kernel.settle((steady + yielded)[None], bones, usual[None], mobility, 0)[0]
-    return Body(placed, last, time, body.time, sums, yielded), placed
+    placed, sums, yielded = kernel.settle_frame(
+        positions,
+        trust,
+        bones,
+        prior,
+        first,
+        second,
+        body.last,
+        body.earlier,
+        body.lengths,
+        body.yielded,
+        STEADY,
+        BREAK_STEPS,
+        ACQUAINTED,
+        LOOSE,
+        SLOW_SECONDS,
+        ROUNDS,
+    )
+    return Body(placed, body.last, time, body.time, sums, yielded), placed
 
 
 def followed_slowly(before: Floats, now: Floats, seconds: float, lasting: float) -> Floats:

@@ -5,17 +5,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
+from ..kernels import sighting as kernel
 from ..numerics import factors as process
 from ..numerics.factors import Factors
 from .anatomy import Anatomy
 from .follow import Followed, begin, follow
-from .normalise import Placement, Standard, bone_lengths, facing, origins, turns, upright
-from .reliability import Detector, bone_features, state_features
-from .sides import changed, limbs_changed, trunk_turned
+from .normalise import Placement, Standard, bone_lengths, upright
+from .reliability import Detector
+from .sides import changed, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
-PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
+NO_STATES = np.zeros(0, dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,15 +133,8 @@ def usual_lengths(watcher: Watcher, lengths: Floats) -> tuple[Floats, float]:
     ----------
     lengths : (2, B) sums and counts.
     """
-    known = lengths[1] > 0
-    if not known.any():
-        return watcher.standard.lengths, 1.0
-    mean = lengths[0][known] / lengths[1][known]
-    share = np.minimum(lengths[1][known], 30.0)
-    size = float((share * mean).sum() / (share * watcher.standard.lengths[known]).sum())
-    size = size if np.isfinite(size) and size > 0 else 1.0
-    prior = PRIOR_FRAMES * size * watcher.standard.lengths
-    return (lengths[0] + prior) / (lengths[1] + PRIOR_FRAMES), size
+    usual = np.array(watcher.standard.lengths)
+    return usual, kernel.usual_lengths(lengths, watcher.standard.lengths, usual) or 1.0
 
 
 def look(
@@ -175,60 +169,55 @@ def look(
     if turned.any():
         rows, states = changed_sides(rows, states, body.across[turned])
         swapped[body.across[turned]] = True
-    present = np.asarray(np.isfinite(rows).all(axis=1))
-    trust = np.where(present, 1.0 - before.failing, 0.0)
-    usual, size = _usual(watcher, sight, bone_lengths(rows[None], body)[0])
-    direction = facing(rows[None], trust[None], body)[0]
-    if not direction.any():
-        direction = sight.direction
-    turn, scale = turns(direction[None]), np.array([size])
-    placement = Placement(turn, origins(rows[None], trust[None], turn, scale, watcher.standard, body), scale)
-    if not trust.any():
-        placement = sight.placement
-    standard = placement.inward(rows[None])[0]
+    usual, size, direction, *placed, standard = kernel.place(
+        rows,
+        before.failing,
+        sight.lengths,
+        body.bones,
+        body.across,
+        body.trunk,
+        watcher.standard.lengths,
+        watcher.standard.trunk,
+        sight.direction,
+        sight.placement.turn[0],
+        sight.placement.origin[0],
+        sight.scale,
+    )
     forecast = before.belief
     if seconds > 0:
         forecast = process.ahead(watcher.factors, forecast, seconds)
-    place, cov = process.expected(watcher.factors, forecast)
-    variance = np.trace(cov, axis1=1, axis2=2) / 3.0 + watcher.factors.noise
-    limbs = body.pairs
-    sides = limbs_changed(standard, place + watcher.factors.mean + before.own, variance, sight.swapped, limbs)
-    if sides.swapped.any():
-        limbs = limbs[sides.swapped[limbs[:, 0]]]
-        rows, states = changed_sides(rows, states, limbs)
-        standard = placement.inward(rows[None])[0]
-        swapped = swapped | sides.swapped
-    lengths = bone_lengths(rows[None], body)[0]
-    bent = np.sqrt(((rows - 2.0 * sight.recent[0] + sight.recent[1]) ** 2).sum(axis=1)) / size
-    raw = np.where(np.isfinite(bent), bent / watcher.detector.jerk, 0.0)
-    followed = follow(
-        watcher.factors,
-        watcher.detector,
-        before,
-        forecast,
-        (place, cov),
-        standard,
-        seconds,
-        raw,
-        bone_features(lengths, usual, watcher.detector, body),
-        state_features(states, len(rows)),
+    ahead = process.expected(watcher.factors, forecast)
+    known = watcher.factors
+    sides, unsure = kernel.crossed(
+        standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror
     )
-    good = 1.0 - followed.failing
-    both = good[body.bones[:, 0]] * good[body.bones[:, 1]]
-    counts = np.where(np.isfinite(lengths) & (both > 0.5), both, 0.0)
-    fade = np.where(sight.lengths[1] > 300.0, 300.0 / np.maximum(sight.lengths[1], 1.0), 1.0)
-    sums = sight.lengths * fade + np.stack([counts * np.where(counts > 0, lengths, 0.0), counts])
+    if sides.any():
+        limbs = body.pairs[sides[body.pairs[:, 0]]]
+        rows, states = changed_sides(rows, states, limbs)
+        standard = changed(standard, limbs)
+        swapped = swapped | sides
+    lengths, raw, *signs = kernel.signs(
+        rows,
+        sight.recent,
+        size,
+        usual,
+        body.bones,
+        watcher.detector.bone_spread,
+        watcher.detector.jerk,
+        NO_STATES if states is None else states,
+    )
+    followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, raw, *signs)
     return Sight(
         turn_up,
         time,
         rows,
         np.stack([rows, sight.recent[0]]),
-        placement,
+        Placement(placed[0][None], placed[1][None], np.array([placed[2]])),
         direction,
-        sums,
+        kernel.counted(sight.lengths, lengths, followed.failing, body.bones),
         followed,
         swapped,
-        sides.unsure or bool(good.sum() < 3.0),
+        unsure or bool(followed.failing.sum() > len(rows) - 3.0),
     )
 
 
@@ -244,15 +233,6 @@ def believable(positions: Floats) -> Floats:
 def changed_sides(rows: Floats, states: Bytes | None, pairs: Ints) -> tuple[Floats, Bytes | None]:
     """Positions and states with the members of the pairs in each other's place."""
     return changed(rows, pairs), None if states is None else changed(states, pairs)
-
-
-def _usual(watcher: Watcher, sight: Sight, lengths: Floats) -> tuple[Floats, float]:
-    """Usual bone lengths (B,) and the size; of a person just met, by this frame's bones."""
-    if (sight.lengths[1] > 0).any():
-        return usual_lengths(watcher, sight.lengths)
-    ratio = lengths / watcher.standard.lengths
-    size = float(np.median(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else 1.0
-    return size * watcher.standard.lengths, size
 
 
 def rows_of(to_model: Ints, values: Floats) -> Floats:

@@ -1,5 +1,6 @@
 """Factors of a posture one frame on: forecast, update, and what each group looks like to all others."""
 
+from math import log, sqrt
 from typing import Any
 
 import numpy as np
@@ -54,44 +55,100 @@ def seen(loadings: Floats, mean: Floats, cov: Floats, values: Floats, precision:
     precision : (J,) one over the variance of each coordinate; 0 = not seen.
     """
     joints, depth, count = loadings.shape
-    flat = loadings.reshape(joints * depth, count)
-    weighted = np.empty((joints * depth, count))
-    told_values = np.zeros(count)
+    told, right = np.zeros((count, count)), np.zeros(count)
     for j in range(joints):
+        if precision[j] == 0.0:
+            continue
         for p in range(depth):
             for k in range(count):
-                weighted[j * depth + p, k] = precision[j] * loadings[j, p, k]
-                told_values[k] += weighted[j * depth + p, k] * values[j, p]
-    told = np.dot(weighted.T, flat)
-    inner = np.ascontiguousarray(cov[:count, :count])
-    right = np.empty((count, count + 1))
-    right[:, :count] = told
-    right[:, count] = told_values - np.dot(told, mean[:count])
-    gain = np.linalg.solve(np.eye(count) + np.dot(told, inner), right)
-    tall = np.ascontiguousarray(cov[:, :count])
-    after = cov - np.dot(np.dot(tall, np.ascontiguousarray(gain[:, :count])), tall.T)
-    moved = mean + np.dot(tall, np.ascontiguousarray(gain[:, count]))
+                weighted = precision[j] * loadings[j, p, k]
+                right[k] += weighted * values[j, p]
+                for m in range(count):
+                    told[k, m] += weighted * loadings[j, p, m]
+    # (1 + told P) gain = told and (1 + told P) step = right - told mean, P the covariance of the factors themselves
+    system, gain, step = np.zeros((count, count)), told.copy(), np.empty(count)
+    for k in range(count):
+        system[k, k] = 1.0
+        step[k] = right[k]
+        for n in range(count):
+            step[k] -= told[k, n] * mean[n]
+            for m in range(count):
+                system[k, m] += told[k, n] * cov[n, m]
+    _eliminate(system, gain, step)
+    moved, after = mean.copy(), cov.copy()
+    row = np.empty(count)
+    for k in range(2 * count):
+        row[:] = 0.0
+        for n in range(count):
+            moved[k] += cov[k, n] * step[n]
+            for m in range(count):
+                row[m] += cov[k, n] * gain[n, m]
+        for m in range(k + 1):
+            total = 0.0
+            for n in range(count):
+                total += row[n] * cov[m, n]
+            after[k, m] -= total
     for k in range(2 * count):
         for m in range(k):
-            after[k, m] = after[m, k] = 0.5 * (after[k, m] + after[m, k])
+            after[m, k] = after[k, m]
     return moved, after
+
+
+@compiled
+def _eliminate(system: Floats, several: Floats, one: Floats) -> None:
+    """Solve system x = several (K, K) and system x = one (K,) in place, by elimination with pivots by rows."""
+    count = system.shape[0]
+    for k in range(count):
+        best = k
+        for n in range(k + 1, count):
+            if abs(system[n, k]) > abs(system[best, k]):
+                best = n
+        if best != k:
+            for m in range(count):
+                system[k, m], system[best, m] = system[best, m], system[k, m]
+                several[k, m], several[best, m] = several[best, m], several[k, m]
+            one[k], one[best] = one[best], one[k]
+        scale = 1.0 / system[k, k]
+        for n in range(k + 1, count):
+            share = system[n, k] * scale
+            if share == 0.0:
+                continue
+            one[n] -= share * one[k]
+            for m in range(k + 1, count):
+                system[n, m] -= share * system[k, m]
+            for m in range(count):
+                several[n, m] -= share * several[k, m]
+    for k in range(count - 1, -1, -1):
+        for n in range(k + 1, count):
+            share = system[k, n]
+            one[k] -= share * one[n]
+            for m in range(count):
+                several[k, m] -= share * several[n, m]
+        scale = 1.0 / system[k, k]
+        one[k] *= scale
+        for m in range(count):
+            several[k, m] *= scale
 
 
 @compiled
 def expected(loadings: Floats, mean: Floats, cov: Floats) -> Any:
     """Deviations (J, P) that the factors make, and the covariance (J, P, P) of each group's."""
     joints, depth, count = loadings.shape
-    flat = loadings.reshape(joints * depth, count)
-    values = np.dot(flat, mean[:count]).reshape(joints, depth)
-    half = np.dot(flat, np.ascontiguousarray(cov[:count, :count]))
-    covs = np.empty((joints, depth, depth))
+    values, covs = np.zeros((joints, depth)), np.empty((joints, depth, depth))
+    half = np.empty((depth, count))
     for j in range(joints):
+        half[:] = 0.0
         for p in range(depth):
-            for q in range(depth):
+            for k in range(count):
+                values[j, p] += loadings[j, p, k] * mean[k]
+                for m in range(count):
+                    half[p, m] += loadings[j, p, k] * cov[k, m]
+        for p in range(depth):
+            for q in range(p + 1):
                 total = 0.0
                 for k in range(count):
-                    total += half[j * depth + p, k] * flat[j * depth + q, k]
-                covs[j, p, q] = total
+                    total += half[p, k] * loadings[j, q, k]
+                covs[j, p, q] = covs[j, q, p] = total
     return values, covs
 
 
@@ -114,14 +171,43 @@ def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Any
     distance (J,) by Mahalanobis, and volume (J,), the logarithm of the determinant of the covariance.
     """
     found, volume = np.empty(len(rest)), np.empty(len(rest))
+    keep, back, free = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    far = np.empty(3)
     for j in range(len(rest)):
-        keep = np.eye(3) * (1.0 + 1e-9) - cov[j] * precision[j]
-        right = np.empty((3, 4))
-        right[:, 0] = rest[j]
-        right[:, 1:] = cov[j]
-        free = np.linalg.solve(keep, right)
-        whole = 0.5 * (free[:, 1:] + free[:, 1:].T) + noise[j] * np.eye(3)
-        far = np.ascontiguousarray(free[:, 0])
-        found[j] = np.sqrt(max(np.dot(far, np.linalg.solve(whole, far)), 0.0))
-        volume[j] = np.log(max(np.linalg.det(whole), 1e-300))
+        for p in range(3):
+            for q in range(3):
+                keep[p, q] = (1.0 + 1e-9 if p == q else 0.0) - cov[j, p, q] * precision[j]
+        _inverse(keep, back)
+        for p in range(3):
+            far[p] = 0.0
+            for q in range(3):
+                far[p] += back[p, q] * rest[j, q]
+                free[p, q] = 0.0
+                for r in range(3):
+                    free[p, q] += back[p, r] * cov[j, r, q]
+        for p in range(3):
+            for q in range(3):
+                keep[p, q] = 0.5 * (free[p, q] + free[q, p]) + (noise[j] if p == q else 0.0)
+        size = _inverse(keep, back)
+        square = 0.0
+        for p in range(3):
+            for q in range(3):
+                square += far[p] * back[p, q] * far[q]
+        found[j] = sqrt(max(square, 0.0))
+        volume[j] = log(max(size, 1e-300))
     return found, volume
+
+
+@compiled
+def _inverse(matrix: Floats, out: Floats) -> float:
+    """The inverse of a 3 x 3 matrix by cofactors into `out`, and the determinant."""
+    for p in range(3):
+        a, b = (p + 1) % 3, (p + 2) % 3
+        for q in range(3):
+            c, d = (q + 1) % 3, (q + 2) % 3
+            out[q, p] = matrix[a, c] * matrix[b, d] - matrix[a, d] * matrix[b, c]
+    size = matrix[0, 0] * out[0, 0] + matrix[0, 1] * out[1, 0] + matrix[0, 2] * out[2, 0]
+    for p in range(3):
+        for q in range(3):
+            out[p, q] /= size
+    return size

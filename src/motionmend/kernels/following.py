@@ -1,0 +1,155 @@
+"""A posture followed through failures for one frame: what each joint's failing is to be believed, and what follows."""
+
+from math import exp, log1p, log, sqrt
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from .compile import compiled
+from .factors import expected, left_out, seen
+
+HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not explain is learned while it is seen
+DOUBT_SECONDS = 1.5  # the same for a joint out of place of which nothing else is wrong: it may be this sensor's way
+STRANGER = 0.05  # standard metres, of a joint's place in people and sensors not met yet, beside the factors' noise
+MET_SECONDS = 0.5  # how long a joint is a stranger
+SETTLED = 0.02  # change of the probability to fail below which nothing is weighed again
+ROUNDS = 2  # of weighing the joints by what the others say
+MOST = 8.0  # logarithm of the likelihood ratio that one frame can give
+
+
+@compiled
+def follow(
+    mean: Floats,
+    loadings: Floats,
+    noise: Floats,
+    weights: Floats,
+    lasting: Floats,
+    own: Floats,
+    failed: Floats,
+    jerky: Floats,
+    met: Floats,
+    belief_mean: Floats,
+    belief_cov: Floats,
+    place: Floats,
+    place_cov: Floats,
+    standard: Floats,
+    seconds: float,
+    raw: Floats,
+    bone: Floats,
+    best_bone: Floats,
+    told: Floats,
+) -> Any:
+    """One frame of `correct.follow.follow`.
+
+    Parameters
+    ----------
+    mean, loadings, noise : (J, 3), (J, 3, K), (J,) of the factors.
+    weights : (F + 1,) of the evidence, in the order of the features, the last a constant.
+    lasting : (2,) s, how long joints go well and how long they fail.
+    own, failed, jerky, met : (J, 3), (J,), (J,), (J,) of the frame before: the person's own shape, the probability to
+        fail, the running second difference, s seen well.
+    belief_mean, belief_cov : (2K,), (2K, 2K) the forecast of the factors.
+    place, place_cov : (J, 3), (J, 3, 3) where it expects the joints.
+    standard : (J, 3) what the sensor says, NaN = missing.
+    seconds : since the frame before.
+    raw : (J,) second difference by the usual one.
+    bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
+    told : (J, 3) one where the sensor says inferred, not tracked, tracked.
+
+    Returns
+    -------
+    mean (2K,), covariance (2K, 2K), own (J, 3), failing (J,), its forecast (J,), jerk (J,), posture (J, 3), std (J,),
+    features (J, F), met (J,).
+    """
+    joints = mean.shape[0]
+    present = np.empty(joints, dtype=np.bool_)
+    values, rest = np.empty((joints, 3)), np.empty((joints, 3))
+    own_variance, nothing, trust, precision = np.empty(joints), np.zeros(joints), np.empty(joints), np.empty(joints)
+    jerk, features = np.empty(joints), np.empty((joints, 8))
+    fade, stranger = exp(-seconds / 0.1), STRANGER**2
+    for j in range(joints):
+        present[j] = np.isfinite(standard[j, 0]) and np.isfinite(standard[j, 1]) and np.isfinite(standard[j, 2])
+        for d in range(3):
+            values[j, d] = (standard[j, d] - mean[j, d] if present[j] else 0.0) - own[j, d]
+            rest[j, d] = values[j, d] - place[j, d]
+        jerk[j] = raw[j] + (jerky[j] - raw[j]) * fade
+        own_variance[j] = noise[j] + stranger * exp(-met[j] / MET_SECONDS)
+    away, _ = left_out(rest, place_cov, own_variance, nothing)
+    for j in range(joints):
+        features[j, 0] = features[j, 1] = log1p(away[j])
+        features[j, 2], features[j, 3] = bone[j], best_bone[j]
+        features[j, 4] = log1p(max(raw[j], jerk[j]))
+        for d in range(3):
+            features[j, 5 + d] = told[j, d]
+    into, out = 1.0 - exp(-seconds / lasting[0]), 1.0 - exp(-seconds / lasting[1])
+    forecast, failing = np.empty(joints), np.empty(joints)
+    for j in range(joints):
+        forecast[j] = min(max(failed[j] * (1.0 - out) + (1.0 - failed[j]) * into, 1e-6), 1.0 - 1e-6)
+    _judge(features, weights, forecast, failing)
+    after_mean, after_cov, there, there_cov = belief_mean, belief_cov, place, place_cov
+    for _ in range(ROUNDS):
+        for j in range(joints):
+            trust[j] = 1.0 - failing[j] if present[j] else 0.0
+            precision[j] = trust[j] / own_variance[j] if trust[j] > 0.02 else 0.0
+        after_mean, after_cov = seen(loadings, belief_mean, belief_cov, values, precision)
+        there, there_cov = expected(loadings, after_mean, after_cov)
+        for j in range(joints):
+            for d in range(3):
+                rest[j, d] = values[j, d] - there[j, d]
+        away, _ = left_out(rest, there_cov, own_variance, precision)
+        for j in range(joints):
+            features[j, 0] = log1p(away[j])
+        if _judge(features, weights, forecast, failing) < SETTLED:
+            break
+    posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
+    passed = max(seconds, 1.0 / 30.0)
+    hold, doubt = 1.0 - exp(-passed / HOLD_SECONDS), 1.0 - exp(-passed / DOUBT_SECONDS)
+    for j in range(joints):
+        if not present[j]:
+            failing[j] = 1.0
+        good = 1.0 - failing[j]
+        gain = 0.0
+        if good > 0.5:
+            gain = good * hold
+        elif _steady(features[j], weights) > 0.8:
+            gain = doubt
+        for d in range(3):
+            shape = good * values[j, d] if present[j] else 0.0
+            posture[j, d] = shape + failing[j] * there[j, d] + mean[j, d] + own[j, d]
+            ours[j, d] = own[j, d] + (gain * (values[j, d] - there[j, d]) if present[j] else 0.0)
+        unsure = (there_cov[j, 0, 0] + there_cov[j, 1, 1] + there_cov[j, 2, 2]) / 3.0 + own_variance[j]
+        std[j] = failing[j] * sqrt(unsure)
+        known[j] = met[j] + passed * good
+    return after_mean, after_cov, ours, failing, forecast, jerk, posture, std, features, known
+
+
+@compiled
+def _judge(features: Floats, weights: Floats, forecast: Floats, failing: Floats) -> float:
+    """The probability to fail (J,) in place, by the evidence and what was forecast; the largest change of it."""
+    most = 0.0
+    for j in range(features.shape[0]):
+        now = _chance(_evidence(features[j], weights, False) + log(forecast[j] / (1.0 - forecast[j])))
+        most = max(most, abs(now - failing[j]))
+        failing[j] = now
+    return most
+
+
+@compiled
+def _steady(features: Floats, weights: Floats) -> float:
+    """The probability that the joint goes well by all that is seen but its place."""
+    return 1.0 - _chance(_evidence(features, weights, True))
+
+
+@compiled
+def _evidence(features: Floats, weights: Floats, blind: bool) -> float:
+    """Logarithm of the likelihood ratio of failing to going well; blind to its place, it is as far off as 1."""
+    total = weights[-1]
+    for f in range(features.shape[0]):
+        total += weights[f] * (1.0 if blind and f < 2 else features[f])
+    return min(max(total, -MOST), MOST)
+
+
+@compiled
+def _chance(odds: float) -> float:
+    return 1.0 / (1.0 + exp(-odds))

@@ -1,0 +1,353 @@
+"""One frame of a sensor: the person's place and size, what tells of failures, and sides taken for each other."""
+
+from math import hypot, isfinite, log, log1p, sqrt
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Ints
+from .compile import compiled
+
+PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
+ENOUGH = 30.0  # frames beyond which a bone's length counts no more for the size
+LONGEST = 300.0  # frames after which older lengths fade
+LENGTHS_OFF = 50.0  # z-score of a bone's length beyond which it says nothing more
+SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
+STAYS = 0.0  # the same for a pair that was changed back a frame ago
+CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
+
+
+@compiled
+def place(
+    rows: Floats,
+    failing: Floats,
+    sums: Floats,
+    bones: Ints,
+    across: Ints,
+    trunk: Bools,
+    standard_lengths: Floats,
+    standard_trunk: Floats,
+    facing: Floats,
+    turn: Floats,
+    origin: Floats,
+    scale: float,
+) -> Any:
+    """Size, heading and place of the person in one frame, and the posture in standard form (section 3.1).
+
+    Parameters
+    ----------
+    rows : (J, 3) m, y up, NaN = missing.
+    failing : (J,) probability that the joint fails.
+    sums : (2, B) of trusted lengths so far in m, and how many.
+    bones, across : (B, 2), (P, 2) ends of bones; left and right joints of the trunk.
+    trunk : (J,) joints of the trunk.
+    standard_lengths, standard_trunk : (B,), (J, 3) of the standard body.
+    facing : (2,) where the trunk pointed last from right to left, 0 = not known.
+    turn, origin, scale : (3, 3), (3,), of the last placement, which stays when nothing is trusted.
+
+    Returns
+    -------
+    usual (B,) m, size, direction (2,), turn (3, 3), origin (3,), scale, standard (J, 3).
+    """
+    joints = rows.shape[0]
+    trust = np.zeros(joints)
+    for j in range(joints):
+        if isfinite(rows[j, 0]) and isfinite(rows[j, 1]) and isfinite(rows[j, 2]):
+            trust[j] = 1.0 - failing[j]
+    usual = np.empty(bones.shape[0])
+    size = usual_lengths(sums, standard_lengths, usual)
+    if size == 0.0:
+        size = _met(rows, bones, standard_lengths, usual)
+    direction = np.zeros(2)
+    for p in range(across.shape[0]):
+        left, right = across[p, 0], across[p, 1]
+        share = trust[left] * trust[right]
+        if share > 0.0:
+            direction[0] += share * (rows[left, 0] - rows[right, 0])
+            direction[1] += share * (rows[left, 2] - rows[right, 2])
+    if direction[0] == 0.0 and direction[1] == 0.0:
+        direction[0], direction[1] = facing[0], facing[1]
+    now, there, large = np.zeros((3, 3)), np.zeros(3), scale
+    total, trusted = 0.0, 0.0
+    for j in range(joints):
+        total += trust[j]
+        trusted += trust[j] if trunk[j] else 0.0
+    if total > 0.0:
+        length, large = hypot(direction[0], direction[1]), size
+        cos, sin = (direction[0] / length, direction[1] / length) if length > 0.0 else (1.0, 0.0)
+        now[0, 0] = now[2, 2] = cos
+        now[0, 2], now[2, 0] = sin, -sin
+        now[1, 1] = 1.0
+        weight = trusted if trusted > 0.0 else total
+        for j in range(joints):
+            if trust[j] > 0.0 and (trunk[j] or trusted <= 0.0):
+                x, y, z = size * standard_trunk[j, 0], size * standard_trunk[j, 1], size * standard_trunk[j, 2]
+                there[0] += trust[j] / weight * (rows[j, 0] - (x * cos - z * sin))
+                there[1] += trust[j] / weight * (rows[j, 1] - y)
+                there[2] += trust[j] / weight * (rows[j, 2] - (x * sin + z * cos))
+    else:
+        for d in range(3):
+            there[d] = origin[d]
+            for e in range(3):
+                now[d, e] = turn[d, e]
+    standard = np.empty((joints, 3))
+    for j in range(joints):
+        for d in range(3):
+            along = 0.0
+            for e in range(3):
+                along += now[d, e] * (rows[j, e] - there[e])
+            standard[j, d] = along / large
+    return usual, size, direction, now, there, large, standard
+
+
+@compiled
+def usual_lengths(sums: Floats, standard_lengths: Floats, usual: Floats) -> float:
+    """The person's bones (B,) m into `usual` as far as they are known, and the size by that of the standard body.
+
+    Parameters
+    ----------
+    sums : (2, B) of trusted lengths in m, and how many.
+    standard_lengths : (B,) m.
+
+    Returns
+    -------
+    0 when no bone is known; `usual` is not touched then.
+    """
+    mine, other = 0.0, 0.0
+    for b in range(len(usual)):
+        if sums[1, b] > 0.0:
+            share = min(sums[1, b], ENOUGH)
+            mine += share * sums[0, b] / sums[1, b]
+            other += share * standard_lengths[b]
+    if other == 0.0:
+        return 0.0
+    size = mine / other if isfinite(mine) and mine > 0.0 else 1.0
+    for b in range(len(usual)):
+        usual[b] = (sums[0, b] + PRIOR_FRAMES * size * standard_lengths[b]) / (sums[1, b] + PRIOR_FRAMES)
+    return size
+
+
+@compiled
+def _met(rows: Floats, bones: Ints, standard_lengths: Floats, usual: Floats) -> float:
+    """As `usual_lengths` of a person just met: by the median of this frame's bones."""
+    ratios, known = np.empty(len(usual)), 0
+    for b in range(len(usual)):
+        ratio = _length(rows, bones[b, 0], bones[b, 1]) / standard_lengths[b]
+        if isfinite(ratio):
+            at = known
+            while at > 0 and ratios[at - 1] > ratio:  # a handful: by insertion
+                ratios[at] = ratios[at - 1]
+                at -= 1
+            ratios[at] = ratio
+            known += 1
+    size = 0.5 * (ratios[(known - 1) // 2] + ratios[known // 2]) if known > 0 else 1.0
+    for b in range(len(usual)):
+        usual[b] = size * standard_lengths[b]
+    return size
+
+
+@compiled
+def _length(rows: Floats, one: int, other: int) -> float:
+    """The distance between two joints, NaN where one is missing."""
+    square = 0.0
+    for d in range(3):
+        square += (rows[other, d] - rows[one, d]) ** 2
+    return sqrt(square)
+
+
+@compiled
+def crossed(
+    standard: Floats,
+    place: Floats,
+    place_cov: Floats,
+    mean: Floats,
+    own: Floats,
+    noise: Floats,
+    before: Bools,
+    mirror: Ints,
+) -> Any:
+    """Which pairs of joints stand where the other one is expected (J,), and whether it could not be told for some.
+
+    Parameters
+    ----------
+    standard : (J, 3) what the sensor says, in standard form, NaN = missing.
+    place, place_cov : (J, 3), (J, 3, 3) deviations that the frames before let expect.
+    mean, own, noise : (J, 3), (J, 3), (J,) of all people, this person's own, and what stays open.
+    before : (J,) changed back a frame ago.
+    mirror : (J,) the joint on the other side.
+    """
+    joints = standard.shape[0]
+    expected, variance = np.empty((joints, 3)), np.empty(joints)
+    for j in range(joints):
+        variance[j] = (place_cov[j, 0, 0] + place_cov[j, 1, 1] + place_cov[j, 2, 2]) / 3.0 + noise[j]
+        for d in range(3):
+            expected[j, d] = place[j, d] + mean[j, d] + own[j, d]
+    swapped, unsure = np.zeros(joints, dtype=np.bool_), False
+    for left in range(joints):
+        right = mirror[left]
+        if right <= left:
+            continue
+        straight = _far(standard, expected, variance, left, left) + _far(standard, expected, variance, right, right)
+        over = _far(standard, expected, variance, left, right) + _far(standard, expected, variance, right, left)
+        ratio = 0.5 * (straight - over)
+        if not isfinite(ratio) or over >= CAP:
+            continue
+        if ratio > (STAYS if before[left] else SURE):
+            swapped[left] = swapped[right] = True
+        elif ratio > 0.5 * SURE:
+            unsure = True
+    return swapped, unsure
+
+
+@compiled
+def _far(standard: Floats, expected: Floats, variance: Floats, one: int, there: int) -> float:
+    square = 0.0
+    for d in range(3):
+        square += (standard[one, d] - expected[there, d]) ** 2
+    square /= variance[there]
+    return CAP if square > CAP else square  # NaN stays
+
+
+@compiled
+def signs(
+    rows: Floats, recent: Floats, size: float, usual: Floats, bones: Ints, spread: Floats, jerk: Floats, states: Bytes
+) -> Any:
+    """What tells of failures but the place of a joint.
+
+    Parameters
+    ----------
+    rows : (J, 3) m, NaN = missing.
+    recent : (2, J, 3) m, the two frames before.
+    size : of the person.
+    usual : (B,) m.
+    bones : (B, 2).
+    spread : (B,) usual deviation of the logarithm of a bone's length.
+    jerk : (J,) usual size of the second difference, standard metres.
+    states : (J,) 2 tracked, 1 inferred, 0 not tracked; empty when the sensor does not say.
+
+    Returns
+    -------
+    lengths (B,) m; second differences by the usual ones (J,); how far the bone to the parent is off, and the bone at
+    the joint that is least so (J,), (J,), logarithms of z-scores; (J, 3) one for inferred, not tracked, tracked.
+    """
+    joints, count = rows.shape[0], bones.shape[0]
+    lengths, raw, told = np.empty(count), np.empty(joints), np.zeros((joints, 3))
+    own, best = np.zeros(joints), np.full(joints, np.inf)
+    for b in range(count):
+        lengths[b] = _length(rows, bones[b, 0], bones[b, 1])
+        off = 0.0
+        if isfinite(lengths[b]) and isfinite(usual[b]):
+            off = min(abs(log(max(lengths[b], 1e-6) / max(usual[b], 1e-6))) / spread[b], LENGTHS_OFF)
+        own[bones[b, 1]] = off
+        best[bones[b, 0]] = min(best[bones[b, 0]], off)
+        best[bones[b, 1]] = min(best[bones[b, 1]], off)
+    for j in range(joints):
+        square = 0.0
+        for d in range(3):
+            square += (rows[j, d] - 2.0 * recent[0, j, d] + recent[1, j, d]) ** 2
+        raw[j] = sqrt(square) / size / jerk[j] if isfinite(square) else 0.0
+        own[j], best[j] = log1p(own[j]), log1p(best[j]) if isfinite(best[j]) else 0.0
+        if states.shape[0] > 0:
+            told[j, 0], told[j, 1], told[j, 2] = states[j] == 1, states[j] == 0, states[j] == 2
+    return lengths, raw, own, best, told
+
+
+@compiled
+def counted(sums: Floats, lengths: Floats, failing: Floats, bones: Ints) -> Floats:
+    """(2, B) sums of trusted lengths in m and how many, this frame's included; of many, old ones fade."""
+    after = np.empty(sums.shape)
+    for b in range(bones.shape[0]):
+        share = (1.0 - failing[bones[b, 0]]) * (1.0 - failing[bones[b, 1]])
+        share = share if isfinite(lengths[b]) and share > 0.5 else 0.0
+        fade = LONGEST / sums[1, b] if sums[1, b] > LONGEST else 1.0
+        after[0, b] = sums[0, b] * fade + (share * lengths[b] if share > 0.0 else 0.0)
+        after[1, b] = sums[1, b] * fade + share
+    return after
+
+
+@compiled
+def given_back(
+    given: Floats,
+    rows: Floats,
+    swapped: Bools,
+    turn: Floats,
+    origin: Floats,
+    scale: float,
+    upright: Floats,
+    moved: Floats,
+    std: Floats,
+    failing: Floats,
+    to_model: Ints,
+    spread: Floats,
+    placed: Floats,
+    deviation: Floats,
+    reliable: Floats,
+) -> None:
+    """One frame of `correct.joining.outward`: a corrected posture in the recording's joints and axes.
+
+    Parameters
+    ----------
+    given : (N, 3) m, as the sensor gave it.
+    rows : (J, 3) m, by the model's joints, upright; NaN = missing.
+    swapped : (J,) sides changed back.
+    turn, origin, scale : of the placement.
+    upright : (3, 3) from the sensor's axes.
+    moved, std, failing : (J, 3), (J,), (J,) corrected, in standard form; its deviation; probability to fail.
+    to_model : (J,) the recording's joint, -1 = none.
+    spread : (N, J) how the model's shifts move the recording's joints.
+    placed, deviation, reliable : (N, 3) m, (N,) m, (N,) written.
+    """
+    joints, count = moved.shape[0], given.shape[0]
+    here, shift, trust = np.empty((joints, 3)), np.zeros((joints, 3)), np.zeros(joints)
+    anyone = False
+    level = np.empty(3)
+    for j in range(joints):
+        for d in range(3):
+            level[d] = origin[d]
+            for e in range(3):
+                level[d] += scale * moved[j, e] * turn[e, d]
+        for d in range(3):
+            here[j, d] = level[0] * upright[0, d] + level[1] * upright[1, d] + level[2] * upright[2, d]
+        seen = isfinite(rows[j, 0]) and isfinite(rows[j, 1]) and isfinite(rows[j, 2])
+        if seen:
+            anyone = anyone or to_model[j] >= 0
+            trust[j] = 0.0 if swapped[j] else 1.0 - failing[j]
+            for d in range(3):
+                shift[j, d] = here[j, d] - given[to_model[j], d]
+    for n in range(count):
+        whole = isfinite(given[n, 0]) and isfinite(given[n, 1]) and isfinite(given[n, 2])
+        deviation[n] = reliable[n] = 0.0
+        for d in range(3):
+            placed[n, d] = given[n, d] if isfinite(given[n, d]) else np.nan
+        for j in range(joints):
+            share = abs(spread[n, j])
+            if share == 0.0:
+                continue
+            deviation[n] += std[j] * scale * share
+            reliable[n] += trust[j] * share
+            for d in range(3):
+                placed[n, d] += spread[n, j] * shift[j, d]
+        reliable[n] = min(max(reliable[n], 0.0), 1.0) if whole else 0.0
+    for j in range(joints):
+        if to_model[j] >= 0:
+            for d in range(3):
+                placed[to_model[j], d] = here[j, d] if anyone else np.nan
+
+
+@compiled
+def turned_around(rows: Floats, before: Floats, across: Ints, opposed: float) -> Bools:
+    """(P,) which left-right pairs of the trunk face against where it faced a moment ago.
+
+    Parameters
+    ----------
+    rows : (J, 3) m, y up, NaN = missing.
+    before : (2,) horizontal direction from right to left.
+    across : (P, 2) left and right joints.
+    opposed : cosine below which they do.
+    """
+    found = np.zeros(across.shape[0], dtype=np.bool_)
+    for p in range(across.shape[0]):
+        x, z = rows[across[p, 0], 0] - rows[across[p, 1], 0], rows[across[p, 0], 2] - rows[across[p, 1], 2]
+        size = hypot(x, z)
+        found[p] = size > 0.05 and x * before[0] + z * before[1] < opposed * size * hypot(before[0], before[1])
+    return found
