@@ -79,3 +79,185 @@ def settle(positions, bones, lengths, mobility, rounds):
                 settled[t, p] += share * pull
                 settled[t, c] -= (1.0 - share) * pull
     return settled
+
+
+def settle_frame(positions, trust, bones, prior, times, last, earlier, sums, yielded, habits):
+    """One live frame made steady, its bones brought to their lengths."""
+    steady, break_steps, acquainted, loose, slow_seconds, rounds = habits
+    first, second = times
+    calm = positions.copy()
+    if 0 < first < break_steps * second and second < break_steps * first:
+        ahead = last + (last - earlier) * (first / second)
+        weight = min(steady / (30.0 * first) ** 4, 10.0)
+        calm = np.where(np.isfinite(ahead), (positions + weight * ahead) / (1.0 + weight), positions)
+    lengths = np.linalg.norm(calm[bones[:, 1]] - calm[bones[:, 0]], axis=1)
+    share = np.where(np.isfinite(lengths), trust[bones].min(axis=1), 0.0)
+    fade = acquainted / np.maximum(sums[1], acquainted)
+    after = sums * fade + np.stack([np.where(share > 0, share * lengths, 0.0), share])
+    start = np.where(np.isfinite(prior), prior, np.nan_to_num(lengths))
+    usual = (after[0] + 5.0 * start) / (after[1] + 5.0)
+    mobility = 1.0 + loose * (1.0 - trust)[None]
+    relaxed = settle((calm + np.nan_to_num(yielded))[None], bones, usual[None], mobility, rounds)[0] - calm
+    follows = 1.0 - np.exp(-max(first, 0.0) / slow_seconds) if first < 1.0 else 1.0
+    slow = yielded + follows * (relaxed - yielded)
+    gave = np.where(np.isfinite(slow), slow, relaxed)
+    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave
+
+
+# ---- kernels/following.py --------------------------------------------------------
+
+
+def _chance(evidence, forecast):
+    return 1.0 / (1.0 + np.exp(-(np.log(forecast / (1.0 - forecast)) + evidence)))
+
+
+def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told):
+    """One frame of a posture followed through failures; every group is judged by a belief that has not seen it."""
+    from motionmend.kernels.following import DOUBT_SECONDS, HOLD_SECONDS, MET_SECONDS, ROUNDS, SETTLED, STRANGER
+
+    mean, loadings, noise = factors
+    own, failed, jerky, met = before
+    joints, count = len(mean), loadings.shape[2]
+    present = np.isfinite(standard).all(axis=1)
+    values = np.where(present[:, None], standard, mean) - mean - own
+    jerk = raw + (jerky - raw) * np.exp(-seconds / 0.1)
+    variance = noise + STRANGER**2 * np.exp(-met / MET_SECONDS)
+
+    def away(precision):
+        found = np.empty(joints)
+        for j in range(joints):
+            others = np.where(np.arange(joints) == j, 0.0, precision)
+            without = factors_seen(loadings, *belief, values, others)
+            found[j] = group_distance(loadings, *without, values[j], j, variance[j])[0]
+        return np.log1p(found)
+
+    def evidence(features):
+        return np.clip(features @ weights[:-1] + weights[-1], -8.0, 8.0)
+
+    first = away(np.zeros(joints))
+    features = np.column_stack([first, first, bone, best_bone, np.log1p(np.maximum(raw, jerk)), told])
+    into, out = 1.0 - np.exp(-seconds / lasting)
+    forecast = np.clip(failed * (1.0 - out) + (1.0 - failed) * into, 1e-6, 1.0 - 1e-6)
+    failing = _chance(evidence(features), forecast)
+    for _ in range(ROUNDS):
+        trust = np.where(present & (1.0 - failing > 0.02), 1.0 - failing, 0.0)
+        after = factors_seen(loadings, *belief, values, trust / variance)
+        features[:, 0] = away(trust / variance)
+        judged, failing = failing, _chance(evidence(features), forecast)
+        if np.abs(failing - judged).max() < SETTLED:
+            break
+    there = loadings @ after[0][:count]
+    spread = np.array([np.trace(row @ after[1][:count, :count] @ row.T) / 3.0 for row in loadings])
+    failing = np.where(present, failing, 1.0)
+    good = 1.0 - failing
+    posture = np.where(present[:, None], good[:, None] * values, 0.0) + failing[:, None] * there + mean + own
+    blind = np.column_stack([np.ones((joints, 2)), features[:, 2:]])
+    steady = 1.0 / (1.0 + np.exp(evidence(blind)))
+    passed = max(seconds, 1.0 / 30.0)
+    hold, doubt = 1.0 - np.exp(-passed / HOLD_SECONDS), 1.0 - np.exp(-passed / DOUBT_SECONDS)
+    gain = np.where(good > 0.5, good * hold, np.where(steady > 0.8, doubt, 0.0))
+    ours = own + gain[:, None] * np.where(present[:, None], values - there, 0.0)
+    std = failing * np.sqrt(spread + variance)
+    return *after, ours, failing, forecast, jerk, posture, std, features, met + passed * good
+
+
+# ---- kernels/sighting.py ---------------------------------------------------------
+
+
+def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, direction, turn, origin, scale):
+    """Size, heading and place of a person."""
+    present = np.isfinite(rows).all(axis=1)
+    trust = np.where(present, 1.0 - failing, 0.0)
+    known = sums[1] > 0
+    if known.any():
+        share = np.minimum(sums[1][known], 30.0)
+        size = (share * sums[0][known] / sums[1][known]).sum() / (share * lengths[known]).sum()
+        usual = (sums[0] + 5.0 * size * lengths) / (sums[1] + 5.0)
+    else:
+        ratio = np.linalg.norm(rows[bones[:, 1]] - rows[bones[:, 0]], axis=1) / lengths
+        size = np.median(ratio[np.isfinite(ratio)]) if np.isfinite(ratio).any() else 1.0
+        usual = size * lengths
+    now = np.zeros(2)
+    for left, right in across:
+        if trust[left] * trust[right] > 0:
+            now += trust[left] * trust[right] * (rows[left, ::2] - rows[right, ::2])
+    now = now if now.any() else direction
+    if trust.any():
+        cos, sin = now / np.linalg.norm(now) if now.any() else (1.0, 0.0)
+        turn, scale = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]), size
+        weights = np.where(trunk, trust, 0.0)
+        weights = weights if weights.sum() > 0 else trust
+        says = np.where(weights[:, None] > 0, rows - scale * standard_trunk @ turn, 0.0)
+        origin = (weights[:, None] * says).sum(axis=0) / weights.sum()
+    return usual, size, now, turn, origin, scale, (rows - origin) @ turn.T / scale
+
+
+def crossed(standard, place, place_cov, mean, own, noise, before, mirror):
+    """Which pairs stand in each other's place."""
+    expected, variance = place + mean + own, np.trace(place_cov, axis1=1, axis2=2) / 3.0 + noise
+    swapped, unsure = np.zeros(len(mean), dtype=bool), False
+
+    def far(one, there):
+        return np.minimum(((standard[one] - expected[there]) ** 2).sum() / variance[there], 60.0)
+
+    for left, right in enumerate(mirror):
+        if right <= left:
+            continue
+        over = far(left, right) + far(right, left)
+        ratio = 0.5 * (far(left, left) + far(right, right) - over)
+        if over < 60.0 and ratio > (0.0 if before[left] else 12.0):
+            swapped[[left, right]] = True
+        elif over < 60.0 and ratio > 6.0:
+            unsure = True
+    return swapped, unsure
+
+
+def signs(rows, recent, size, usual, bones, spread, jerk, states):
+    """What tells of failures but the place of a joint."""
+    lengths = np.linalg.norm(rows[bones[:, 1]] - rows[bones[:, 0]], axis=1)
+    off = np.minimum(np.abs(np.log(np.maximum(lengths, 1e-6) / np.maximum(usual, 1e-6))) / spread, 50.0)
+    off = np.where(np.isfinite(off), off, 0.0)
+    own, best = np.zeros(len(rows)), np.full(len(rows), np.inf)
+    own[bones[:, 1]] = off
+    for end in bones.T:
+        np.minimum.at(best, end, off)
+    bent = np.linalg.norm(rows - 2.0 * recent[0] + recent[1], axis=1) / size / jerk
+    told = np.column_stack([states == 1, states == 0, states == 2]) if len(states) else np.zeros((len(rows), 3))
+    return lengths, np.nan_to_num(bent), np.log1p(own), np.log1p(np.where(np.isfinite(best), best, 0.0)), told
+
+
+def counted(sums, lengths, failing, bones):
+    """Trusted lengths summed, many of them fading."""
+    share = (1.0 - failing[bones[:, 0]]) * (1.0 - failing[bones[:, 1]])
+    share = np.where(np.isfinite(lengths) & (share > 0.5), share, 0.0)
+    return sums * np.minimum(1.0, 300.0 / np.maximum(sums[1], 1e-9)) + share * np.stack(
+        [np.nan_to_num(lengths), np.ones(len(share))]
+    )
+
+
+def given_back(given, rows, swapped, turn, origin, scale, upright, moved, std, failing, to_model, spread):
+    """A corrected posture in the recording's joints and axes."""
+    here = (scale * moved @ turn + origin) @ upright
+    old = np.where((to_model >= 0)[:, None], given[to_model], np.nan)
+    seen = np.isfinite(rows).all(axis=1)
+    placed = given + spread @ np.where(seen[:, None], here - np.nan_to_num(old), 0.0)
+    have = to_model >= 0
+    placed[to_model[have]] = here[have] if (seen & have).any() else np.nan
+    trust = np.where(seen & ~swapped, 1.0 - failing, 0.0)
+    share = np.abs(spread)
+    whole = np.isfinite(given).all(axis=1)
+    return placed, share @ std * scale, np.where(whole, np.clip(share @ trust, 0.0, 1.0), 0.0)
+
+
+# ---- kernels/learning.py ---------------------------------------------------------
+
+
+def learn(model, hyper, sample, value, size):
+    """One local model (n, D), (n, P) with a sample more; a full one first loses the sample that matters least."""
+    from motionmend.numerics.local_gp import Hyper, budget
+
+    x, y = model
+    if len(x) == size:
+        kept = budget(x, y, Hyper(*hyper), size - 1)
+        x, y = x[kept], y[kept]
+    return np.vstack([x, sample]), np.vstack([y, value])

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,15 +37,22 @@ class Anatomy:
     upper: Ints
     lower: Ints
 
+    @cached_property
+    def near(self) -> Ints:
+        """(J, N) each joint itself and those that share a bone with it (section 4.1), ascending; the rest J."""
+        rows = [{j} for j in range(len(self.names))]
+        for parent, child in self.bones:
+            rows[parent].add(int(child))
+            rows[child].add(int(parent))
+        table = np.full((len(rows), max((len(row) for row in rows), default=0)), len(rows))
+        for j, row in enumerate(rows):
+            table[j, : len(row)] = sorted(row)
+        return table
+
     @property
     def pairs(self) -> Ints:
         """(M, 2) left and right joints, each pair once."""
         return np.array([(k, m) for k, m in enumerate(self.mirror) if k < m], dtype=np.int64).reshape(-1, 2)
-
-    def neighbours(self, joint: int) -> list[int]:
-        """The joint itself and those that share a bone with it (section 4.1)."""
-        near = {joint, *self.bones[self.bones[:, 0] == joint, 1], *self.bones[self.bones[:, 1] == joint, 0]}
-        return sorted(int(one) for one in near)
 
 
 def anatomy(names: Sequence[str]) -> Anatomy:

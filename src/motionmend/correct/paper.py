@@ -25,11 +25,8 @@ NEW = Hyper(0.02**2, 0.03**2, 1.0 / 0.3**2, 0.02**2)  # parameters of models ope
 
 def neighbour_inputs(postures: Floats, body: Anatomy) -> Floats:
     """(T, J, D) each joint's place and those of the joints that share a bone with it, unused inputs zero."""
-    near = [body.neighbours(j) for j in range(len(body.names))]
-    inputs = np.zeros((len(postures), len(near), 3 * max(len(one) for one in near)))
-    for j, one in enumerate(near):
-        inputs[:, j, : 3 * len(one)] = postures[:, one].reshape(len(postures), -1)
-    return inputs
+    padded = np.concatenate([postures, np.zeros((len(postures), 1, 3))], axis=1)
+    return padded[:, body.near].reshape(*postures.shape[:2], -1)
 
 
 def learned_mixture(samples: Samples, body: Anatomy, seed: int = 0, room: int = 0) -> Mixture:

@@ -188,9 +188,7 @@ def look(
         forecast = process.ahead(watcher.factors, forecast, seconds)
     ahead = process.expected(watcher.factors, forecast)
     known = watcher.factors
-    sides, unsure = kernel.crossed(
-        standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror
-    )
+    sides, unsure = kernel.crossed(standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror)
     if sides.any():
         limbs = body.pairs[sides[body.pairs[:, 0]]]
         rows, states = changed_sides(rows, states, limbs)

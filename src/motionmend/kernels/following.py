@@ -1,11 +1,11 @@
 """A posture followed through failures for one frame: what each joint's failing is to be believed, and what follows."""
 
-from math import exp, log1p, log, sqrt
+from math import exp, log, log1p, sqrt
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Floats
 from .compile import compiled
 from .factors import expected, left_out, seen
 

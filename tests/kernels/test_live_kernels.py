@@ -1,0 +1,177 @@
+"""Kernels of one live frame of correction against their plain twins."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import naive_correct as naive
+from motionmend.bodies.joint_sets import KINECT20
+from motionmend.correct.anatomy import anatomy, following
+from motionmend.kernels import bones, sighting
+from motionmend.kernels import following as kernel
+from motionmend.kernels import learning as gp
+from motionmend.numerics.local_gp import Hyper, covariance, factor
+
+BODY = anatomy(KINECT20.names)
+JOINTS, BONES = len(BODY.names), len(BODY.bones)
+TREE = BODY.bones[np.argsort(BODY.bones[:, 1])]
+
+
+def some_posture(rng: np.random.Generator, missing: int = 2) -> np.ndarray:
+    rows = rng.normal(0.0, 0.4, (JOINTS, 3))
+    rows[rng.permutation(JOINTS)[:missing]] = np.nan
+    return rows
+
+
+def some_belief(rng: np.random.Generator, factors: int) -> tuple[np.ndarray, np.ndarray]:
+    root = rng.normal(size=(2 * factors, 2 * factors))
+    return rng.normal(size=2 * factors), root @ root.T / factors + np.eye(2 * factors)
+
+
+def same(got, wanted, **near) -> None:
+    for one, other in zip(got, wanted, strict=True):
+        np.testing.assert_allclose(one, other, **({"rtol": 1e-9, "atol": 1e-9} | near))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mean, loadings = rng.normal(0.0, 0.5, (JOINTS, 3)), rng.normal(0.0, 0.1, (JOINTS, 3, 4))
+    noise, weights = rng.uniform(1e-4, 1e-3, JOINTS), np.append(rng.uniform(0.3, 1.0, 8), -4.0)
+    lasting, belief = np.array([8.0, 1.0]), some_belief(rng, 4)
+    before = (
+        rng.normal(0.0, 0.01, (JOINTS, 3)),
+        rng.uniform(0.01, 0.6, JOINTS),
+        rng.uniform(0.0, 2.0, JOINTS),
+        rng.uniform(0.0, 2.0, JOINTS),
+    )
+    standard = mean + loadings @ belief[0][:4] + rng.normal(0.0, 0.03, (JOINTS, 3))
+    standard[3] += 0.5
+    standard[7] = np.nan
+    raw, bone, best, told = (rng.uniform(0.0, 2.0, (JOINTS, 3))[:, :k].squeeze() for k in (1, 1, 1, 3))
+    place = loadings @ belief[0][:4]
+    place_cov = np.stack([row @ belief[1][:4, :4] @ row.T for row in loadings])
+    seconds = 0.0 if seed == 3 else 1 / 30
+    got = kernel.follow(
+        mean, loadings, noise, weights, lasting, *before, *belief, place, place_cov,
+        standard, seconds, raw, bone, best, told,
+    )  # fmt: skip
+    wanted = naive.follow(
+        (mean, loadings, noise), weights, lasting, before, belief, standard, seconds, raw, bone, best, told
+    )
+    same(got, wanted, rtol=1e-5, atol=1e-6)
+    assert got[3][7] == 1.0
+
+
+@given(st.integers(0, 10_000), st.integers(0, JOINTS), st.booleans())
+@settings(max_examples=30)
+def test_a_person_is_placed_as_by_its_twin(seed: int, missing: int, met: bool) -> None:
+    rng = np.random.default_rng(seed)
+    rows, failing = some_posture(rng, missing), rng.uniform(0.0, 1.0, JOINTS)
+    count = rng.integers(0, 60, BONES).astype(float) if met else np.zeros(BONES)
+    sums = np.stack([count * rng.uniform(0.1, 0.5, BONES), count])
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    told = (
+        rows, failing, sums, BODY.bones, BODY.across, BODY.trunk, rng.uniform(0.1, 0.5, BONES),
+        rng.normal(0.0, 0.2, (JOINTS, 3)), rng.normal(size=2), turn, rng.normal(size=3), 1.1,
+    )  # fmt: skip
+    same(sighting.place(*told), naive.place(*told))
+
+
+@given(st.integers(0, 10_000), st.integers(0, 6), st.floats(0.005, 0.3))
+@settings(max_examples=40)
+def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread: float) -> None:
+    rng = np.random.default_rng(seed)
+    place, own = rng.normal(0.0, 0.3, (JOINTS, 3)), rng.normal(0.0, 0.01, (JOINTS, 3))
+    mean, noise = rng.normal(0.0, 0.3, (JOINTS, 3)), rng.uniform(0.5, 2.0, JOINTS) * spread**2
+    standard = (place + own + mean + rng.normal(0.0, spread, (JOINTS, 3)))[
+        np.where(rng.uniform(size=JOINTS) < 0.3, BODY.mirror, np.arange(JOINTS))
+    ]
+    standard[rng.permutation(JOINTS)[:missing]] = np.nan
+    cov = np.tile(np.eye(3) * spread**2, (JOINTS, 1, 1))
+    told = (standard, place, cov, mean, own, noise, rng.uniform(size=JOINTS) < 0.3, BODY.mirror)
+    got, wanted = sighting.crossed(*told), naive.crossed(*told)
+    np.testing.assert_array_equal(got[0], wanted[0])
+    assert got[1] == wanted[1]
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool) -> None:
+    rng = np.random.default_rng(5)
+    rows, recent = some_posture(rng), np.stack([some_posture(rng), some_posture(rng, 0)])
+    usual, spread, jerk = (rng.uniform(0.05, 0.5, n) for n in (BONES, BONES, JOINTS))
+    states = rng.integers(0, 3, JOINTS if told else 0).astype(np.uint8)
+    every = (rows, recent, 1.2, usual, BODY.bones, spread, jerk, states)
+    got = sighting.signs(*every)
+    same(got, naive.signs(*every))
+    assert np.isfinite(np.concatenate([one.ravel() for one in got[1:]])).all()
+    count = rng.uniform(0, 600, BONES)
+    sums, failing = np.stack([0.3 * count, count]), rng.uniform(0.0, 0.6, JOINTS)
+    same(
+        [sighting.counted(sums, got[0], failing, BODY.bones)],
+        [naive.counted(sums, got[0], failing, BODY.bones)],
+    )
+
+
+@pytest.mark.parametrize("missing", [0, 3, JOINTS])
+def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
+    rng = np.random.default_rng(missing)
+    to_model = rng.permutation(JOINTS)
+    to_model[5] = -1
+    lost = np.setdiff1d(np.arange(JOINTS), to_model)
+    given_rows = some_posture(rng, missing)
+    rows = np.where((to_model >= 0)[:, None], given_rows[to_model], np.nan)
+    own = np.zeros((JOINTS, JOINTS))
+    own[to_model[to_model >= 0], np.flatnonzero(to_model >= 0)] = 1.0
+    spread = following(BODY.names, ~np.isin(np.arange(JOINTS), lost)) @ own
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    upright, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    told = (
+        given_rows, rows, rng.uniform(size=JOINTS) < 0.2, turn, rng.normal(size=3), 0.9, upright,
+        rng.normal(size=(JOINTS, 3)), rng.uniform(0.0, 0.1, JOINTS), rng.uniform(0.0, 1.0, JOINTS), to_model, spread,
+    )  # fmt: skip
+    placed, deviation, reliable = np.empty((JOINTS, 3)), np.empty(JOINTS), np.empty(JOINTS)
+    sighting.given_back(*told, placed, deviation, reliable)
+    same((placed, deviation, reliable), naive.given_back(*told))
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool) -> None:
+    rng = np.random.default_rng(8)
+    positions, trust, prior = some_posture(rng, 1), rng.uniform(0.0, 1.0, JOINTS), rng.uniform(0.1, 0.4, BONES)
+    prior[2] = np.nan
+    last, earlier, yielded = (some_posture(rng, 1 if known else JOINTS) for _ in range(3))
+    count = rng.uniform(0, 900, BONES) if known else np.zeros(BONES)
+    sums = np.stack([0.3 * count, count])
+    times, habits = ((1 / 30, 1 / 30) if known else (np.nan, np.nan)), (0.015, 5.0, 600.0, 4.0, 0.08, 20)
+    state = (last, earlier, sums, yielded)
+    got = bones.settle_frame(positions, trust, TREE, prior, *times, *state, *habits)
+    same(got, naive.settle_frame(positions, trust, TREE, prior, times, *state, habits))
+    whole = np.isfinite(got[0][TREE]).all(axis=(1, 2))
+    found = np.linalg.norm(got[0][TREE[:, 1]] - got[0][TREE[:, 0]], axis=1)
+    usual = (got[1][0] + 5.0 * np.where(np.isfinite(prior), prior, found)) / (got[1][1] + 5.0)
+    clear = whole & np.isfinite(prior)
+    np.testing.assert_allclose(found[clear], usual[clear], rtol=1e-9)
+
+
+@given(st.integers(0, 1000), st.integers(1, 5))
+@settings(max_examples=15)
+def test_a_full_model_gives_up_the_sample_that_matters_least(seed: int, depth: int) -> None:
+    rng = np.random.default_rng(seed)
+    size, hyper = 8, np.array([0.8, 0.2, 1.5, 0.05])
+    arrays = [
+        np.full((1, 2, 3), np.nan), np.zeros((1, 2, size, 3)), np.zeros((1, 2, size, depth)),
+        np.zeros((1, 2, size, size)), np.zeros((1, 2, size, depth)), np.zeros((1, 2), np.int64), np.ones((1, 2, 4)),
+    ]  # fmt: skip
+    model = np.zeros((0, 3)), np.zeros((0, depth))
+    for _ in range(size + 5):
+        sample, value = rng.normal(size=3), rng.normal(size=depth)
+        gp.learn(*arrays, sample[None], value[None], np.array([True]), hyper, 0.0)
+        model = naive.learn(model, hyper, sample, value, size)
+    centres, inputs, outputs, lower, weights, counts, _ = (one[0, 0] for one in arrays)
+    assert counts == size
+    same((inputs, outputs, centres), (*model, model[0].mean(axis=0)))
+    assert np.allclose(np.tril(lower), factor(model[0], Hyper(*hyper)), atol=1e-8)
+    noisy = covariance(model[0], model[0], Hyper(*hyper)) + hyper[3] * np.eye(size)
+    np.testing.assert_allclose(weights, np.linalg.solve(noisy, model[1]), rtol=1e-6, atol=1e-8)
