@@ -206,7 +206,7 @@ def _inverse(matrix: Floats, out: Floats) -> float:
         for q in range(3):
             c, d = (q + 1) % 3, (q + 2) % 3
             out[q, p] = matrix[a, c] * matrix[b, d] - matrix[a, d] * matrix[b, c]
-    size = matrix[0, 0] * out[0, 0] + matrix[0, 1] * out[1, 0] + matrix[0, 2] * out[2, 0]
+    size: float = matrix[0, 0] * out[0, 0] + matrix[0, 1] * out[1, 0] + matrix[0, 2] * out[2, 0]
     for p in range(3):
         for q in range(3):
             out[p, q] /= size

@@ -147,9 +147,11 @@ def _evidence(features: Floats, weights: Floats, blind: bool) -> float:
     total = weights[-1]
     for f in range(features.shape[0]):
         total += weights[f] * (1.0 if blind and f < 2 else features[f])
-    return min(max(total, -MOST), MOST)
+    held: float = min(max(total, -MOST), MOST)
+    return held
 
 
 @compiled
 def _chance(odds: float) -> float:
-    return 1.0 / (1.0 + exp(-odds))
+    chance: float = 1.0 / (1.0 + exp(-odds))
+    return chance

@@ -30,7 +30,13 @@ def learned(
     """
     arrays = {name: np.array(getattr(mixed, name)) for name in Mixture.__dataclass_fields__}
     kernel.learn(
-        *arrays.values(),
+        arrays["centres"],
+        arrays["inputs"],
+        arrays["outputs"],
+        arrays["factors"],
+        arrays["weights"],
+        arrays["counts"],
+        arrays["hyper"],
         np.ascontiguousarray(samples, dtype=np.float64),
         np.ascontiguousarray(outputs, dtype=np.float64),
         which,
