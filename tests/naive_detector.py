@@ -102,7 +102,7 @@ def surfaces(depth, inside, near, steep):
                 if not (0 <= q[0] < depth.shape[0] and 0 <= q[1] < depth.shape[1]) or not inside[q] or out[q] >= 0:
                     continue
                 later = max((r, c), q)  # the threshold is of the pixel that comes later in the image
-                if abs(depth[q] - depth[r, c]) < near + steep * depth[later]:
+                if abs(depth[q] - depth[r, c]) < near + steep * depth[later] ** 2:
                     out[q] = count
                     edge.append(q)
         count += 1

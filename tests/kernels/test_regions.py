@@ -50,8 +50,8 @@ def test_surfaces_are_those_of_a_flood(seed):
     depth = _depth(rng)
     inside = np.isfinite(depth)
     labels = np.empty(depth.shape, np.int32)
-    count = regions.surfaces(depth, inside, 0.04, 0.0, labels)
-    wanted, number = naive.surfaces(depth, inside, 0.04, 0.0)
+    count = regions.surfaces(depth, inside, 0.04, 0.005, labels)
+    wanted, number = naive.surfaces(depth, inside, 0.04, 0.005)
     assert count == number
     np.testing.assert_array_equal(labels, wanted)
 

@@ -119,6 +119,54 @@ def test_an_arm_that_is_cut_off_by_its_foreshortening_stays():
     assert np.isfinite(found.depth[97:105, 156:164]).all()
 
 
+def test_a_body_that_an_arm_cuts_in_two_stays_whole(rng):
+    """A band across the waist, an arm's length before the trunk: what is above and below it are alike in size."""
+    alone = picture(standing((0.0, 0.1, 2.6)))
+    depth = np.array(alone.depth)
+    rows, columns = np.nonzero(np.isfinite(depth))
+    waist = int(rows.min() + 0.42 * np.ptp(rows))
+    depth[waist : waist + 9, columns.min() - 2 : columns.max() + 3] = np.nanmin(depth) - 0.25
+    crossed = DepthFrame(CAMERA, depth)
+    whole = in_room(crossed, rng=rng)
+    found = find_person(scene_of(whole), whole)
+    assert _overlap(found, crossed) > 0.9
+
+
+def test_what_was_the_person_stays_the_persons_while_the_rest_moves(rng):
+    """Somebody stands; then head and trunk sway before a wall that was seen, the legs before one that never was."""
+    scene, last = None, None
+    for k in range(8):
+        alone = picture(standing((0.0, 0.1, 2.6)))
+        depth = np.array(alone.depth)
+        rows = np.nonzero(np.isfinite(depth).any(axis=1))[0]
+        waist = int(rows.min() + 0.45 * np.ptp(rows))
+        depth[:waist] = np.roll(depth[:waist], 2 * k, axis=1)
+        depth[waist : waist + 6] -= 0.3  # an arm across
+        frame = DepthFrame(CAMERA, depth, None, k / 30)
+        whole = in_room(frame, rng=rng)
+        scene = scene_of(whole) if scene is None else scene
+        found = find_person(scene, whole, last)
+        scene, last = remember(scene, whole, found), found.place
+        assert _overlap(found, frame) > 0.85
+
+
+def test_somebody_far_away_who_moves_is_found(rng):
+    """At 5.6 m noise hides the relief of a body; that it moves before a known wall does not hide."""
+    nobody = DepthFrame(CAMERA, np.full((240, 320), np.nan, np.float32))
+
+    def seen(frame):
+        whole = in_room(frame, 1.05, 7.0)
+        depth = whole.depth + rng.normal(0, 0.0017, whole.depth.shape).astype(np.float32) * whole.depth**2
+        return DepthFrame(CAMERA, depth, None, frame.time)
+
+    scene = empty_scene([seen(nobody) for _ in range(6)])
+    for k in range(4):
+        alone = picture(standing((0.1 * k, 0.1, 5.6)))
+        found = find_person(scene, seen(alone))
+        assert found.found
+        assert _overlap(found, alone) > 0.7
+
+
 def test_specks_are_nobody(rng):
     depth = np.full((240, 320), np.nan, np.float32)
     depth[rng.uniform(size=depth.shape) < 0.01] = 2.0

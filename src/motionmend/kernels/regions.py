@@ -132,14 +132,14 @@ def before_scene(
 
 @compiled
 def surfaces(depth: Singles, inside: Bools, near: float, steep: float, out: np.ndarray) -> int:
-    """Number the connected surfaces: pixels side by side whose depths differ by less than near + steep z.
+    """Number the connected surfaces: pixels side by side whose depths differ by less than near + steep z^2.
 
     Parameters
     ----------
     depth : (H, W) m.
     inside : (H, W) pixels that count.
     near : m.
-    steep : m per m.
+    steep : 1/m, as a depth camera's noise grows.
     out : (H, W) int32, written: number of the surface, in the order of its first pixel, -1 = none.
 
     Returns
@@ -155,7 +155,7 @@ def surfaces(depth: Singles, inside: Bools, near: float, steep: float, out: np.n
             if not inside[r, c]:
                 continue
             z = depth[r, c]
-            most = near + steep * z
+            most = near + steep * z * z
             label = -1
             if c > 0 and inside[r, c - 1] and abs(z - depth[r, c - 1]) < most:
                 label = _root(parent, out[r, c - 1])

@@ -21,15 +21,16 @@ __all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "rememb
 
 Labels: TypeAlias = NDArray[np.int32]
 
-# Neighbouring pixels of one limb differ by its slope; of two limbs by more than a hand's thickness.
-JUMP_NEAR, JUMP_STEEP = 0.05, 0.01
+# Neighbouring pixels of one limb differ by its slope and by noise, of two limbs by more than a hand's thickness.
+JUMP_NEAR, JUMP_STEEP = 0.05, 0.004
 
 # What a body may measure, in m and m^2 as seen from one side, from a seated child to a tall man in a coat.
 LONGEST, SHORTEST = 2.5, 0.55
 LARGEST, SMALLEST = 1.8, 0.04
-USUAL_AREA = 0.5
+USUAL_AREA, ARM_AREA = 0.5, 0.06
 
 _REACH = 0.35  # m, between two pieces of one body
+_STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 
 
 @final
@@ -128,7 +129,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     measures = np.empty((count, 13))
     moved = (before & np.isfinite(scene.background)).view(np.uint8)
     regions.measures(depth, labels, moved, intrinsics, measures)
-    mask = _body(depth, labels, measures, intrinsics, last)
+    mask = _body(depth, labels, measures, _known(depth, labels, measures, scene.person), intrinsics, last)
     if mask is None:
         return _nobody(np.isfinite(depth))
     mask |= _enclosed(depth, mask, scene, frame.camera)
@@ -157,6 +158,11 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     depth = _sized(scene, frame)
     body = np.isfinite(person.depth)
     seen = np.isfinite(depth) & ~body
+    if not person.found and scene.person is not None:
+        # Who was there a moment ago, and is not told apart now, has not become furniture.
+        with np.errstate(invalid="ignore"):
+            seen &= ~(np.abs(depth - scene.person) < _STEP)
+    scene = replace(scene, person=person.depth) if person.found else scene
     if not seen.any():
         return scene
     known = scene.background
@@ -230,7 +236,20 @@ def _box(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, sli
     )
 
 
-def _body(depth: Singles, labels: Labels, measures: Floats, intrinsics: Floats, last: Floats | None) -> Bools | None:
+def _known(depth: Singles, labels: Labels, measures: Floats, person: Singles | None) -> Floats:
+    """(S,) share of each surface that was the person's when they were last seen."""
+    if person is None:
+        return np.zeros(len(measures))
+    rows, columns = _box(np.isfinite(person), depth.shape, 0)
+    part = labels[rows, columns]
+    with np.errstate(invalid="ignore"):
+        same = (part >= 0) & (np.abs(depth[rows, columns] - person[rows, columns]) < _STEP)
+    return np.bincount(part[same], minlength=len(measures)) / np.maximum(measures[:, 0], 1.0)
+
+
+def _body(
+    depth: Singles, labels: Labels, measures: Floats, known: Floats, intrinsics: Floats, last: Floats | None
+) -> Bools | None:
     """(H, W) True on the surface most like a body and on the pieces that hang together with it; None = nobody."""
     size = measures[:, 1]
     order = np.argsort(-size, kind="stable")[:24]
@@ -241,12 +260,12 @@ def _body(depth: Singles, labels: Labels, measures: Floats, intrinsics: Floats, 
     if main < 0 or scores[main] <= 0.0:
         return None
     keep = np.zeros(len(measures) + 1, bool)  # the last for pixels of no surface
-    keep[_joined(main, clouds, measures)] = True
+    keep[_joined(main, clouds, measures, known)] = True
     return np.asarray(keep[labels])
 
 
-def _joined(main: int, clouds: dict[int, Floats], measures: Floats) -> list[int]:
-    """The surfaces that belong to a body whose largest one is `main`."""
+def _joined(main: int, clouds: dict[int, Floats], measures: Floats, known: Floats) -> list[int]:
+    """The surfaces that belong to a body one of which is `main`."""
     from scipy.spatial import cKDTree
 
     size, lows, highs = measures[:, 1], measures[:, 2:8:2], measures[:, 3:9:2]
@@ -263,11 +282,15 @@ def _joined(main: int, clouds: dict[int, Floats], measures: Floats) -> list[int]
         fitting = []
         for s, gap in gaps.items():
             # A limb behind or before another one is apart by less than an arm's length, and small.
-            near = gap < (_REACH if size[s] < 0.25 * size[main] else 0.12)
+            was = known[s] > 0.5
+            near = gap < (_REACH if was or size[s] < max(0.25 * size[main], ARM_AREA) else 0.12)
             wide = (np.maximum(high, highs[s]) - np.minimum(low, lows[s])).max()
             # Where the person walks over known ground, a piece that has always been there is none of theirs.
-            stays = measures[main, 11] > 0.5 > measures[s, 11]
-            if near and not stays and total + size[s] < LARGEST and wide < LONGEST and size[s] < 0.6 * size[main]:
+            stays = measures[main, 11] > 0.5 > measures[s, 11] and not was
+            # Of two that are alike in size one is somebody else, unless both are halves of one: an arm across the
+            # body cuts it in two.
+            half = was or size[s] < 0.6 * size[main] or total + size[s] < USUAL_AREA
+            if near and not stays and half and total + size[s] < LARGEST and wide < LONGEST:
                 fitting.append((gap, s))
         if not fitting:
             break
@@ -302,7 +325,8 @@ def _likeness(measure: Floats, cloud: Floats, last: Floats | None) -> float:
         return 0.0
     spread = np.cov(cloud.T)
     flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
-    if flat < np.hypot(NOISE_NEAR, 0.3 * NOISE_STEEP * measure[10] ** 2):  # relief and noise add up as variances
+    still = measure[11] < 0.5
+    if still and flat < np.hypot(NOISE_NEAR, 0.3 * NOISE_STEEP * measure[10] ** 2):  # relief and noise add as variances
         return 0.0  # a board, a table top
     score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
     score *= 1.0 + 50.0 * measure[11]  # what moves before a known background is no furniture

@@ -26,14 +26,18 @@ class Scene:
     planes : (P, 4) unit normal towards the camera and offset in m, in camera axes: normal · x + offset is the height
         of a point above the plane.
     background : (H, W) float32 m, the farthest surface seen at each pixel, NaN where none was.
+    person : (H, W) float32 m, who was last seen, NaN beside; None before anybody was.
     """
 
     planes: Floats
     background: Singles
+    person: Singles | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", frozen(self.planes))
         object.__setattr__(self, "background", frozen(self.background, np.float32))
+        if self.person is not None:
+            object.__setattr__(self, "person", frozen(self.person, np.float32))
 
 
 def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:
