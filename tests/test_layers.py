@@ -4,6 +4,7 @@ import ast
 import shutil
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,32 +34,36 @@ HEAVY = {"numba", "sklearn", "matplotlib", "ezc3d", "cv2"}
 
 
 class Import(NamedTuple):
-    """One import: its file and line, the dotted name asked for, and whether loading the file runs it."""
+    """One import: its line, the dotted name asked for, and whether loading the file runs it."""
 
-    file: Path
     line: int
     name: str
     at_load: bool
 
 
-def imports(root: Path, file: Path) -> Iterator[Import]:
+def imports(root: Path, file: Path) -> tuple[Import, ...]:
     """All imports of a file under the package folder `root`; relative ones spelt out from `motionmend`."""
-    package = ["motionmend", *file.relative_to(root).parent.parts]
+    return imports_of(("motionmend", *file.relative_to(root).parent.parts), file.read_text("utf-8"))
+
+
+@cache
+def imports_of(package: tuple[str, ...], source: str) -> tuple[Import, ...]:
+    """All imports of a module's source in a package."""
 
     def walk(node: ast.AST, at_load: bool) -> Iterator[Import]:
         for child in ast.iter_child_nodes(node):
             if isinstance(child, ast.Import):
                 for alias in child.names:
-                    yield Import(file, child.lineno, alias.name, at_load)
+                    yield Import(child.lineno, alias.name, at_load)
             elif isinstance(child, ast.ImportFrom):
                 base = package[: len(package) - child.level + 1] if child.level else []
                 stem = ".".join([*base, *([child.module] if child.module else [])])
                 for alias in child.names:
-                    yield Import(file, child.lineno, f"{stem}.{alias.name}", at_load)
+                    yield Import(child.lineno, f"{stem}.{alias.name}", at_load)
             elif isinstance(child, ast.Call) and _is_import_call(child):
                 for argument in child.args[:1]:
                     if isinstance(argument, ast.Constant) and isinstance(argument.value, str):
-                        yield Import(file, child.lineno, argument.value, at_load)
+                        yield Import(child.lineno, argument.value, at_load)
                 yield from walk(child, at_load)
             elif isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
                 yield from walk(child, False)
@@ -66,11 +71,12 @@ def imports(root: Path, file: Path) -> Iterator[Import]:
                 inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
                 yield from walk(child, at_load and not inside)
 
-    yield from walk(ast.parse(file.read_text("utf-8")), True)
+    return tuple(walk(ast.parse(source), True))
 
 
 def _is_import_call(call: ast.Call) -> bool:
-    return ast.unparse(call.func).split(".")[-1] in ("import_module", "__import__")
+    name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+    return name in ("import_module", "__import__")
 
 
 def layer(root: Path, file: Path) -> str:
