@@ -14,16 +14,19 @@ from ..numerics.factors import Factors
 from ..numerics.local_gp import Mixture
 from .anatomy import anatomy, following
 from .classic import FILTERS, Samples
-from .joining import Joining, inward, joined, outward
+from .joining import inward, joined, outward
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
+from .look_ahead import Waiting, first_of
 from .normalise import Standard, bone_lengths
-from .online import Memory, blank, remembered, taken_in
+from .noted import noted
+from .online import blank, remembered, taken_in
 from .pairing import Pair
 from .paper import learned_mixture, neighbour_inputs
 from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
-from .settling import OFFSET_SECONDS, Body, followed_slowly, settled_frame, unborn
+from .settling import OFFSET_SECONDS, followed_slowly, settled_frame, unborn
 from .spatial import Committee, fit_committee, shape_features
+from .state import Corrected, CorrectorState
 from .watching import Sight, Watcher, believable, fresh, look, rows_of
 
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
@@ -82,46 +85,6 @@ class Corrector:
 
 
 @dataclass(frozen=True, eq=False)
-class CorrectorState:
-    """One client's correction between two frames.
-
-    Attributes
-    ----------
-    joining : how the client's joints go with the model's.
-    fps : Hz, nominal.
-    sight : what is known of the sensor's posture.
-    shown : what was put out.
-    offset : (J of model, 3) by which the last posture was moved, standard form; NaN = none.
-    memory : what was learned on the way; None when nothing is to be.
-    """
-
-    joining: Joining
-    fps: float
-    sight: Sight
-    shown: Body
-    offset: Floats
-    memory: Memory | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Corrected:
-    """One corrected frame of J joints.
-
-    Attributes
-    ----------
-    positions : (J, 3) m, finite where anything is known.
-    std : (J,) m, of a coordinate.
-    reliability : (J,) in [0, 1], of what the sensor said.
-    flags : words about the frame: "swapped", "refused", "held".
-    """
-
-    positions: Floats
-    std: Floats
-    reliability: Floats
-    flags: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
 class CorrectorModel:
     """A fitted corrector.
 
@@ -167,7 +130,9 @@ class CorrectorModel:
         """What looks at frames."""
         return self.knowledge.watcher
 
-    def start(self, names: Sequence[str], fps: float = 30.0, online: bool = False) -> CorrectorState:
+    def start(
+        self, names: Sequence[str], fps: float = 30.0, online: bool = False, look_ahead: int = 0
+    ) -> CorrectorState:
         """The state before a client's first frame.
 
         Parameters
@@ -175,14 +140,17 @@ class CorrectorModel:
         names : of the client's joints.
         fps : Hz, nominal.
         online : learn from the client's own frames.
+        look_ahead : frames after each that are waited for; the latency of `feed` in frames.
 
         Raises
         ------
         MismatchError : the joints have too little in common with the model's.
-        UsageError : fps is not above 0.
+        UsageError : fps is not above 0, or look_ahead below 0.
         """
         if not fps > 0:
             raise UsageError(f"a rate above 0 Hz was wanted, came {fps}")
+        if look_ahead < 0:
+            raise UsageError(f"frames to wait for were wanted, came {look_ahead}")
         joining = joined(names, self.watcher.body)
         memory = None
         if online:
@@ -190,12 +158,13 @@ class CorrectorModel:
             memory = blank(inputs.shape[1], inputs.shape[2])
         shown = unborn(len(joining.names), len(joining.bones))
         nothing = np.full((len(self.names), 3), np.nan)
-        return CorrectorState(joining, float(fps), fresh(self.watcher), shown, nothing, memory)
+        waiting = Waiting(look_ahead) if look_ahead else None
+        return CorrectorState(joining, float(fps), fresh(self.watcher), shown, nothing, memory, waiting)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
     ) -> tuple[CorrectorState, Corrected]:
-        """Correct one frame.
+        """Correct one frame at once; of a client that looks ahead, `feed` does.
 
         Parameters
         ----------
@@ -208,30 +177,76 @@ class CorrectorModel:
         -------
         The state after this frame, and the corrected frame.
         """
-        joining, body = state.joining, self.watcher.body
+        sight, given = self._seen(state, positions, states, time)
+        followed = sight.followed
+        return self._put_right(
+            replace(state, sight=sight), sight, given, followed.posture, followed.std, followed.failing
+        )
+
+    def feed(
+        self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
+    ) -> tuple[CorrectorState, Corrected | None]:
+        """Take in one frame, and correct the one `look_ahead` frames before it; parameters as of `step`.
+
+        Returns
+        -------
+        The state after this frame, and that frame corrected; None as long as there is none.
+        """
+        if state.waiting is None:
+            return self.step(state, positions, states, time)
+        sight, given = self._seen(state, positions, states, time)
+        state = replace(state, sight=sight, waiting=state.waiting.with_frame(sight, given))
+        return self._first(state) if state.waiting is not None and state.waiting.full else (state, None)
+
+    def rest(self, state: CorrectorState) -> tuple[CorrectorState, tuple[Corrected, ...]]:
+        """The frames that still wait, corrected: no more will come."""
+        found = []
+        while state.waiting is not None and state.waiting.sights:
+            state, one = self._first(state)
+            found.append(one)
+        return state, tuple(found)
+
+    def _seen(
+        self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
+    ) -> tuple[Sight, Floats]:
+        joining = state.joining
         given = believable(np.asarray(positions, dtype=np.float64))
         told = None if states is None else joining.states(np.asarray(states))
-        sight = look(self.watcher, state.sight, rows_of(joining.to_model, given), told, float(time))
-        followed, memory = sight.followed, state.memory
-        offsets, std = self.knowledge.offsets(followed.posture[None], followed.std[None])
-        passed = np.nan if state.sight.time is None else float(time) - state.sight.time
-        offset = followed_slowly(state.offset, offsets[0], passed, OFFSET_SECONDS)
-        moved = (followed.posture + offset)[None]
+        return look(self.watcher, state.sight, rows_of(joining.to_model, given), told, float(time)), given
+
+    def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
+        """The oldest of the frames that wait, given out."""
+        waiting = state.waiting
+        assert waiting is not None
+        posture, std, failing, belief = first_of(self.factors, waiting)
+        left = replace(state, waiting=waiting.without_first(belief))
+        return self._put_right(left, waiting.sights[0], waiting.given[0], posture, std, failing)
+
+    def _put_right(
+        self, state: CorrectorState, sight: Sight, given: Floats, posture: Floats, unsure: Floats, failing: Floats
+    ) -> tuple[CorrectorState, Corrected]:
+        """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known."""
+        joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
+        offsets, std = self.knowledge.offsets(posture[None], unsure[None])
+        offset = followed_slowly(state.offset, offsets[0], time - state.shown.time, OFFSET_SECONDS)
+        moved = (posture + offset)[None]
         learned = moved
-        inputs = neighbour_inputs(followed.posture[None], body)[0] if memory is not None else np.zeros((0, 0))
+        inputs = neighbour_inputs(posture[None], body)[0] if memory is not None else np.zeros((0, 0))
         if memory is not None:
             learned = moved + remembered(memory, inputs)
-        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, followed.failing[None])
+        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[None])
         prior = self.bones[joining.model_bones] * sight.scale
-        shown, settled = settled_frame(state.shown, placed[0], float(time), trust[0], joining.bones, prior)
+        shown, settled = settled_frame(state.shown, placed[0], time, trust[0], joining.bones, prior)
         if memory is not None:
             shifts = inward(joining, [sight], settled[None])[0] - moved[0]
-            memory = taken_in(memory, float(time), inputs, shifts, 1.0 - followed.failing, followed.std < 0.01)
-        flags = _words(sight, joining.to_model >= 0)
-        after = replace(state, sight=sight, shown=shown, memory=memory, offset=offset)
+            memory = taken_in(memory, time, inputs, shifts, 1.0 - failing, unsure < 0.01)
+        flags = _words(sight, failing[joining.to_model >= 0])
+        after = replace(state, shown=shown, memory=memory, offset=offset)
         return after, Corrected(settled, deviation[0], trust[0], flags)
 
-    def correct(self, postures: Postures, online: bool = False, method: str = "default") -> Postures:
+    def correct(
+        self, postures: Postures, online: bool = False, method: str = "default", look_ahead: int | None = None
+    ) -> Postures:
         """Correct a recording.
 
         Parameters
@@ -239,6 +254,7 @@ class CorrectorModel:
         postures : any joint set that has joints in common with the model's.
         online : learn from the recording while correcting it.
         method : one of `METHODS`.
+        look_ahead : correct as if live, each frame from those before it and so many after it; None = from all.
 
         Returns
         -------
@@ -246,8 +262,10 @@ class CorrectorModel:
 
         Raises
         ------
-        UsageError : unknown method.
+        UsageError : unknown method, or one that is not for looking ahead.
         """
+        if look_ahead is not None and method != "default":
+            raise UsageError(f"only the default method looks ahead, came {method!r}")
         if method not in METHODS:
             raise UsageError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}")
         if not postures.frames:
@@ -258,11 +276,28 @@ class CorrectorModel:
             if method in FILTERS:
                 return by_filter(postures, method)
             postures = postures.with_positions(believable(postures.positions))
+            if look_ahead is not None:
+                return self._as_live(postures, online, look_ahead)
             if method == "default":
                 return by_default(self.knowledge, postures, online)
             if method in PAPER:
                 return by_paper(self.knowledge, self.mixture, postures, method, online)
             return by_learner(self.knowledge, postures, method)
+
+    def _as_live(self, postures: Postures, online: bool, look_ahead: int) -> Postures:
+        state = self.start(postures.names, postures.fps if postures.fps > 0 else 30.0, online, look_ahead)
+        found, sights = [], []
+        for t in range(postures.frames):
+            told = None if postures.state is None else postures.state[t]
+            state, one = self.feed(state, postures.positions[t], told, float(postures.times[t]))
+            sights.append(state.sight)
+            found += [] if one is None else [one]
+        found += self.rest(state)[1]
+        positions, std, reliable = (
+            np.stack([getattr(one, of) for one in found]) for of in ("positions", "std", "reliability")
+        )
+        source = noted(postures.source, sights)
+        return replace(postures, positions=positions, std=std, reliability=reliable, source=source)
 
     @property
     def mixture(self) -> Mixture:
@@ -323,8 +358,8 @@ def _rounded(values: Floats) -> Floats:
     return np.asarray(values.astype(np.float32), dtype=np.float64)
 
 
-def _words(sight: Sight, given: Bools) -> tuple[str, ...]:
-    held = bool((sight.followed.failing[given] > 0.5).any())
+def _words(sight: Sight, failing: Floats) -> tuple[str, ...]:
+    held = bool((failing > 0.5).any())
     said = {"swapped": bool(sight.swapped.any()), "refused": sight.refused, "held": held}
     return tuple(word for word, true in said.items() if true)
 

@@ -29,11 +29,9 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
     ----------
     failing : (T, J) of `judged_again`.
     """
-    present = np.stack([np.isfinite(one.rows).all(axis=1) for one in sights])
-    trust = np.where(present, 1.0 - failing, 0.0)
-    given = np.stack([one.placement.inward(one.rows[None])[0] for one in sights])
+    trust = trusted(sights, failing)
     own = _own_shapes(sights, trust)
-    values = np.where(present[..., None], given, 0.0) - factors.mean - own
+    values = less_own(factors, sights, own)
     times = np.array([one.time for one in sights], dtype=np.float64)
     gaps = np.diff(times, prepend=times[0])
     beliefs: list[Belief] = []
@@ -41,8 +39,8 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
         known = t > 0 and gap <= PATIENCE
         forecast = process.ahead(factors, beliefs[-1], float(gap)) if known else process.start(factors)
         precision = np.where(trust[t] > 0.02, trust[t], 0.0) / factors.noise
-        beliefs.append(process.seen(factors, forecast, np.where(present[t][:, None], values[t], 0.0), precision))
-    posture, std = np.empty(given.shape), np.zeros(trust.shape)
+        beliefs.append(process.seen(factors, forecast, values[t], precision))
+    posture, std = np.empty(values.shape), np.zeros(trust.shape)
     later = beliefs[-1]
     for t in range(len(sights) - 1, -1, -1):
         if t < len(sights) - 1 and gaps[t + 1] <= PATIENCE:
@@ -51,9 +49,22 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
             later = beliefs[t]
         there, cov = process.expected(factors, later)
         share = trust[t][:, None]
-        posture[t] = share * np.where(present[t][:, None], values[t], 0.0) + (1.0 - share) * there
+        posture[t] = share * values[t] + (1.0 - share) * there
         std[t] = (1.0 - trust[t]) * np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + factors.noise)
     return posture + factors.mean + own, std
+
+
+def trusted(sights: Sequence[Sight], failing: Floats) -> Floats:
+    """(T, J) how far the sensor's joints are believed: 1 less the chance (T, J) to fail, 0 where there are none."""
+    present = np.stack([np.asarray(np.isfinite(one.rows).all(axis=1)) for one in sights])
+    return np.where(present, 1.0 - failing, 0.0)
+
+
+def less_own(factors: Factors, sights: Sequence[Sight], own: Floats) -> Floats:
+    """(T, J, 3) what the sensor gave, in standard form, less the factors' mean and what is the person's own (T, J, 3);
+    0 where it gave nothing."""
+    given = np.stack([one.placement.inward(one.rows[None])[0] for one in sights])
+    return np.where(np.isfinite(given).all(axis=2)[..., None], given - factors.mean - own, 0.0)
 
 
 def _own_shapes(sights: Sequence[Sight], trust: Floats) -> Floats:

@@ -1,0 +1,93 @@
+"""Live frames given out a little late, when it is known what came after them: a fixed-lag estimate.
+
+A failure that begins is seen for what it is only a few frames on, and a limb that comes back shows where it must have
+been. Both are asked of the frames that wait; those before them have been given out and are not touched again.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Floats
+from ..kernels.following import MET_SECONDS, STRANGER
+from ..numerics import factors as process
+from ..numerics.factors import Belief, Factors
+from .hindsight import judged_again, less_own, trusted
+from .watching import PATIENCE, Sight
+
+
+@dataclass(frozen=True, eq=False)
+class Waiting:
+    """Frames that were seen and not given out yet.
+
+    Attributes
+    ----------
+    frames : how many frames are looked at after the one that is given out.
+    sights : of the frames that wait, the oldest first.
+    given : their positions (J, 3) m, as the client sent them.
+    belief : of the factors, after the last frame that was given out; None before the first.
+    time : s, of that frame.
+    """
+
+    frames: int
+    sights: tuple[Sight, ...] = ()
+    given: tuple[Floats, ...] = ()
+    belief: Belief | None = None
+    time: float = -np.inf
+
+    @property
+    def full(self) -> bool:
+        """Whether the oldest frame has waited for as many as it should."""
+        return len(self.sights) > self.frames
+
+    def with_frame(self, sight: Sight, given: Floats) -> "Waiting":
+        """One more frame waits."""
+        return replace(self, sights=(*self.sights, sight), given=(*self.given, given))
+
+    def without_first(self, belief: Belief) -> "Waiting":
+        """The oldest has been given out; `belief` is that after it."""
+        return replace(
+            self, sights=self.sights[1:], given=self.given[1:], belief=belief, time=float(_time(self.sights[0]))
+        )
+
+
+def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats, Belief]:
+    """The oldest frame that waits, by all that came before it and the frames that wait behind it.
+
+    Returns
+    -------
+    The posture (J, 3) in standard form, the standard deviation (J,) of a coordinate, the probability (J,) that the
+    sensor's joint fails, and the belief of the factors after this frame and those before it.
+    """
+    sights = waiting.sights
+    failing = judged_again(sights)
+    trust = trusted(sights, failing)
+    own = sights[0].followed.own
+    values = less_own(factors, sights, np.broadcast_to(own, (len(sights), *own.shape)))
+    gaps = np.maximum(np.diff(np.array([_time(one) for one in sights]), prepend=waiting.time), 0.0)
+    beliefs: list[Belief] = []
+    before = waiting.belief
+    for t, gap in enumerate(gaps):
+        goes_on = before is not None and gap <= PATIENCE
+        forecast = process.ahead(factors, before, float(gap)) if before is not None and goes_on else None
+        precision = np.where(trust[t] > 0.02, trust[t], 0.0) / _open(factors, sights[t])
+        before = process.seen(factors, forecast or process.start(factors), values[t], precision)
+        beliefs.append(before)
+    later = beliefs[-1]
+    for t in range(len(sights) - 2, -1, -1):
+        goes_on = gaps[t + 1] <= PATIENCE
+        later = process.backward(factors, later, beliefs[t], float(gaps[t + 1])) if goes_on else beliefs[t]
+    there, cov = process.expected(factors, later)
+    share = trust[0][:, None]
+    posture = share * values[0] + (1.0 - share) * there
+    unsure = np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + _open(factors, sights[0]))
+    return posture + factors.mean + own, (1.0 - trust[0]) * unsure, failing[0], beliefs[0]
+
+
+def _open(factors: Factors, sight: Sight) -> Floats:
+    """(J,) variance of a coordinate that the factors leave open: more of joints that were hardly met yet."""
+    return factors.noise + STRANGER**2 * np.exp(-sight.followed.met / MET_SECONDS)
+
+
+def _time(sight: Sight) -> float:
+    return np.nan if sight.time is None else sight.time
