@@ -107,7 +107,17 @@ def _jacobian_off(performer: Performer, pose: Pose) -> float:
     found, none = np.empty(len(view.pixels), np.int64), np.empty(0, np.float32)
     half = plain.window // 2
     match.nearest_in_window(
-        view.pixels, view.samples, evidence.points, half, np.inf, evidence.apart, none, none[None], 0.0, found
+        view.pixels,
+        view.samples,
+        evidence.depth,
+        evidence.intrinsics,
+        half,
+        np.inf,
+        evidence.apart,
+        none,
+        none[None],
+        0.0,
+        found,
     )
     ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
     local = np.einsum("nij,nj->ni", np.linalg.inv(bone_frames(performer, pose))[view.bones], ones)
@@ -124,15 +134,14 @@ def _edges_off(picture: Rendering) -> tuple[float, float]:
     from scipy.ndimage import binary_erosion, distance_transform_edt
 
     body = np.isfinite(picture.depth)
-    points = picture.points.astype(np.float32)
-    edges = edges_of(picture.depth, points, np.zeros(body.shape, np.bool_), True)
-    at = np.argwhere(np.isfinite(edges[..., 2]))
-    pixels = KINECT.project(edges[at[:, 0], at[:, 1]].astype(np.float64))
+    edges = edges_of(picture.depth, True)
+    at = np.argwhere(np.isfinite(edges))
+    pixels = KINECT.project(picture.points[at[:, 0], at[:, 1]])
     outline = np.asarray(body & ~binary_erosion(body))
     far = distance_transform_edt(~_with_inner(picture, outline))
     rows = np.clip(np.round(pixels[:, 1]).astype(int), 0, KINECT.height - 1)
     columns = np.clip(np.round(pixels[:, 0]).astype(int), 0, KINECT.width - 1)
-    off = np.abs(edges[at[:, 0], at[:, 1], 2] - picture.depth[rows, columns])
+    off = np.abs(edges[at[:, 0], at[:, 1]] - picture.depth[rows, columns])
     return float(far[rows, columns].mean()), float(np.mean(~(off < 0.02)))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from motionmend.arrays import Bools, Floats, Ints, Singles
-from motionmend.bodies.camera import KINECT, DepthFrame
+from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.joint_sets import parents
 from motionmend.bodies.performer import LANDMARKS, Performer, Pose
 from motionmend.bodies.surface import render
@@ -69,8 +69,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
 def _edges(depth: Singles) -> Bools:
     """(H, W) True on the steps of a depth image, cleaned as the tracker cleans it."""
     depth = clean(depth)
-    known = edges_of(depth, KINECT.points(depth).astype(np.float32), np.zeros(depth.shape, np.bool_), False)
-    return np.asarray(np.isfinite(known[..., 2]))
+    return np.asarray(np.isfinite(edges_of(depth, False)))
 
 
 def _edge_gap(frame: DepthFrame, performer: Performer, pose: Pose | None) -> float:

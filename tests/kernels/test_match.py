@@ -4,24 +4,33 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import naive_tracking as naive
+from motionmend.bodies.camera import Camera
 from motionmend.bodies.performer import MOVES
-from motionmend.kernels import match
+from motionmend.kernels import bone_systems, match, raycast, rendered, widths
 from motionmend.track.view import BONES_MOVED, MOVED_FIRST
 
 NONE = np.empty(0, np.float32)
 F = 200.0
 
 
+CAMERA = np.array([F, F, 15.0, 12.0])
+BALL = {
+    "placed": np.concatenate((np.eye(3), [[0.0], [0.0], [2.2]]), axis=1)[None],
+    "kinds": np.zeros(1, np.uint8),
+    "sizes": np.full((1, 3), 0.15),
+    "tapers": np.zeros(1),
+}
+
+
 def scene(rng, height=24, width=30, missing=0.3):
-    """A wavy surface at about 2 m with holes, as points (H, W, 3)."""
+    """A wavy surface at about 2 m with holes: depth (H, W) and points (H, W, 3)."""
     z = 2.0 + 0.2 * rng.standard_normal((height, width)).cumsum(axis=1) * 0.3
     z[rng.random(z.shape) < missing] = np.nan
     depth = z.astype(np.float32)
-    points = np.empty((height, width, 3), np.float32)
-    match.unproject(depth, F, F, width / 2, height / 2, points)
-    return depth, points
+    return depth, Camera(width, height, *CAMERA).points(depth)
 
 
 def seen_points(rng, count, height=24, width=30):
@@ -36,11 +45,11 @@ def seen_points(rng, count, height=24, width=30):
 @given(seed=st.integers(0, 10_000), half=st.integers(0, 7), gate=st.sampled_from([0.05, 0.3, np.inf]))
 def test_the_nearest_point_of_the_window_is_found(seed, half, gate):
     rng = np.random.default_rng(seed)
-    _, target = scene(rng)
+    depth, target = scene(rng)
     pixels, points = seen_points(rng, 12)
     apart = 1.0 / (F * np.sqrt(1.0 + (18 / F) ** 2))
     found = np.empty(len(pixels), np.int64)
-    count = match.nearest_in_window(pixels, points, target, half, gate, apart, NONE, NONE[None], 0.0, found)
+    count = match.nearest_in_window(pixels, points, depth, CAMERA, half, gate, apart, NONE, NONE[None], 0.0, found)
     distance, _ = naive.nearest_in_window(pixels, points, target, half, gate)
     assert count == (found >= 0).sum()
     hit = found >= 0
@@ -50,13 +59,13 @@ def test_the_nearest_point_of_the_window_is_found(seed, half, gate):
 
 
 def test_unlike_intensities_are_as_far_as_they_weigh(rng):
-    _, target = scene(rng)
+    depth, target = scene(rng)
     pixels, points = seen_points(rng, 40)
     tones = rng.uniform(0, 255, 40).astype(np.float32)
     tones[:5] = np.nan
     image = rng.uniform(0, 255, target.shape[:2]).astype(np.float32)
     found = np.empty(40, np.int64)
-    match.nearest_in_window(pixels, points, target, 5, 1.0, 0.9 / F, tones, image, 1e-4, found)
+    match.nearest_in_window(pixels, points, depth, CAMERA, 5, 1.0, 0.9 / F, tones, image, 1e-4, found)
     distance, index = naive.nearest_in_window(pixels, points, target, 5, 1.0, tones, image, 1e-4)
     hit = found >= 0
     np.testing.assert_array_equal(hit, index >= 0)
@@ -68,24 +77,70 @@ def test_unlike_intensities_are_as_far_as_they_weigh(rng):
 @pytest.mark.parametrize("along", [0.0, 0.6, 1.0])
 @pytest.mark.parametrize("scale", [0.05, np.inf])
 def test_bone_systems_are_sums_over_rows_of_the_jacobian(rng, along, scale):
-    count = 30
-    points, to = rng.normal(size=(2, count, 3)).astype(np.float32)
-    to = (points + 0.05 * to).astype(np.float32)
-    normals = rng.normal(size=(count, 3))
+    seen, targets = scene(rng)
+    pixels, points = seen_points(rng, 40)
+    normals = rng.normal(size=(40, 3))
     normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
-    bones = rng.integers(0, 3, count)
-    found = np.where(rng.random(count) < 0.2, -1, np.arange(count))
+    bones = rng.integers(0, 3, 40)
     hessian, gradient = np.zeros((3, 6, 6)), np.zeros((3, 6))
-    cost, inliers = match.gather(found, bones, points, normals, to, True, along, scale, 2.0, hessian, gradient)
+    near = 3, 0.2, 0.9 / F
+    cost, inliers = match.draw_to_seen(
+        pixels, points, normals, bones, seen, CAMERA, *near, NONE, seen, 0.0, along, scale, 2.0, hessian, gradient
+    )
+    _, index = naive.nearest_in_window(pixels, points, targets, *near[:2])
+    off = targets.reshape(-1, 3)[index] - points
+    _check(hessian, gradient, cost, bones, index >= 0, points, normals, off, along, scale)
+    assert 0 <= inliers <= (index >= 0).sum()
+
+
+@pytest.mark.parametrize("along", [0.0, 0.9])
+def test_observed_points_draw_the_nearest_of_the_model(rng, along):
+    camera = Camera(30, 24, *CAMERA)
+    depth, solid, parts = np.empty((24, 30), np.float32), np.empty((24, 30), np.int16), np.empty((1, raycast.PARTS))
+    raycast.prepare(*BALL.values(), CAMERA, 30, 24, parts)
+    raycast.cast(parts, depth, solid)
+    model = camera.points(depth)
+    pixels, samples = seen_points(rng, 60)
+    samples[:, 2] += 0.1
+    hessian, gradient = np.zeros((1, 6, 6)), np.zeros((1, 6))
+    near = 4, 0.3, 0.9 / F
+    carriers = np.zeros(1, np.int64)
+    cost, inliers = match.draw_from_seen(
+        pixels, samples, depth, solid, CAMERA, *BALL.values(), carriers, *near, along, 0.1, 2.0, hessian, gradient
+    )
+    _, index = naive.nearest_in_window(pixels, samples, model, *near[:2])
+    points = model.reshape(-1, 3)[index]
+    normals = (points - [0.0, 0.0, 2.2]) / 0.15
+    hit = index >= 0
+    assert 10 < hit.sum() < 60
+    _check(hessian, gradient, cost, np.zeros(60, int), hit, points, normals, samples - points, along, 0.1)
+    assert 0 < inliers <= hit.sum()
+
+
+def _check(hessian, gradient, cost, bones, hit, points, normals, off, along, scale):
     total = 0.0
-    for b in range(3):
-        own = (bones == b) & (found >= 0)
-        wanted = naive.bone_system(*(a[own].astype(float) for a in (points, normals, to - points)), along, scale, 2.0)
-        np.testing.assert_allclose(np.triu(hessian[b]), np.triu(wanted[0]), rtol=1e-4, atol=1e-5)
-        np.testing.assert_allclose(gradient[b], wanted[1], rtol=1e-4, atol=1e-5)
+    for b in range(len(hessian)):
+        own = (bones == b) & hit
+        wanted = naive.bone_system(*(a[own].astype(float) for a in (points, normals, off)), along, scale, 2.0)
+        np.testing.assert_allclose(np.triu(hessian[b]), np.triu(wanted[0]), rtol=1e-4, atol=1e-4)
+        np.testing.assert_allclose(gradient[b], wanted[1], rtol=1e-4, atol=1e-4)
         total += wanted[2]
     assert cost == pytest.approx(total, rel=1e-4)
-    assert 0 <= inliers <= (found >= 0).sum()
+
+
+def test_widths_and_motion_of_a_bone_are_sums_over_rows(rng):
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = Rotation.random(random_state=4).as_matrix(), (0.2, -0.1, 2.0)
+    wanted, system = np.zeros((10, 10)), np.zeros((10, 10))
+    for _ in range(5):
+        point, normal = rng.normal(size=3), rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        off = 0.05 * rng.normal()
+        widths.stretch_row(frame, *point, *normal, off, 0.04, 3.0, np.empty(10), system)
+        local, along = frame[:3, :3].T @ (point - frame[:3, 3]), frame[:3, :3].T @ normal
+        row = np.concatenate((np.cross(point, normal), normal, local * along, [off]))
+        wanted += 3.0 / (1 + (off / 0.04) ** 2) ** 2 * np.outer(row, row)
+    np.testing.assert_allclose(system, wanted, rtol=1e-9, atol=1e-12)
 
 
 def test_the_chain_rule_over_bones(rng):
@@ -93,7 +148,7 @@ def test_the_chain_rule_over_bones(rng):
     hessian = hessian @ hessian.transpose(0, 2, 1)
     gradient, twists = rng.normal(size=(15, 6)), rng.normal(size=(34, 6))
     normal, right = np.zeros((34, 34)), np.zeros(34)
-    match.assemble(np.triu(hessian), gradient, twists, MOVED_FIRST, BONES_MOVED, normal, right)
+    bone_systems.assemble(np.triu(hessian), gradient, twists, MOVED_FIRST, BONES_MOVED, normal, right)
     wanted = naive.assembled(hessian, gradient, twists, MOVES)
     np.testing.assert_allclose(normal, wanted[0], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(right, wanted[1], rtol=1e-9, atol=1e-9)
@@ -115,21 +170,23 @@ def test_points_where_nobody_is_go_to_the_nearest_pixel_that_may_hold_them(seed)
 
 
 def test_edges_are_near_sides_of_steps_and_unknown_pixels_make_none(rng):
-    depth, points = scene(rng)
+    depth, _ = scene(rng)
     unknown = np.isnan(depth) & (rng.random(depth.shape) < 0.5)
-    edge = np.empty_like(points)
-    match.steps(depth, unknown, 0.1, points, edge)
-    on = np.isfinite(edge[..., 2])
+    edge = np.empty_like(depth)
+    rendered.steps(depth, unknown, 0.1, edge)
+    on = np.isfinite(edge)
     np.testing.assert_array_equal(on, naive.near_sides(depth, unknown, 0.1))
-    np.testing.assert_array_equal(edge[on], points[on])
-    match.steps(depth, np.ones_like(unknown), 0.1, points, edge)
-    assert not np.isfinite(edge[..., 2]).any()
+    np.testing.assert_array_equal(edge[on], depth[on])
+    rendered.steps(depth, np.empty((0, 0), np.bool_), 0.1, edge)
+    np.testing.assert_array_equal(np.isfinite(edge), naive.near_sides(depth, np.zeros_like(unknown), 0.1))
+    rendered.steps(depth, np.ones_like(unknown), 0.1, edge)
+    assert not np.isfinite(edge).any()
 
 
 def test_spreads_of_points_follow_from_the_covariance(rng):
     root = rng.normal(size=(34, 34))
     covariance, twists = root @ root.T, rng.normal(size=(34, 6))
     bones, points, std = np.array([0, 6, 11]), rng.normal(size=(3, 3)), np.empty(3)
-    match.spreads(covariance, twists, MOVED_FIRST, BONES_MOVED, bones, points, std)
+    bone_systems.spreads(covariance, twists, MOVED_FIRST, BONES_MOVED, bones, points, std)
     wanted = [naive.joint_spread(covariance, twists, MOVES[b], x) for b, x in zip(bones, points, strict=True)]
     np.testing.assert_allclose(std, wanted, rtol=1e-9)

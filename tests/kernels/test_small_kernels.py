@@ -1,5 +1,7 @@
 """Dense systems, distances and pictures described: each against NumPy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -7,9 +9,15 @@ from scipy.spatial.transform import Rotation
 import naive_tracking as naive
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
-from motionmend.bodies.performer import advance, standing
-from motionmend.bodies.surface import intrinsics, render
-from motionmend.kernels import dense, limbs, nearest, rendered
+from motionmend.bodies.performer import advance, bone_frames, standing, twists
+from motionmend.bodies.surface import Rendering, intrinsics, render
+from motionmend.kernels import dense, limbs, nearest
+from motionmend.track.evidence import evidence_of
+from motionmend.track.observation import Observation
+from motionmend.track.settings import settings_of
+from motionmend.track.view import view_of
+
+WISH = replace(settings_of("default"), raster=4)
 
 
 def test_cholesky_solves_and_refuses(rng):
@@ -42,35 +50,23 @@ def test_squared_distances(rng):
     np.testing.assert_allclose(out, ((samples - query) ** 2) @ weights, rtol=1e-4)
 
 
-def test_a_picture_described_is_the_picture(rng):
-    body = anatomy.average()
-    picture = render(body, standing(), KINECT, 4)
-    shape, solids = picture.depth.shape, body.solids
-    points, pixels = np.empty((*shape, 3), np.float32), np.empty((picture.depth.size, 2), np.int64)
-    samples, normals = (np.empty((picture.depth.size, 3), np.float32) for _ in range(2))
-    bones = np.empty(picture.depth.size, np.int64)
-    shared = picture.placed, solids.kind, solids.size, solids.taper, solids.bone
-    count = rendered.describe(
-        picture.depth, picture.solid, *shared, intrinsics(picture.camera), 2, points, pixels, samples, normals, bones
-    )
-    wanted = np.argwhere(np.isfinite(picture.depth[::2, ::2])) * 2
-    np.testing.assert_array_equal(pixels[:count], wanted)
-    np.testing.assert_allclose(points, picture.points, atol=1e-6)
+def test_samples_of_a_picture_are_of_the_picture(rng):
+    body, pose = anatomy.average(), standing()
+    picture = render(body, pose, KINECT, 4)
+    evidence = evidence_of(Observation(picture.camera, picture.depth, np.isnan(picture.depth), 0.0), WISH)
+    view = view_of(body, pose, evidence, 2)
+    own = Rendering(evidence.camera, view.depth, view.solid, picture.bone, view.solid_placed, body)
+    np.testing.assert_array_equal(view.depth, evidence.depth)
+    wanted = np.argwhere(np.isfinite(view.depth[::2, ::2])) * 2
+    np.testing.assert_array_equal(view.pixels, wanted)
     at = tuple(wanted.T)
-    np.testing.assert_allclose(samples[:count], picture.points[at], atol=1e-6)
-    np.testing.assert_allclose(normals[:count], picture.normals[at], atol=1e-5)
-    np.testing.assert_array_equal(bones[:count], picture.bones[at])
-    index = np.ravel_multi_index(at, shape)
-    again = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32), np.empty(count, np.int64)
-    rendered.describe_found(index, points, picture.solid, *shared, *again)
-    np.testing.assert_allclose(again[1], normals[:count], atol=1e-4)
-    np.testing.assert_array_equal(again[2], bones[:count])
-    listing = np.empty((picture.depth.size, 2), np.int64)
-    assert rendered.listed(picture.depth, 2, listing) == count
-    np.testing.assert_array_equal(listing[:count], wanted)
-    values = np.empty((count, 3), np.float32)
-    rendered.samples_of(listing, count, points, values)
-    np.testing.assert_array_equal(values, samples[:count])
+    np.testing.assert_allclose(view.samples, own.points[at], atol=1e-6)
+    np.testing.assert_allclose(view.normals, own.normals[at], atol=1e-5)
+    np.testing.assert_array_equal(view.bones, own.bones[at])
+    np.testing.assert_allclose(view.placed, bone_frames(body, pose), atol=1e-12)
+    np.testing.assert_allclose(view.twists, twists(body, pose), atol=1e-12)
+    np.testing.assert_array_equal(evidence.pixels, wanted)
+    np.testing.assert_allclose(evidence.samples, own.points[at], atol=1e-6)
 
 
 def test_disagreement_and_what_a_limb_changes_of_it(rng):

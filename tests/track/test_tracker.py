@@ -74,7 +74,17 @@ def test_the_surface_term_is_linear_in_the_finite_differences_of_its_points(alon
     # The same sums from a Jacobian made of finite differences of points fixed to bones.
     found, none = np.empty(len(view.pixels), np.int64), np.empty(0, np.float32)
     match.nearest_in_window(
-        view.pixels, view.samples, evidence.points, 2, np.inf, evidence.apart, none, none[None], 0.0, found
+        view.pixels,
+        view.samples,
+        evidence.depth,
+        evidence.intrinsics,
+        2,
+        np.inf,
+        evidence.apart,
+        none,
+        none[None],
+        0.0,
+        found,
     )
     frames = bone_frames(BODY, pose)
     ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
@@ -84,7 +94,7 @@ def test_the_surface_term_is_linear_in_the_finite_differences_of_its_points(alon
         ahead, behind = (bone_frames(BODY, advance(BODY, pose, h * np.eye(DOFS)[d])) for h in (1e-6, -1e-6))
         jacobian[:, :, d] = np.einsum("nij,nj->ni", (ahead - behind)[view.bones], local)[:, :3] / 2e-6
     hit = found >= 0
-    residual = evidence.points.reshape(-1, 3)[found] - view.samples
+    residual = evidence.camera.points(evidence.depth).reshape(-1, 3)[found] - view.samples
     if along == 1.0:
         jacobian = np.einsum("ni,nid->nd", view.normals.astype(float), jacobian)[:, None]
         residual = np.einsum("ni,ni->n", view.normals, residual)[:, None]
@@ -121,6 +131,26 @@ def test_differences_of_poses_undo_increments(rng):
     delta = rng.normal(0, 0.4, DOFS)
     pose = some_pose()
     np.testing.assert_allclose(difference(advance(BODY, pose, delta), pose), delta, atol=1e-9)
+
+
+@pytest.mark.parametrize("names", [None, ("surface",), ("surface", "prior", "edge")])
+def test_all_steps_at_once_are_the_steps_one_by_one(monkeypatch, names):
+    settings = settings_of("default", names)
+    pose = some_pose()
+    begun = advance(BODY, pose, 0.05 * np.random.default_rng(3).normal(size=DOFS))
+    evidence = evidence_of(seen(pose), settings)
+    model = TrackerModel(library())
+    state = start(model, settings, DepthFrame(KINECT, seen(pose).depth, None, 0.0), BODY, pose)
+    terms = terms_of(model, settings, state, evidence, begun)
+    at_once = solve_pose(BODY, evidence, terms, begun, settings, 3)
+    monkeypatch.setattr("motionmend.track.solve.known", lambda _: False)
+    singly = solve_pose(BODY, evidence, terms, begun, settings, 3)
+    assert (at_once.iterations, at_once.converged) == (singly.iterations, singly.converged)
+    assert off(at_once.state, singly.state).max() < 1e-6
+    np.testing.assert_allclose(at_once.system.normal, singly.system.normal, rtol=1e-6, atol=1e-6)
+    assert at_once.system.costs == pytest.approx(singly.system.costs, rel=1e-6)
+    assert at_once.system.inliers == singly.system.inliers
+    assert at_once.system.samples == singly.system.samples
 
 
 def test_a_body_rendered_from_its_own_pose_stays_put():

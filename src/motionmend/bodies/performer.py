@@ -204,10 +204,14 @@ class Performer:
             if getattr(self, name).shape != shape:
                 raise MismatchError(f"a performer's {name} must be {shape}, came {getattr(self, name).shape}")
 
-    @property
+    @cached_property
     def chain(self) -> tuple[Ints, Floats, Floats, Ints, Floats]:
-        """What the kernels of `articulated` take first: parents, offsets, rests, first, axes."""
-        return PARENTS, self.offsets, RESTS, FIRST, AXES
+        """What the kernels of `articulated` take first: parents, offsets, rests, first, axes.
+
+        Copies that could be written to: read-only arrays cost every call a microsecond each, and kernels are compiled
+        for one kind of arrays only.
+        """
+        return PARENTS.copy(), self.offsets.copy(), RESTS.copy(), FIRST.copy(), AXES.copy()
 
     @cached_property
     def lengths(self) -> Floats:
@@ -276,6 +280,11 @@ class Pose:
             if getattr(self, name).shape != shape:
                 raise MismatchError(f"a pose's {name} must be {shape}, came {getattr(self, name).shape}")
 
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats]:
+        """Copies of translation, root and joints, as kernels take them (see `Performer.chain`)."""
+        return self.translation.copy(), self.root.copy(), self.joints.copy()
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -329,7 +338,7 @@ def advance(performer: Performer, pose: Pose, delta: Floats) -> Pose:
     """
     from ..kernels import articulated
 
-    translation, root, joints = pose.translation.copy(), pose.root.copy(), pose.joints.copy()
+    translation, root, joints = pose.arrays
     articulated.advance(translation, root, joints, np.ascontiguousarray(delta, dtype=np.float64))
     return Pose(translation, root, joints)
 
@@ -339,8 +348,7 @@ def bone_frames(performer: Performer, pose: Pose) -> Floats:
     from ..kernels import articulated
 
     placed = np.empty((len(BONES), 4, 4))
-    # Writeable always: the kernels are compiled once, not once more for read-only arrays.
-    articulated.frames(*performer.chain, pose.translation.copy(), pose.root.copy(), pose.joints.copy(), placed)
+    articulated.frames(*performer.chain, *pose.arrays, placed)
     return placed
 
 
@@ -352,7 +360,8 @@ def twists(performer: Performer, pose: Pose) -> Floats:
     from ..kernels import articulated
 
     moving = np.empty((DOFS, 6))
-    articulated.twists(PARENTS, RESTS, FIRST, AXES, pose.joints.copy(), bone_frames(performer, pose), moving)
+    parents, _, rests, first, axes = performer.chain
+    articulated.twists(parents, rests, first, axes, pose.joints.copy(), bone_frames(performer, pose), moving)
     return moving
 
 

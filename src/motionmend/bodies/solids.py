@@ -1,6 +1,7 @@
 """What a body is made of: ellipsoids and elliptic cones fixed to bones."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -52,6 +53,18 @@ class Solids:
 
     def __len__(self) -> int:
         return len(self.bone)
+
+    @cached_property
+    def arrays(self) -> tuple[Ints, Bytes, Floats, Floats, Floats, Floats]:
+        """Copies of bone, kind, center, turn, size and taper, as kernels take them (see `Performer.chain`)."""
+        return (
+            self.bone.copy(),
+            self.kind.copy(),
+            self.center.copy(),
+            self.turn.copy(),
+            self.size.copy(),
+            self.taper.copy(),
+        )
 
     def stretched(self, stretch: Floats) -> "Solids":
         """The same solids on bones stretched by `stretch` (B, 3) along the bones' own axes.

@@ -6,9 +6,9 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Floats, Ints, Singles, frozen
+from ..arrays import Floats, Ints, Singles
 from .camera import Camera
-from .performer import Performer, Pose, bone_frames
+from .performer import Performer, Pose
 
 Solid16: TypeAlias = NDArray[np.int16]
 
@@ -51,12 +51,12 @@ class Rendering:
         from ..kernels import raycast
 
         normal = np.empty((*self.depth.shape, 3), dtype=np.float32)
-        solids = self.performer.solids
+        _, kind, _, _, size, taper = self.performer.solids.arrays
         raycast.normals(
             self.placed,
-            solids.kind,
-            solids.size,
-            solids.taper,
+            kind,
+            size,
+            taper,
             intrinsics(self.camera),
             self.depth,
             self.solid,
@@ -78,22 +78,34 @@ def render(performer: Performer, pose: Pose, camera: Camera, step: int = 1) -> R
     -------
     Rendering : exact up to float32. What is nearer than 0.05 m is not seen.
     """
-    from ..kernels import raycast
+    from ..kernels import raycast, rendered
 
     camera = camera.every(step)
     solids = performer.solids
-    placed = np.empty((len(solids), 3, 4))
-    raycast.place(bone_frames(performer, pose), solids.bone, solids.center, solids.turn, placed)
+    frames, placed = np.empty((len(performer.bones), 4, 4)), np.empty((len(solids), 3, 4))
     parts = np.empty((len(solids), raycast.PARTS))
-    raycast.prepare(
-        placed, solids.kind, solids.size, solids.taper, intrinsics(camera), camera.width, camera.height, parts
-    )
     depth = np.empty((camera.height, camera.width), dtype=np.float32)
     solid = np.empty(depth.shape, dtype=np.int16)
-    raycast.cast(parts, depth, solid)
+    bone, kind, center, turn, size, taper = solids.arrays
+    rendered.picture(
+        *performer.chain,
+        *pose.arrays,
+        bone,
+        kind,
+        center,
+        turn,
+        size,
+        taper,
+        intrinsics(camera),
+        frames,
+        placed,
+        parts,
+        depth,
+        solid,
+    )
     return Rendering(camera, depth, solid, solids.bone, placed, performer)
 
 
 def intrinsics(camera: Camera) -> Floats:
     """(4,) fx, fy, cx, cy, as the kernels take a camera."""
-    return frozen((camera.fx, camera.fy, camera.cx, camera.cy))
+    return np.array((camera.fx, camera.fy, camera.cx, camera.cy))

@@ -140,8 +140,8 @@ def depth_of(
     placed[:, :, 3] = centers @ turn.T + shift
     sizes = np.repeat(body.radius[:, None], 3, axis=1)
     parts = np.empty((count, raycast.PARTS))
-    kinds, tapers = frozen(np.zeros(count), np.uint8), frozen(np.zeros(count))
-    raycast.prepare(placed, kinds, frozen(sizes), tapers, intrinsics(camera), camera.width, camera.height, parts)
+    kinds, tapers = np.zeros(count, np.uint8), np.zeros(count)
+    raycast.prepare(placed, kinds, sizes, tapers, intrinsics(camera), camera.width, camera.height, parts)
     depth = np.empty((camera.height, camera.width), dtype=np.float32)
     ball = np.empty(depth.shape, dtype=np.int16)
     raycast.cast(parts, depth, ball)

@@ -48,9 +48,14 @@ def turn_between(to: Floats, origin: Floats, vector: Floats) -> float:
 
     Within 1e-6 rad of half a turn the axis is not told apart from noise.
     """
-    m = to @ origin.T
-    x, y, z = 0.5 * (m[2, 1] - m[1, 2]), 0.5 * (m[0, 2] - m[2, 0]), 0.5 * (m[1, 0] - m[0, 1])
-    sine, cosine = sqrt(x * x + y * y + z * z), 0.5 * (m[0, 0] + m[1, 1] + m[2, 2] - 1.0)
+    twice_x = twice_y = twice_z = trace = 0.0
+    for k in range(3):  # of to · originᵀ what is needed
+        twice_x += to[2, k] * origin[1, k] - to[1, k] * origin[2, k]
+        twice_y += to[0, k] * origin[2, k] - to[2, k] * origin[0, k]
+        twice_z += to[1, k] * origin[0, k] - to[0, k] * origin[1, k]
+        trace += to[0, k] * origin[0, k] + to[1, k] * origin[1, k] + to[2, k] * origin[2, k]
+    x, y, z = 0.5 * twice_x, 0.5 * twice_y, 0.5 * twice_z
+    sine, cosine = sqrt(x * x + y * y + z * z), 0.5 * (trace - 1.0)
     angle = atan2(sine, cosine)
     scale = 1.0 if sine < 1e-9 else angle / sine
     vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z

@@ -2,64 +2,111 @@
 
 import numpy as np
 
-from ..arrays import Bytes, Floats, Ints, Singles
+from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from . import articulated, raycast
 from .compile import compiled
-from .raycast import outward
+
+_frames, _twists = articulated.frames, articulated.twists
 
 
 @compiled
-def describe(
-    depth: Singles,
-    solid: np.ndarray,
-    placed: Floats,
+def picture(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+    carriers: Ints,
     kinds: Bytes,
+    centers: Floats,
+    turns: Floats,
     sizes: Floats,
     tapers: Floats,
+    camera: Floats,
+    frames: Floats,
+    placed: Floats,
+    parts: Floats,
+    depth: Singles,
+    solid: np.ndarray,
+) -> None:
+    """A body in a pose as a camera sees it.
+
+    Parameters
+    ----------
+    parents .. joints : as for `articulated.frames`.
+    carriers : (P,) the bone of each solid; kinds .. tapers : of the P solids, as in `raycast`.
+    camera : (4,) fx, fy, cx, cy, px.
+    frames, placed, parts : (B, 4, 4), (P, 3, 4) and (P, 18), written: world from bone, from solid, and for casting.
+    depth, solid : (H, W), written as by `raycast.cast`.
+    """
+    _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
+    raycast.place(frames, carriers, centers, turns, placed)
+    raycast.prepare(placed, kinds, sizes, tapers, camera, depth.shape[1], depth.shape[0], parts)
+    raycast.cast(parts, depth, solid)
+
+
+@compiled
+def sampled(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
     carriers: Ints,
+    kinds: Bytes,
+    centers: Floats,
+    turns: Floats,
+    sizes: Floats,
+    tapers: Floats,
     camera: Floats,
     every: int,
-    points: Singles,
+    frames: Floats,
+    moving: Floats,
+    placed: Floats,
+    parts: Floats,
+    depth: Singles,
+    solid: np.ndarray,
     pixels: Ints,
     samples: Singles,
     normals: Singles,
     bones: Ints,
 ) -> int:
-    """Points of a picture by `raycast.cast`, and of its samples normals and bones.
+    """The same with what the terms want of it: how each degree of freedom moves, and samples of the surface.
 
     Parameters
     ----------
-    depth, solid : (H, W), as cast.
-    placed, kinds, sizes, tapers : of the P solids, as for casting.
-    carriers : (P,) the bone of each solid.
-    camera : (4,) fx, fy, cx, cy, px.
     every : of rows and columns that become samples.
-    points : (H, W, 3) is written, NaN where nothing is.
-    pixels, samples, normals, bones : (H W, ...) row and column, point, outward unit normal and bone of each sample
-        are written, from the top left.
+    moving : (D, 6), written as by `articulated.twists`.
+    pixels, samples, normals, bones : (N, ...) row and column, point, outward unit normal and bone of each sample are
+        written, from the top left.
 
     Returns
     -------
     The number of samples.
     """
+    picture(
+        parents, offsets, rests, first, axes, translation, root, joints, carriers, kinds, centers, turns, sizes,
+        tapers, camera, frames, placed, parts, depth, solid,
+    )  # fmt: skip
+    _twists(parents, rests, first, axes, joints, frames, moving)
     count = 0
     local, normal = np.empty(3), np.empty(3)
-    for row in range(depth.shape[0]):
-        upright = (row - camera[3]) / camera[1]
-        for column in range(depth.shape[1]):
-            z = np.float64(depth[row, column])
-            x, y = (column - camera[2]) / camera[0] * z, upright * z
-            points[row, column, 0] = x
-            points[row, column, 1] = y
-            points[row, column, 2] = z
+    for row in range(0, depth.shape[0], every):
+        for column in range(0, depth.shape[1], every):
             s = solid[row, column]
-            if s < 0 or row % every != 0 or column % every != 0:
+            if s < 0:
                 continue
-            outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
-            pixels[count, 0] = row
-            pixels[count, 1] = column
-            samples[count, 0] = x
-            samples[count, 1] = y
-            samples[count, 2] = z
+            z = np.float64(depth[row, column])
+            x, y = (column - camera[2]) / camera[0] * z, (row - camera[3]) / camera[1] * z
+            raycast.outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
+            pixels[count, 0], pixels[count, 1] = row, column
+            samples[count, 0], samples[count, 1], samples[count, 2] = x, y, z
             for i in range(3):
                 normals[count, i] = normal[i]
             bones[count] = carriers[s]
@@ -68,53 +115,46 @@ def describe(
 
 
 @compiled
-def describe_found(
-    found: Ints,
-    points: Singles,
-    solid: np.ndarray,
-    placed: Floats,
-    kinds: Bytes,
-    sizes: Floats,
-    tapers: Floats,
-    carriers: Ints,
-    samples: Singles,
-    normals: Singles,
-    bones: Ints,
-) -> None:
-    """Point, normal and bone of the pixels that were found, `found` (N,) flat index or -1; the rest as above."""
-    local, normal = np.empty(3), np.empty(3)
-    width = points.shape[1]
-    for n in range(found.shape[0]):
-        if found[n] < 0:
-            continue
-        row, column = found[n] // width, found[n] % width
-        s = solid[row, column]
-        x, y, z = points[row, column, 0], points[row, column, 1], points[row, column, 2]
-        outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
-        samples[n, 0] = x
-        samples[n, 1] = y
-        samples[n, 2] = z
-        for i in range(3):
-            normals[n, i] = normal[i]
-        bones[n] = carriers[s]
-
-
-@compiled
-def samples_of(pixels: Ints, count: int, image: Singles, values: Singles) -> None:
-    """Copy `image` (H, W, 3) at the first `count` of `pixels` (.., 2) to `values` (count, 3)."""
-    for i in range(count):
-        for k in range(3):
-            values[i, k] = image[pixels[i, 0], pixels[i, 1], k]
-
-
-@compiled
-def listed(depth: Singles, every: int, pixels: Ints) -> int:
-    """Row and column of every `every`-th row's and column's pixel that has a depth, to `pixels`; how many they are."""
+def listed(depth: Singles, camera: Floats, every: int, pixels: Ints, samples: Singles) -> int:
+    """Row and column (N, 2) and point (N, 3) of every `every`-th row's and column's pixel that has a depth; N."""
     count = 0
     for row in range(0, depth.shape[0], every):
         for column in range(0, depth.shape[1], every):
-            if not np.isnan(depth[row, column]):
-                pixels[count, 0] = row
-                pixels[count, 1] = column
+            z = np.float64(depth[row, column])
+            if not np.isnan(z):
+                pixels[count, 0], pixels[count, 1] = row, column
+                samples[count, 0] = (column - camera[2]) * z / camera[0]
+                samples[count, 1] = (row - camera[3]) * z / camera[1]
+                samples[count, 2] = z
                 count += 1
     return count
+
+
+@compiled
+def steps(depth: Singles, unknown: Bools, jump: float, edge: Singles) -> None:
+    """Near sides of steps in depth: pixels beside one that is empty, or farther by more than `jump` m.
+
+    Parameters
+    ----------
+    depth : (H, W) m, NaN = empty.
+    unknown : (H, W) True where an empty pixel proves nothing, or (0, 0): all are known. The image's border proves
+        nothing either.
+    edge : (H, W) gets the depths on edges, NaN elsewhere.
+    """
+    height, width = depth.shape
+    doubts = unknown.shape[0] > 0
+    for row in range(height):
+        for column in range(width):
+            z = depth[row, column]
+            edge[row, column] = np.nan
+            if np.isnan(z):
+                continue
+            far = z + np.float32(jump)
+            for k in range(4):
+                r = row + (k == 0) - (k == 1)
+                c = column + (k == 2) - (k == 3)
+                if r < 0 or c < 0 or r >= height or c >= width or (doubts and unknown[r, c]):
+                    continue
+                if not depth[r, c] <= far:  # also where there is none
+                    edge[row, column] = z
+                    break

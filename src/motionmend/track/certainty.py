@@ -79,7 +79,7 @@ def certainty_of(
     doubt : (16,) m, how far other poses of the limb that explain the frame as well have the joint.
     wrong : share of pixels explained wrongly.
     """
-    from ..kernels.match import spreads
+    from ..kernels.bone_systems import spreads
 
     residual = system.costs.get("surface", 0.0) / (2.0 * STANDARD)
     variance = CLUMP * (residual + SHAPE**2) * (1.0 + 4.0 * wrong)

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
-from ..kernels import match
 from .evidence import Evidence, edges_of
 from .settings import TrackSettings
+from .surface_term import drawn_from
 from .terms import Share, cost_of
 from .view import Sums, View
 
@@ -21,6 +19,12 @@ class EdgeTerm:
     settings: TrackSettings
     name: str = "edge"
 
+    @property
+    def weight(self) -> float:
+        """Of one edge point: all together count the same, however many there are, but in the dissertation."""
+        wish = self.settings
+        return wish.edge if wish.preset == "paper" else wish.edge * 250.0 / max(len(self.evidence.edge_pixels), 1)
+
     def residual(self, view: View) -> float:
         """The weighted cost at a pose."""
         return cost_of(self, view)
@@ -30,34 +34,8 @@ class EdgeTerm:
         seen, wish = self.evidence, self.settings
         if not len(seen.edge_pixels):
             return Share(0.0)
-        target = edges_of(view.depth, view.points, np.zeros(view.depth.shape, np.bool_), wish.canny)
-        found = np.empty(len(seen.edge_pixels), np.int64)
-        none = np.empty(0, np.float32)
-        match.nearest_in_window(
-            seen.edge_pixels,
-            seen.edge_samples,
-            target,
-            wish.edge_window // 2,
-            wish.gate,
-            seen.apart,
-            none,
-            seen.tones,
-            0.0,
-            found,
-        )
-        weight = wish.edge if wish.preset == "paper" else wish.edge * 250.0 / len(seen.edge_pixels)
-        points, normals, bones = view.found(found)
-        cost, inliers = match.gather(
-            found,
-            bones,
-            points,
-            normals,
-            seen.edge_samples,
-            False,
-            0.0,
-            wish.scale,
-            weight,
-            sums.hessian,
-            sums.gradient,
-        )
-        return Share(cost, inliers, len(found))
+        edges = edges_of(view.depth, wish.canny)
+        count = len(seen.edge_pixels)
+        half, points = wish.edge_window // 2, (seen.edge_pixels, seen.edge_samples)
+        cost, inliers = drawn_from(view, edges, points, seen, half, wish, 0.0, self.weight, sums)
+        return Share(cost, inliers, count)

@@ -10,6 +10,7 @@ from ..bodies.camera import Camera
 from .observation import Observation
 from .settings import TrackSettings
 
+JUMP = 0.06  # m, the least step in depth that is an edge
 MARGIN = 0.45  # m about the person's pixels that are worked on: no limb gets farther between two frames
 
 
@@ -23,7 +24,6 @@ class Evidence:
     camera : of the raster.
     intrinsics : (4,) the same as numbers.
     depth, free : (h, w) as in `Observation`.
-    points : (h, w, 3) m, NaN off the person.
     pixels, samples : (N, 2) row and column and (N, 3) m of the sampled points of the person.
     edge_pixels, edge_samples : (E, 2) and (E, 3) of the observed edges; empty when edges do not count.
     tones : (h, w) intensities, or (0, 0).
@@ -35,7 +35,6 @@ class Evidence:
     intrinsics: Floats
     depth: Singles
     free: Bools
-    points: Singles
     pixels: Ints
     samples: Singles
     edge_pixels: Ints
@@ -46,6 +45,7 @@ class Evidence:
 
 
 STANDARD = 400.0
+KNOWN = np.empty((0, 0), np.bool_)  # no pixel is unknown
 
 
 def raster_step(settings: TrackSettings, camera: Camera) -> int:
@@ -55,8 +55,6 @@ def raster_step(settings: TrackSettings, camera: Camera) -> int:
 
 def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence | None:
     """The evidence in one frame; None when the person has no pixel."""
-    from ..kernels import match
-
     seen = observation.every(raster_step(settings, observation.camera))
     box = _box(seen)
     if box is None:
@@ -69,15 +67,13 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
     tones = np.empty((0, 0), np.float32)
     if "color" in settings.terms and seen.intensity is not None:
         tones = np.ascontiguousarray(seen.intensity[top:bottom, left:right])
-    points = np.empty((*depth.shape, 3), np.float32)
-    match.unproject(depth, camera.fx, camera.fy, camera.cx, camera.cy, points)
-    pixels, samples = _listed(depth, points, settings.every)
+    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+    pixels, samples = _listed(depth, intrinsics, settings.every)
     edge_pixels, edge_samples = np.empty((0, 2), np.int64), np.empty((0, 3), np.float32)
     if "edge" in settings.terms:
-        edges = edges_of(depth, points, ~free & ~np.isfinite(depth), settings.canny)
-        edge_pixels, edge_samples = _listed(edges[..., 2], edges, settings.edge_every)
+        edges = edges_of(depth, settings.canny, ~free & np.isnan(depth))
+        edge_pixels, edge_samples = _listed(edges, intrinsics, settings.edge_every)
     weight = 1.0 if settings.preset == "paper" else STANDARD / max(len(pixels), 1)
-    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
     corners = (
         [(u - camera.cx) / camera.fx for u in (0, camera.width)],
         [(v - camera.cy) / camera.fy for v in (0, camera.height)],
@@ -89,7 +85,6 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
         intrinsics,
         depth,
         free,
-        points,
         pixels,
         samples,
         edge_pixels,
@@ -100,34 +95,34 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
     )
 
 
-def edges_of(depth: Singles, points: Singles, unknown: Bools, canny: bool, jump: float = 0.06) -> Singles:
-    """(h, w, 3) points on edges of a depth image, NaN elsewhere: near sides of steps, or Canny's edges.
+def edges_of(depth: Singles, canny: bool, unknown: Bools = KNOWN, jump: float = JUMP) -> Singles:
+    """(h, w) the depths on edges of a depth image, NaN elsewhere: near sides of steps, or Canny's edges.
 
     Parameters
     ----------
-    depth : (h, w) m, NaN off the person. points : (h, w, 3) m, the same.
-    unknown : (h, w) True where NaN proves nothing.
+    depth : (h, w) m, NaN off the person.
     canny : which of the two; Canny's background pixels are moved to the foreground as in section 3.4.2.
+    unknown : (h, w) True where NaN proves nothing; nowhere when not given.
     jump : m, the least step.
     """
-    from ..kernels import match
+    from ..kernels import rendered
 
     if not canny:
-        edge = np.empty(points.shape, np.float32)
-        match.steps(depth, unknown, jump, points, edge)
+        edge = np.empty(depth.shape, np.float32)
+        rendered.steps(depth, unknown, jump, edge)
         return edge
     import cv2
 
     on = np.isfinite(depth)
     if not on.any():
-        return np.full(points.shape, np.nan, np.float32)
+        return np.full(depth.shape, np.nan, np.float32)
     near, far = float(np.nanmin(depth)), float(np.nanmax(depth))
     # The background stands a metre behind the person: beyond any step on the body, yet within the range of a byte.
     scene = np.where(on, depth, np.float32(far + 1.0))
     scaled = np.clip((scene - near) * (255.0 / (far + 1.0 - near)), 0, 255).astype(np.uint8)
     step = 255.0 / (far + 1.0 - near) * jump
     sharp = cv2.Canny(scaled, 2.0 * step, 4.0 * step) > 0  # Sobel sums to four times a step
-    return np.where(_to_foreground(sharp, on)[..., None], points, np.float32(np.nan))
+    return np.where(_to_foreground(sharp, on), depth, np.float32(np.nan))
 
 
 def _to_foreground(edge: Bools, on: Bools) -> Bools:
@@ -157,11 +152,10 @@ def _box(seen: Observation) -> tuple[int, int, int, int] | None:
     )
 
 
-def _listed(depth: Singles, points: Singles, every: int) -> tuple[Ints, Singles]:
+def _listed(depth: Singles, intrinsics: Floats, every: int) -> tuple[Ints, Singles]:
     from ..kernels import rendered
 
-    pixels = np.empty((depth.size, 2), np.int64)
-    count = rendered.listed(depth, every, pixels)
-    samples = np.empty((count, 3), np.float32)
-    rendered.samples_of(pixels, count, points, samples)
-    return pixels[:count].copy(), samples
+    most = -(-depth.shape[0] // every) * -(-depth.shape[1] // every)
+    pixels, samples = np.empty((most, 2), np.int64), np.empty((most, 3), np.float32)
+    count = rendered.listed(depth, intrinsics, every, pixels, samples)
+    return pixels[:count].copy(), samples[:count].copy()

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import final
 
+from ..bodies.performer import Pose
 from ..kernels import match
 from .evidence import Evidence
 from .settings import TrackSettings
@@ -34,7 +35,7 @@ class FreespaceTerm:
             view.bones,
             view.samples,
             seen.free,
-            round(REACH * fx / max(float(view.pose.translation[2]), 0.3)),
+            far_at(view.pose, seen),
             fx,
             fy,
             self.settings.free_scale,
@@ -43,3 +44,8 @@ class FreespaceTerm:
             sums.gradient,
         )
         return Share(cost, 0, outside)
+
+
+def far_at(pose: Pose, evidence: Evidence) -> int:
+    """px, how far a rendered point is drawn."""
+    return round(REACH * evidence.camera.fx / max(float(pose.translation[2]), 0.3))

@@ -6,15 +6,16 @@ measured by `calibrate`.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
 from ..arrays import Floats, frozen
 from ..bodies.performer import BONES, DOFS, MOVES, Performer, Pose
 from .evidence import Evidence
+from .freespace_term import far_at
 from .settings import TrackSettings
-from .view import View, view_of
+from .view import view_of
 
 # Bones and axes (x breadth, y length, z depth) that a width stretches, and its spread among people.
 _WIDTHS: tuple[tuple[tuple[str, ...], tuple[int, ...], float], ...] = (
@@ -80,23 +81,48 @@ def learned(girth: Girth, performer: Performer, pose: Pose, evidence: Evidence, 
     ----------
     performer : in use, `girth.performer`. pose : as solved for the frame. evidence, settings : of the frame.
     """
+    from ..kernels import widths
+
     view = view_of(performer, pose, evidence, settings.every)
-    points, normals, bones, residual = _matches(view, evidence, settings)
-    weight = 1.0 / (1.0 + (residual / settings.scale) ** 2) ** 2
-    # Of every sample: how far a width moves it along its normal, and how a degree of freedom does.
-    turn, origin = view.placed[bones, :3, :3], view.placed[bones, :3, 3]
-    local = np.einsum("nji,nj->ni", turn, points - origin)
-    normal = np.einsum("nji,nj->ni", turn, normals)
-    by_width = np.einsum("gna,na->ng", AXES_OF[:, bones], local * normal)
-    rows = np.concatenate((np.cross(points, normals), normals), axis=1)
-    by_pose = (rows @ view.twists.T) * MOVES[bones]
-    trust = weight / (NOISE**2 * CLUMP)
-    form = (by_pose * trust[:, None]).T @ by_pose
+    half, systems = settings.window // 2 + 2, np.zeros((len(BONES), widths.ROW, widths.ROW))
+    near = half, settings.gate, evidence.apart, settings.scale, NOISE**-2.0 / CLUMP
+    # Points of the model should move along their normals to the observed ones; to an observed point beside the model
+    # the nearest one of the model should move straight; one where nobody is, sideways to the outline.
+    widths.from_model(
+        view.pixels,
+        view.samples,
+        view.normals,
+        view.bones,
+        view.placed,
+        evidence.depth,
+        evidence.free,
+        evidence.intrinsics,
+        far_at(pose, evidence),
+        *near,
+        systems,
+    )
+    widths.from_seen(
+        evidence.pixels,
+        evidence.samples,
+        view.depth,
+        view.solid,
+        evidence.intrinsics,
+        performer.solids.arrays[0],
+        view.placed,
+        *near,
+        systems,
+    )
+    # Rows of a bone's system, [twist, stretch along each axis, residual], to degrees of freedom, widths, residual.
+    link = np.zeros((len(BONES), widths.ROW, DOFS + len(_WIDTHS) + 1))
+    link[:, :6, :DOFS] = view.twists.T * MOVES[:, None]
+    link[:, 6:9, DOFS:-1] = AXES_OF.transpose(1, 2, 0)
+    link[:, 9, -1] = 1.0
+    whole = (link.transpose(0, 2, 1) @ systems @ link).sum(axis=0)
+    form, couple, by_width = whole[:DOFS, :DOFS], whole[:DOFS, DOFS:-1], whole[DOFS:-1, DOFS:-1]
     form[np.diag_indices(DOFS)] += 1.0  # joints that no pixel tells of stay
-    couple = (by_pose * trust[:, None]).T @ by_width
-    solved = np.linalg.solve(form, np.column_stack((couple, by_pose.T @ (trust * residual))))
-    information = (by_width * trust[:, None]).T @ by_width - couple.T @ solved[:, :-1]
-    right = by_width.T @ (trust * residual) - couple.T @ solved[:, -1] + information @ girth.scale
+    solved = np.linalg.solve(form, whole[:DOFS, DOFS:])
+    information = by_width - couple.T @ solved[:, :-1]
+    right = whole[DOFS:-1, -1] - couple.T @ solved[:, -1] + information @ girth.scale
     information, right = girth.information + information, girth.right + right
     frames = girth.frames + 1
     scale = girth.scale
@@ -104,69 +130,3 @@ def learned(girth: Girth, performer: Performer, pose: Pose, evidence: Evidence, 
         wanted = np.linalg.solve(information + np.diag(SPREAD**-2.0), right)
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
     return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames)
-
-
-def _matches(view: View, evidence: Evidence, settings: TrackSettings) -> tuple[Floats, Floats, np.ndarray, Floats]:
-    """Points (N, 3), directions (N, 3), bones (N,) and how far (N,) m each should move, of all that match both ways.
-
-    A rendered point should move along its normal to the observed one; to an observed point beside the model the
-    nearest rendered one should move straight; one where nobody is, sideways to the outline.
-    """
-    from ..kernels import match
-
-    half, none = settings.window // 2 + 2, np.empty(0, np.float32)
-    near = half, settings.gate, evidence.apart, none, none[None], 0.0
-    found = np.empty(len(view.pixels), np.int64)
-    match.nearest_in_window(view.pixels, view.samples, evidence.points, *near, found)
-    hit = found >= 0
-    hit &= ~evidence.free[view.pixels[:, 0], view.pixels[:, 1]]
-    to = evidence.points.reshape(-1, 3)[found[hit]] - view.samples[hit]
-    parts: list[tuple[Any, Any, Any, Any]] = [
-        (view.samples[hit], view.normals[hit], view.bones[hit], np.einsum("ni,ni->n", to, view.normals[hit]))
-    ]
-    found = np.empty(len(evidence.pixels), np.int64)
-    match.nearest_in_window(
-        evidence.pixels,
-        evidence.samples,
-        view.points,
-        half,
-        settings.gate,
-        evidence.apart,
-        none,
-        none[None],
-        0.0,
-        found,
-    )
-    beside = (found >= 0) & np.isnan(view.depth[evidence.pixels[:, 0], evidence.pixels[:, 1]])
-    points, _, bones = view.found(found[beside])
-    away = evidence.samples[beside] - points
-    size = np.linalg.norm(away, axis=1)
-    parts.append((points, away / np.maximum(size, 1e-6)[:, None], bones, size))
-    parts += _outside(view, evidence)
-    joined = [np.concatenate([part[i] for part in parts]) for i in range(4)]
-    return joined[0].astype(np.float64), joined[1].astype(np.float64), joined[2], joined[3].astype(np.float64)
-
-
-def _outside(view: View, evidence: Evidence) -> list[tuple[Any, Any, Any, Any]]:
-    """Rendered samples where nobody is: they should move in the image's plane to the nearest person's pixel."""
-    import cv2
-
-    out = evidence.free[view.pixels[:, 0], view.pixels[:, 1]]
-    if not out.any():
-        return []
-    _, label = cv2.distanceTransformWithLabels(
-        evidence.free.astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    rows, columns = view.pixels[out].T
-    here = np.flatnonzero(~evidence.free.ravel())
-    place = np.empty(int(label.max()) + 1, np.int64)
-    place[label.ravel()[here]] = here
-    nearest = place[label[rows, columns]]
-    z = view.samples[out, 2].astype(np.float64)
-    fx, fy, _, _ = evidence.intrinsics
-    width = evidence.depth.shape[1]
-    shift = np.stack(
-        ((nearest % width - columns) * z / fx, (nearest // width - rows) * z / fy, np.zeros(len(z))), axis=1
-    )
-    size = np.linalg.norm(shift, axis=1)
-    return [(view.samples[out], shift / np.maximum(size, 1e-6)[:, None], view.bones[out], size)]

@@ -10,7 +10,7 @@ from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.performer import AXES, BONES, FIRST, LANDMARKS, Performer, Pose
 from ..bodies.solids import Solids
 from ..bodies.surface import intrinsics
-from ..kernels import articulated, limbs, raycast
+from ..kernels import limbs, raycast, rendered
 from .database import PoseDatabase
 from .evidence import Evidence
 
@@ -111,26 +111,34 @@ def cast_parts(
 ) -> tuple[Singles, NDArray[np.int16]]:
     """Depth and solid of the performer on the coarse raster, without one limb (solids numbered anew) if wanted."""
     solids = performer.solids
-    chosen = _chosen(solids) if without is None else _chosen(solids, without.bones)
-    placed = np.empty((len(performer.bones), 4, 4))
-    articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
-    bones, kinds, centers, turns, sizes, tapers = chosen
-    solid_placed, parts = np.empty((len(bones), 3, 4)), np.empty((len(bones), raycast.PARTS))
-    raycast.place(placed, bones, centers, turns, solid_placed)
-    height, width = coarse.seen.shape
-    raycast.prepare(solid_placed, kinds, sizes, tapers, coarse.intrinsics, width, height, parts)
+    chosen = solids.arrays if without is None else _chosen(solids, without.bones)
+    frames, count = np.empty((len(performer.bones), 4, 4)), len(chosen[0])
+    placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
     depth, solid = np.empty(coarse.seen.shape, np.float32), np.empty(coarse.seen.shape, np.int16)
-    raycast.cast(parts, depth, solid)
+    bones, kinds, centers, turns, sizes, tapers = chosen
+    rendered.picture(
+        *performer.chain,
+        *pose.arrays,
+        bones,
+        kinds,
+        centers,
+        turns,
+        sizes,
+        tapers,
+        coarse.intrinsics,
+        frames,
+        placed,
+        parts,
+        depth,
+        solid,
+    )
     return depth, solid
 
 
 def _chosen(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...] = ()) -> tuple[Any, ...]:
-    """Bones, kinds, centres, turns, sizes and tapers of some of the solids."""
-    every = solids.bone, solids.kind, solids.center, solids.turn, solids.size, solids.taper
-    if not (without or only):
-        return every
+    """Bones, kinds, centres, turns, sizes and tapers of the solids of some bones, or of all the others."""
     chosen = np.isin(solids.bone, only) if only else ~np.isin(solids.bone, without)
-    return tuple(values[chosen] for values in every)
+    return tuple(values[chosen] for values in solids.arrays)
 
 
 def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
@@ -146,9 +154,7 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
     costs = np.empty(len(candidates))
     limbs.limb_costs(
         *performer.chain,
-        pose.translation,
-        pose.root,
-        pose.joints,
+        *pose.arrays,
         limb.columns,
         np.ascontiguousarray(candidates),
         bones,

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats
-from ..bodies.performer import DOFS
+from ..kernels.bone_systems import within
 from .terms import Share
 from .view import Sums, View
 
@@ -32,10 +32,7 @@ class LimitsTerm:
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """Only degrees of freedom beyond a limit are touched."""
-        beyond = self._beyond(view)
-        sums.normal.ravel()[6 * (DOFS + 1) :: DOFS + 1] += self.weight * (beyond != 0.0)
-        sums.right[6:] -= self.weight * beyond
-        return Share(float(self.weight * (beyond @ beyond)))
+        return Share(within(view.pose.joints, self.limits, self.weight, sums.normal, sums.right))
 
     def _beyond(self, view: View) -> Floats:
         joints, limits = view.pose.joints, self.limits[6:]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Floats, frozen
 from ..bodies.performer import Pose
+from ..kernels.bone_systems import about_mean
 from ..numerics.local_pca import LocalPca, local_pca
 from .database import PoseDatabase
 from .settings import TrackSettings
@@ -40,11 +41,7 @@ class PriorTerm:
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """Equation 3.13."""
-        away = view.pose.joints - self.mean
-        pull = self.form @ away
-        sums.normal[6:, 6:] += self.form
-        sums.right[6:] -= pull
-        return Share(float(away @ pull))
+        return Share(about_mean(view.pose.joints, self.mean, self.form, sums.normal, sums.right))
 
 
 def prior_term(

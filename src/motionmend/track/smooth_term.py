@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.performer import DOFS, Pose
+from ..kernels.bone_systems import drawn_to
 from ..kernels.dense import turn_between
 from .terms import Share, Term
 from .view import Sums, View
@@ -41,10 +42,8 @@ class SmoothTerm:
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """A = weights, b = weights · (expected - pose): below equation 3.15."""
-        away = difference(view.pose, self.expected)
-        sums.normal.ravel()[:: DOFS + 1] += self.weights
-        sums.right -= self.weights * away
-        return Share(float(self.weights @ away**2))
+        away = np.empty(DOFS)
+        return Share(drawn_to(*view.pose.arrays, *self.expected.arrays, self.weights, away, sums.normal, sums.right))
 
 
 def about(terms: Sequence[Term], expected: Pose) -> list[Term]:

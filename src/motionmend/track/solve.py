@@ -1,16 +1,28 @@
 """The pose of one frame: the terms put together and minimised (section 3.6)."""
 
 from collections.abc import Sequence
+from typing import TypeVar
 
-from ..arrays import Floats
-from ..bodies.performer import Performer, Pose, advance
+import numpy as np
+
+from ..arrays import Floats, frozen
+from ..bodies.performer import DOFS, Performer, Pose, advance
 from ..numerics.least_squares import Solution, System, gauss_newton
-from .evidence import Evidence
+from .edge_term import EdgeTerm
+from .evidence import JUMP, Evidence
+from .freespace_term import FreespaceTerm, far_at
+from .limits_term import LimitsTerm
+from .prior_term import PriorTerm
 from .settings import TrackSettings
+from .smooth_term import SmoothTerm
+from .surface_term import WIDER, SurfaceTerm
 from .terms import Term
-from .view import Sums, view_of
+from .view import BONES_MOVED, MOVED_FIRST, Canvas, Sums, view_of
 
 TOLERANCE = 5e-3  # m and rad; below what a depth sensor tells
+LONGEST = 0.35  # m and rad, of one step
+NO_MEAN, NO_FORM = frozen(np.zeros(0)), frozen(np.zeros((0, 0)))
+Kind = TypeVar("Kind", bound=Term)
 
 
 def solve_pose(
@@ -37,8 +49,15 @@ def solve_pose(
     The pose, its costs and inliers by term, and the normal matrix (34, 34) at the end.
     """
 
+    most = settings.iterations if iterations is None else iterations
+    if known(terms):
+        solution = _at_once(performer, evidence, terms, pose, settings, most)
+        if solution is not None:
+            return solution
+    canvas = Canvas(evidence.depth.shape, settings.every, len(performer.solids))
+
     def linearize(at: Pose, iteration: int) -> System:
-        view = view_of(performer, at, evidence, settings.every)
+        view = view_of(performer, at, evidence, settings.every, canvas)
         sums = Sums()
         costs, inliers, samples = {}, {}, 0.0
         for term in terms:
@@ -53,12 +72,88 @@ def solve_pose(
     def move(at: Pose, step: Floats) -> Pose:
         return advance(performer, at, step)
 
-    return gauss_newton(
-        linearize,
-        pose,
-        move,
-        settings.iterations if iterations is None else iterations,
-        settings.damping,
-        TOLERANCE,
-        longest=0.35,
+    return gauss_newton(linearize, pose, move, most, settings.damping, TOLERANCE, LONGEST)
+
+
+def known(terms: Sequence[Term]) -> bool:
+    """Whether the kernel `descend` knows all of the terms: neither colour nor Canny's edges."""
+    surface, smooth = _of(terms, SurfaceTerm), _of(terms, SmoothTerm)
+    edge = _of(terms, EdgeTerm)
+    others = EdgeTerm, FreespaceTerm, LimitsTerm, PriorTerm
+    return (
+        surface is not None
+        and surface.before is None
+        and smooth is not None
+        and not (edge is not None and edge.settings.canny)
+        and all(isinstance(term, (SurfaceTerm, SmoothTerm, *others)) for term in terms)
     )
+
+
+def _at_once(
+    performer: Performer, evidence: Evidence, terms: Sequence[Term], pose: Pose, settings: TrackSettings, most: int
+) -> Solution[Pose] | None:
+    """The same by one kernel; None where a system is singular."""
+    from ..kernels import descend
+
+    smooth, limits, prior = _of(terms, SmoothTerm), _of(terms, LimitsTerm), _of(terms, PriorTerm)
+    edge, free = _of(terms, EdgeTerm), _of(terms, FreespaceTerm)
+    assert smooth is not None
+    wish = np.zeros(1, descend.WISHES)
+    wish["every"], wish["two_way"] = settings.every, settings.two_way
+    wish["half"], wish["wide"] = settings.window // 2, WIDER if settings.two_way else 0
+    wish["edge_half"], wish["iterations"], wish["settled"] = settings.edge_window // 2, max(most, 1), most
+    wish["gate"], wish["apart"], wish["scale"] = settings.gate, evidence.apart, settings.scale
+    wish["along"], wish["back"], wish["surface"] = settings.along_normal, settings.along_back, evidence.weight
+    wish["jump"], wish["edge"] = JUMP, 0.0 if edge is None else edge.weight
+    wish["reach"], wish["free_scale"] = far_at(pose, evidence), settings.free_scale
+    wish["free"] = 0.0 if free is None else settings.freespace * evidence.weight
+    wish["limits"], wish["prior"] = 0.0 if limits is None else limits.weight, prior is not None
+    wish["damping"], wish["tolerance"], wish["longest"] = settings.damping, TOLERANCE, LONGEST
+    translation, root, joints = pose.arrays
+    normal, right = np.empty((DOFS, DOFS)), np.empty(DOFS)
+    costs, counts = np.zeros(6), np.zeros((6, 2), np.int64)
+    bone, kind, center, turn, size, taper = performer.solids.arrays
+    taken, converged = descend.descend(
+        *performer.chain,
+        translation,
+        root,
+        joints,
+        bone,
+        kind,
+        center,
+        turn,
+        size,
+        taper,
+        MOVED_FIRST,
+        BONES_MOVED,
+        evidence.intrinsics,
+        evidence.depth,
+        evidence.free,
+        evidence.pixels,
+        evidence.samples,
+        evidence.edge_pixels,
+        evidence.edge_samples,
+        *smooth.expected.arrays,
+        smooth.weights,
+        performer.limits if limits is None else limits.limits,
+        NO_MEAN if prior is None else prior.mean,
+        NO_FORM if prior is None else prior.form,
+        wish,
+        normal,
+        right,
+        costs,
+        counts,
+    )
+    if not taken:
+        return None
+    order = SurfaceTerm, EdgeTerm, FreespaceTerm, SmoothTerm, LimitsTerm, PriorTerm
+    number = {term.name: order.index(type(term)) for term in terms}
+    shown = {name: int(counts[i, 0]) for name, i in number.items() if counts[i, 1]}
+    system = System(
+        normal, right, {name: float(costs[i]) for name, i in number.items()}, shown, float(counts[:, 1].sum())
+    )
+    return Solution(Pose(translation, root, joints), system, taken, converged)
+
+
+def _of(terms: Sequence[Term], kind: type[Kind]) -> Kind | None:
+    return next((term for term in terms if isinstance(term, kind)), None)

@@ -5,13 +5,14 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Floats, Singles
+from ..arrays import Floats, Ints, Singles
 from ..kernels import match
 from .evidence import Evidence
 from .settings import TrackSettings
 from .terms import Share, cost_of
 from .view import Sums, View
 
+WIDER = 4  # px, by which the window is wider on either side at first
 _NO_TONES = np.empty(0, np.float32)
 
 
@@ -39,47 +40,33 @@ class SurfaceTerm:
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """Equations 3.4 to 3.7, with robust weights and along normals as the settings say."""
         seen, wish = self.evidence, self.settings
-        half = wish.window // 2 + (max(0, 4 - 2 * iteration) if wish.two_way else 0)  # wide at first
+        half = wish.window // 2 + (max(0, WIDER - 2 * iteration) if wish.two_way else 0)  # wide at first
         tones, color = self._tones(view)
-        found = np.empty(len(view.pixels), np.int64)
-        match.nearest_in_window(
-            view.pixels, view.samples, seen.points, half, wish.gate, seen.apart, tones, seen.tones, color, found
-        )
-        hessian, gradient = sums.hessian, sums.gradient
-        cost, inliers = match.gather(
-            found,
-            view.bones,
+        cost, inliers = match.draw_to_seen(
+            view.pixels,
             view.samples,
             view.normals,
-            seen.points.reshape(-1, 3),
-            True,
+            view.bones,
+            seen.depth,
+            seen.intrinsics,
+            half,
+            wish.gate,
+            seen.apart,
+            tones,
+            seen.tones,
+            color,
             wish.along_normal,
             wish.scale,
             seen.weight,
-            hessian,
-            gradient,
+            sums.hessian,
+            sums.gradient,
         )
-        total = len(found)
+        total = len(view.pixels)
         if wish.two_way:
-            found = np.empty(len(seen.pixels), np.int64)
-            match.nearest_in_window(
-                seen.pixels, seen.samples, view.points, half, wish.gate, seen.apart, _NO_TONES, seen.tones, 0.0, found
+            more, good = drawn_from(
+                view, view.depth, (seen.pixels, seen.samples), seen, half, wish, wish.along_back, seen.weight, sums
             )
-            points, normals, bones = view.found(found)
-            more, good = match.gather(
-                found,
-                bones,
-                points,
-                normals,
-                seen.samples,
-                False,
-                wish.along_back,
-                wish.scale,
-                seen.weight,
-                hessian,
-                gradient,
-            )
-            cost, inliers, total = cost + more, inliers + good, total + len(found)
+            cost, inliers, total = cost + more, inliers + good, total + len(seen.pixels)
         return Share(cost, inliers, total)
 
     def _tones(self, view: View) -> tuple[Singles, float]:
@@ -97,3 +84,45 @@ class SurfaceTerm:
         tones = np.full(len(point), np.nan, np.float32)
         tones[inside] = image[row[inside].astype(np.int64), column[inside].astype(np.int64)]
         return tones, self.settings.color_weight
+
+
+def drawn_from(
+    view: View,
+    model: Singles,
+    points: tuple[Ints, Singles],
+    seen: Evidence,
+    half: int,
+    wish: TrackSettings,
+    along: float,
+    weight: float,
+    sums: Sums,
+) -> tuple[float, int]:
+    """Observed points draw the model's nearest ones to themselves: cost and inliers.
+
+    Parameters
+    ----------
+    model : (h, w) m, the view's depth, or NaN but for those of its pixels that count.
+    points : rows and columns (N, 2) and places (N, 3) in m of what is observed.
+    seen, wish : of the frame. half, along, weight : of this term. sums : added to.
+    """
+    bone, kind, _, _, size, taper = view.performer.solids.arrays
+    cost, inliers = match.draw_from_seen(
+        *points,
+        model,
+        view.solid,
+        seen.intrinsics,
+        view.solid_placed,
+        kind,
+        size,
+        taper,
+        bone,
+        half,
+        wish.gate,
+        seen.apart,
+        along,
+        wish.scale,
+        weight,
+        sums.hessian,
+        sums.gradient,
+    )
+    return cost, inliers

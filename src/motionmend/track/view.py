@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Ints, Singles
-from ..bodies.performer import AXES, DOFS, FIRST, MOVES, PARENTS, RESTS, Performer, Pose
-from ..kernels import articulated, match, raycast, rendered
+from ..bodies.performer import DOFS, MOVES, PARENTS, Performer, Pose
+from ..kernels import bone_systems, raycast, rendered
 from .evidence import Evidence
 
 BONES_MOVED = np.flatnonzero(MOVES.ravel()) % DOFS  # degrees of freedom that move bone 0, then bone 1, ...
@@ -24,8 +24,7 @@ class View:
     ----------
     pose : the pose.
     placed : (B, 4, 4) camera from bone. twists : (34, 6).
-    depth : (h, w) m, NaN = nothing.
-    points : (h, w, 3) m. solid : (h, w), -1 = nothing. solid_placed : (P, 3, 4) camera from solid.
+    depth : (h, w) m, NaN = nothing. solid : (h, w), -1 = nothing. solid_placed : (P, 3, 4) camera from solid.
     performer : whose view it is.
     pixels, samples, normals, bones : (N, 2), (N, 3), (N, 3), (N,) of every n-th pixel.
     """
@@ -34,7 +33,6 @@ class View:
     placed: Floats
     twists: Floats
     depth: Singles
-    points: Singles
     solid: NDArray[np.int16]
     solid_placed: Floats
     performer: Performer
@@ -42,26 +40,6 @@ class View:
     samples: Singles
     normals: Singles
     bones: Ints
-
-    def found(self, index: Ints) -> tuple[Singles, Singles, Ints]:
-        """Points (N, 3), normals (N, 3) and bones (N,) of pixels by their flat index (N,), -1 = none."""
-        solids = self.performer.solids
-        samples, normals = np.empty((len(index), 3), np.float32), np.empty((len(index), 3), np.float32)
-        bones = np.empty(len(index), np.int64)
-        rendered.describe_found(
-            index,
-            self.points,
-            self.solid,
-            self.solid_placed,
-            solids.kind,
-            solids.size,
-            solids.taper,
-            solids.bone,
-            samples,
-            normals,
-            bones,
-        )
-        return samples, normals, bones
 
 
 @final
@@ -83,11 +61,25 @@ class Sums:
     def assembled(self, view: View) -> tuple[Floats, Floats]:
         """Normal matrix and right side of everything added so far."""
         normal, right = self.normal.copy(), self.right.copy()
-        match.assemble(self.hessian, self.gradient, view.twists, MOVED_FIRST, BONES_MOVED, normal, right)
+        bone_systems.assemble(self.hessian, self.gradient, view.twists, MOVED_FIRST, BONES_MOVED, normal, right)
         return normal, right
 
 
-def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) -> View:
+@final
+class Canvas:
+    """What views of one raster are drawn on, kept from one to the next: a view lasts until the next one is drawn."""
+
+    def __init__(self, shape: tuple[int, int], every: int, solids: int) -> None:
+        # No larger than needed: large arrays come from the system page by page, each time anew.
+        most = -(-shape[0] // every) * -(-shape[1] // every)
+        self.placed, self.twists = np.empty((len(PARENTS), 4, 4)), np.empty((DOFS, 6))
+        self.solid_placed, self.parts = np.empty((solids, 3, 4)), np.empty((solids, raycast.PARTS))
+        self.depth, self.solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
+        self.pixels, self.bones = np.empty((most, 2), np.int64), np.empty(most, np.int64)
+        self.samples, self.normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
+
+
+def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int, canvas: Canvas | None = None) -> View:
     """Cast the performer onto the raster of the evidence.
 
     Parameters
@@ -95,52 +87,42 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) ->
     performer, pose : what is cast.
     evidence : of the frame: intrinsics, and depth (H, W) for the shape.
     every : every so-many-th row's and column's pixel is a sample (section 3.6: every fourth).
+    canvas : to be drawn over, made for this raster, `every` and as many solids; a new one when not given.
     """
-    solids = performer.solids
-    placed, twists = np.empty((len(PARENTS), 4, 4)), np.empty((DOFS, 6))
-    articulated.frames(*performer.chain, pose.translation, pose.root, pose.joints, placed)
-    articulated.twists(PARENTS, RESTS, FIRST, AXES, pose.joints, placed, twists)
-    solid_placed, parts = np.empty((len(solids), 3, 4)), np.empty((len(solids), raycast.PARTS))
-    raycast.place(placed, solids.bone, solids.center, solids.turn, solid_placed)
-    shape = evidence.depth.shape
-    raycast.prepare(
-        solid_placed, solids.kind, solids.size, solids.taper, evidence.intrinsics, shape[1], shape[0], parts
-    )
-    depth, solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
-    raycast.cast(parts, depth, solid)
-    # No larger than needed: large arrays come from the system page by page, each time anew.
-    most = -(-shape[0] // every) * -(-shape[1] // every)
-    points, pixels = np.empty((*shape, 3), np.float32), np.empty((most, 2), np.int64)
-    samples, normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
-    bones = np.empty(most, np.int64)
-    count = rendered.describe(
-        depth,
-        solid,
-        solid_placed,
-        solids.kind,
-        solids.size,
-        solids.taper,
-        solids.bone,
+    on = Canvas(evidence.depth.shape, every, len(performer.solids)) if canvas is None else canvas
+    bone, kind, center, turn, size, taper = performer.solids.arrays
+    count = rendered.sampled(
+        *performer.chain,
+        *pose.arrays,
+        bone,
+        kind,
+        center,
+        turn,
+        size,
+        taper,
         evidence.intrinsics,
         every,
-        points,
-        pixels,
-        samples,
-        normals,
-        bones,
+        on.placed,
+        on.twists,
+        on.solid_placed,
+        on.parts,
+        on.depth,
+        on.solid,
+        on.pixels,
+        on.samples,
+        on.normals,
+        on.bones,
     )
-    own = slice(0, count)
     return View(
         pose,
-        placed,
-        twists,
-        depth,
-        points,
-        solid,
-        solid_placed,
+        on.placed,
+        on.twists,
+        on.depth,
+        on.solid,
+        on.solid_placed,
         performer,
-        pixels[own],
-        samples[own],
-        normals[own],
-        bones[own],
+        on.pixels[:count],
+        on.samples[:count],
+        on.normals[:count],
+        on.bones[:count],
     )

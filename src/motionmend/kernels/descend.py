@@ -1,0 +1,174 @@
+"""All steps of Gauss-Newton for one frame's pose, from the picture of the body to its next place, without a return.
+
+The steps are those that `least_squares.gauss_newton` takes with the tracker's terms, one after the other from Python;
+here nothing is handed back and forth between them. What the terms ask is added up by the same kernels.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from . import articulated, bone_systems, dense, match, rendered
+from .compile import compiled
+
+_advance = articulated.advance
+
+WISHES = np.dtype(
+    [
+        (name, np.int64)
+        for name in ("every", "half", "wide", "two_way", "edge_half", "reach", "iterations", "settled")
+    ]
+    + [
+        (name, np.float64)
+        for name in (
+            "gate", "apart", "along", "back", "scale", "surface", "jump", "edge", "free_scale", "free", "limits",
+            "prior", "damping", "tolerance", "longest",
+        )
+    ]
+)  # fmt: skip
+"""What is asked of a frame: `every` of rows and columns that become samples; `half` of the surface's window, px, and
+by how much `wide`r it is at first; whether observed points draw `two_way`; `edge_half` of the edges' window; `reach`
+to a pixel that is not free, px; most `iterations`, and after how many a step that is no shorter ends it; `gate`,
+`apart`, m, see `match`; shares `along` the normal, forth and `back`; `scale`, m; weights of `surface`, `edge`, `free`
+space and `limits`, and whether there is a `prior`, 0 = none; `jump` of an edge and `free_scale`, m; `damping` relative
+to the diagonal; `tolerance` and `longest` of a step's components, m and rad."""
+
+SURFACE, EDGE, FREE, SMOOTH, LIMITS, PRIOR = range(6)
+
+
+@compiled
+def descend(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+    carriers: Ints,
+    kinds: Bytes,
+    centers: Floats,
+    turns: Floats,
+    sizes: Floats,
+    tapers: Floats,
+    moved_first: Ints,
+    moved: Ints,
+    camera: Floats,
+    seen: Singles,
+    free: Bools,
+    pixels: Ints,
+    samples: Singles,
+    edge_pixels: Ints,
+    edge_samples: Singles,
+    to_translation: Floats,
+    to_root: Floats,
+    to_joints: Floats,
+    smooth: Floats,
+    limits: Floats,
+    mean: Floats,
+    form: Floats,
+    wishes: Any,
+    normal: Floats,
+    right: Floats,
+    costs: Floats,
+    counts: Ints,
+) -> tuple[int, bool]:
+    """Steps from a pose towards the minimum of the terms; the pose is changed in place.
+
+    Parameters
+    ----------
+    parents .. tapers : body, pose and solids, as for `rendered.picture`.
+    moved_first, moved : which degrees of freedom move which bone, see `bone_systems.assemble`.
+    camera, seen, free : (4,) px, (H, W) m and True where nobody is.
+    pixels, samples, edge_pixels, edge_samples : (N, 2), (N, 3) and (E, 2), (E, 3) m, observed.
+    to_translation .. smooth : see `bone_systems.drawn_to`. limits : (D, 2). mean, form : of the prior.
+    wishes : (1,) of `WISHES`.
+    normal, right : (D, D) and (D,), written: the system about the pose before the last step.
+    costs, counts : (6,) and (6, 2), written: of each term its cost, inliers and samples there.
+
+    Returns
+    -------
+    Steps taken, and whether the last one was shorter than the tolerance. No steps, when a system is singular.
+    """
+    wish = wishes[0]
+    bones, dofs = len(parents), len(right)
+    frames, moving = np.empty((bones, 4, 4)), np.empty((dofs, 6))
+    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), 18))
+    depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
+    edge = np.empty(seen.shape, np.float32)
+    most = (seen.shape[0] // wish.every + 1) * (seen.shape[1] // wish.every + 1)
+    own_pixels, own_bones = np.empty((most, 2), np.int64), np.empty(most, np.int64)
+    own_samples, own_normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
+    hessian, gradient = np.empty((bones, 6, 6)), np.empty((bones, 6))
+    lifted, step, away = np.empty((dofs, dofs)), np.empty(dofs), np.empty(dofs)
+    known, no_tones = np.empty((0, 0), np.bool_), np.empty(0, np.float32)
+    before = np.inf
+    for taken in range(1, wish.iterations + 1):
+        hessian[:] = 0.0
+        gradient[:] = 0.0
+        normal[:] = 0.0
+        right[:] = 0.0
+        count = rendered.sampled(
+            parents, offsets, rests, first, axes, translation, root, joints, carriers, kinds, centers, turns, sizes,
+            tapers, camera, wish.every, frames, moving, placed, parts, depth, solid, own_pixels, own_samples,
+            own_normals, own_bones,
+        )  # fmt: skip
+        half = wish.half + max(0, wish.wide - 2 * (taken - 1))  # wide at first
+        costs[SURFACE], counts[SURFACE, 0] = match.draw_to_seen(
+            own_pixels[:count], own_samples, own_normals, own_bones, seen, camera, half, wish.gate, wish.apart,
+            no_tones, seen, 0.0, wish.along, wish.scale, wish.surface, hessian, gradient,
+        )  # fmt: skip
+        counts[SURFACE, 1] = count
+        if wish.two_way:
+            cost, inliers = match.draw_from_seen(
+                pixels, samples, depth, solid, camera, placed, kinds, sizes, tapers, carriers, half, wish.gate,
+                wish.apart, wish.back, wish.scale, wish.surface, hessian, gradient,
+            )  # fmt: skip
+            costs[SURFACE] += cost
+            counts[SURFACE, 0] += inliers
+            counts[SURFACE, 1] += len(pixels)
+        costs[SMOOTH] = bone_systems.drawn_to(
+            translation, root, joints, to_translation, to_root, to_joints, smooth, away, normal, right
+        )
+        if wish.edge > 0.0 and len(edge_pixels) > 0:
+            rendered.steps(depth, known, wish.jump, edge)
+            costs[EDGE], counts[EDGE, 0] = match.draw_from_seen(
+                edge_pixels, edge_samples, edge, solid, camera, placed, kinds, sizes, tapers, carriers,
+                wish.edge_half, wish.gate, wish.apart, 0.0, wish.scale, wish.edge, hessian, gradient,
+            )  # fmt: skip
+            counts[EDGE, 1] = len(edge_pixels)
+        if wish.free > 0.0:
+            costs[FREE], counts[FREE, 1] = match.push_out(
+                own_pixels[:count], own_bones, own_samples, free, wish.reach, camera[0], camera[1], wish.free_scale,
+                wish.free, hessian, gradient,
+            )  # fmt: skip
+        if wish.limits > 0.0:
+            costs[LIMITS] = bone_systems.within(joints, limits, wish.limits, normal, right)
+        if wish.prior > 0.0:
+            costs[PRIOR] = bone_systems.about_mean(joints, mean, form, normal, right)
+        bone_systems.assemble(hessian, gradient, moving, moved_first, moved, normal, right)
+        largest = 1e-300
+        for d in range(dofs):
+            largest = max(largest, normal[d, d])
+        for d in range(dofs):
+            step[d] = right[d]
+            for e in range(dofs):
+                lifted[d, e] = normal[d, e]
+            lifted[d, d] += wish.damping * normal[d, d] + 1e-12 * largest
+        if not dense.factor_and_solve(lifted, step):
+            return 0, False
+        size = 0.0
+        for d in range(dofs):
+            size = max(size, abs(step[d]))
+        if size > wish.longest:
+            for d in range(dofs):
+                step[d] *= wish.longest / size
+        _advance(translation, root, joints, step)
+        if size < wish.tolerance:
+            return taken, True
+        if taken >= wish.settled and size >= before:
+            return taken, False
+        before = size
+    return wish.iterations, False
