@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25
+from motionmend.bodies.postures import Postures
 from motionmend.errors import FileError
 from motionmend.live.address import Address
 from motionmend.live.mailbox import MOST_FRAMES
@@ -357,3 +358,48 @@ def test_numbers_of_any_packer_are_read(live):
         assert isinstance(answer["joints"], bytes)
         connection.send(msgpack.packb(frame(3, joints), use_bin_type=False))
         assert unpack(connection.recv(timeout=10))["seq"] == 3
+
+
+@pytest.mark.parametrize("text", [False, True])
+def test_a_server_that_looks_ahead_answers_late_says_so_and_gives_what_it_owes(model, text):
+    positions = moving(KINECT20, 20)
+    state = np.full(positions.shape[:2], 2, np.uint8)
+    raw = Postures(KINECT20.names, positions.astype(float), np.arange(20) / 30.0, state=state)
+    wanted = model.correct(raw, look_ahead=3).positions
+    with running(model, look_ahead=0.1) as live, client(live.url) as connection:
+        answers = []
+
+        def hear():
+            found = connection.recv(timeout=10)
+            answers.append(json.loads(found) if isinstance(found, str) else unpack(found))
+
+        for k, joints in enumerate(positions):
+            if text:
+                fields = {"seq": k, "t": k / 30.0, "joints": joints.tolist(), "state": [2] * 20}
+                connection.send(json.dumps(fields))
+            else:
+                connection.send(pack(frame(k, joints)))
+            if k >= 3:
+                hear()
+        connection.send(json.dumps({"end": True}) if text else pack({"end": True}))
+        for _ in range(3):
+            hear()
+        connection.send(pack({"end": True}))  # nothing is owed: nothing comes
+        with pytest.raises(TimeoutError):
+            connection.recv(timeout=0.2)
+    assert [one["seq"] for one in answers] == list(range(20))
+    assert {one["latency_ms"] for one in answers} == {100.0}
+    found = np.array([np.ravel(one["joints"]) if text else singles(one["joints"]) for one in answers])
+    assert found.reshape(20, 20, 3) == pytest.approx(wanted, abs=1e-4)
+
+
+def test_a_clock_that_goes_back_gets_what_was_owed_first(model):
+    positions = moving(KINECT20, 6)
+    with running(model, look_ahead=0.1) as live, client(live.url) as connection:
+        for k, joints in enumerate(positions[:5]):
+            connection.send(pack(frame(k, joints, 100.0 + k / 30.0)))
+        connection.send(pack(frame(5, positions[5], 0.0)))
+        connection.send(pack({"end": True}))
+        answers = [unpack(connection.recv(timeout=10)) for _ in range(6)]
+    assert [one["seq"] for one in answers] == list(range(6))
+    assert ["restarted" in one["flags"] for one in answers] == [False] * 5 + [True]

@@ -43,6 +43,13 @@ def correct(
             "exemplar, ridge, constant (learn from the same pairs), one-euro, savgol, kalman (only smooth)."
         ),
     ] = ("default"),
+    look_ahead: Annotated[
+        float | None,
+        Parameter(
+            help="Correct as if live: each frame from those before it and from so many seconds after it, 0 to 1. The "
+            "latency is stated. Not given: each frame from the whole recording."
+        ),
+    ] = None,
     fps: Annotated[float | None, Parameter(help="Rate in Hz of files without times; 30 when not given.")] = None,
     format: Annotated[
         str | None, Parameter(help="csv, bvh or amc: what to write for a folder or several files; csv when not given.")
@@ -65,7 +72,11 @@ def correct(
         raise UsageError(f"--method: one of {', '.join(METHODS)} was wanted, came {method!r}")
     if format is not None and f".{format}" not in WRITTEN:
         raise UsageError(f"--format: one of {', '.join(e[1:] for e in WRITTEN)} was wanted, came {format!r}")
-    task = Correction(method=method, online=online, fps=fps, timed=as_json).knowing(model)
+    if look_ahead is not None and method != "default":
+        raise UsageError(f"--look-ahead goes with the default method alone, came --method {method}")
+    if look_ahead is not None:
+        _frames_ahead(look_ahead, USUAL_FPS)
+    task = Correction(method=method, online=online, look_ahead=look_ahead, fps=fps, timed=as_json).knowing(model)
     ending = f".{format or 'csv'}"
     forms = Forms(
         SENSOR_ENDINGS,
@@ -78,6 +89,15 @@ def correct(
     return transform(
         task, files, out, sidecars=[".mend.json"], as_json=as_json, working=working, writing=writing, forms=forms
     )
+
+
+def _frames_ahead(seconds: float, fps: float) -> int:
+    from ..correct.look_ahead import frames_in
+
+    try:
+        return frames_in(seconds, fps)
+    except UsageError as error:
+        raise UsageError(f"--look-ahead: {error}") from None
 
 
 def placed(inputs: list[Input], *, ending: str) -> list[Input]:
@@ -102,6 +122,7 @@ class Correction:
 
     method: str = "default"
     online: bool = False
+    look_ahead: float | None = None
     fps: float | None = None
     timed: bool = False  # also how long single frames take, live
     model: "CorrectorModel | None" = None
@@ -124,10 +145,15 @@ class Correction:
         start = perf_counter()
         sensor = read_postures(job.source, fps=self.fps)
         was_read = perf_counter()
-        corrected = _empty_where_empty(sensor, self.model.correct(sensor, online=self.online, method=self.method))
+        corrected = self.model.correct(sensor, self.online, self.method, self._ahead(sensor))
+        corrected = _empty_where_empty(sensor, corrected)
         seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         return self._save(job, sensor, corrected, warnings, seconds)
+
+    def _ahead(self, sensor: "Postures") -> int | None:
+        """Frames after each that it is corrected from; None for all."""
+        return None if self.look_ahead is None else _frames_ahead(self.look_ahead, rate_of(sensor))
 
     def _save(
         self,
@@ -141,15 +167,23 @@ class Correction:
         start = perf_counter()
         counts = counted(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
+        ahead = self._ahead(sensor)
+        latency = None if ahead is None else round(1000.0 * ahead / rate_of(sensor), 3)
         facts = {
             "version": __version__,
             "input": job.source.name,
             "output": job.target.name,
             "model": self.model_facts,
-            "options": {"method": self.method, "online": self.online, "fps": self.fps},
+            "options": {
+                "method": self.method,
+                "online": self.online,
+                "look_ahead": self.look_ahead,
+                "fps": self.fps,
+            },
             "method": self.method,
             "frames": sensor.frames,
             "fps": sensor.fps,
+            "latency_ms": latency,
             "counts": counts,
             "channels": channels(sensor, corrected),
             "refused_frames": refused(corrected),
@@ -161,7 +195,7 @@ class Correction:
         }
         each = getattr(corrected.source, "seconds", None)
         if each is None and self.timed and self.model is not None and self.method == "default":
-            each = live_seconds(self.model, sensor)
+            each = live_seconds(self.model, sensor, ahead or 0)
         frame_ms = _frame_ms(sensor.frames, seconds["correct"], each)
         _write(job.target, corrected)
         seconds = {**seconds, "write": perf_counter() - start}
@@ -175,6 +209,7 @@ class Correction:
             "joints": len(sensor.names),
             "seconds": seconds,
             "frame_ms": frame_ms,
+            "latency_ms": latency,
             "counts": counts,
             "reliability": reliability["all"],
             "refused_frames": refused(corrected),
@@ -182,9 +217,10 @@ class Correction:
             "guesses": sensor.guesses,
         }
         empty = f", {counts['empty_frames']} without the person" if counts["empty_frames"] else ""
+        late = f", given out {latency:.0f} ms late" if latency else ""
         mean = reliability["all"]["mean"]
         line = (
-            f"{job.source}: {sensor.frames} frames{empty}, moved by {counts['moved_cm']} cm, "
+            f"{job.source}: {sensor.frames} frames{empty}{late}, moved by {counts['moved_cm']} cm, "
             f"reliability {mean if mean is not None else 'unknown'}: {job.target}"
         )
         return Done(said, line=line, warnings=warnings, guesses=sensor.guesses)
@@ -274,15 +310,19 @@ def _spread(values: Any, names: tuple[str, ...], present: Any) -> dict[str, dict
     return {"all": of(values[known]), **each}
 
 
-def live_seconds(model: "CorrectorModel", sensor: "Postures") -> list[float]:
+def rate_of(sensor: "Postures") -> float:
+    """The recording's rate in Hz; a sensor's usual one where it is not known."""
+    return sensor.fps if np.isfinite(sensor.fps) and sensor.fps > 0 else USUAL_FPS
+
+
+def live_seconds(model: "CorrectorModel", sensor: "Postures", look_ahead: int = 0) -> list[float]:
     """How long each of the recording's first frames takes when they come one by one, s."""
-    rate = sensor.fps if np.isfinite(sensor.fps) and sensor.fps > 0 else USUAL_FPS
-    state = model.start(sensor.names, rate)
+    state = model.start(sensor.names, rate_of(sensor), look_ahead=look_ahead)
     found = []
     for t in range(min(sensor.frames, TIMED)):
         start = perf_counter()
         states = None if sensor.state is None else sensor.state[t]
-        state, _ = model.step(state, sensor.positions[t], states, float(sensor.times[t]))
+        state, _ = model.feed(state, sensor.positions[t], states, float(sensor.times[t]))
         found.append(perf_counter() - start)
     return found
 

@@ -40,6 +40,13 @@ def serve(
     online: Annotated[
         bool, Parameter(show_default=False, help="Go on learning, from each client's frames for that client alone.")
     ] = False,
+    look_ahead: Annotated[
+        float,
+        Parameter(
+            help="Answer each frame only when those of so many seconds after it have come, 0 to 1: joints that fail "
+            "are then nearer the truth. Each answer says its latency."
+        ),
+    ] = 0.0,
     jobs: Annotated[
         int | None,
         Parameter(help="Processes that correct; 0: the server's own. The default is the number of cores, at most 4."),
@@ -62,17 +69,25 @@ def serve(
     avatar = None if vmc is None else udp_address(vmc, "--vmc")
     if lsl is not None and not lsl.strip():
         raise UsageError("--lsl: the name of a stream was wanted, came none")
+    if not 0 <= look_ahead <= 1:
+        raise UsageError(f"--look-ahead: 0 to 1 s was wanted, came {look_ahead}")
     need_live("serve")
     corrector = _corrector(model)
     from ..live.server import Server
 
     server = Server(
-        corrector, jobs=_processes(jobs), online=online, listeners=_listeners(avatar, lsl), origins=origin, say=say
+        corrector,
+        jobs=_processes(jobs),
+        online=online,
+        look_ahead=look_ahead,
+        listeners=_listeners(avatar, lsl),
+        origins=origin,
+        say=say,
     )
     gc.collect()
     gc.freeze()  # the model is not looked through again: shorter pauses
     with one_blas_thread():
-        asyncio.run(_serve(server, address))
+        asyncio.run(_serve(server, address, look_ahead))
     return 0
 
 
@@ -123,7 +138,7 @@ def _listeners(avatar: "Address | None", lsl: str | None) -> "list[Listener]":
     return found
 
 
-async def _serve(server: "Server", address: "Address") -> None:
+async def _serve(server: "Server", address: "Address", look_ahead: float) -> None:
     """Run until Ctrl-C or the system's request to end."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -136,6 +151,8 @@ async def _serve(server: "Server", address: "Address") -> None:
     def ready(real: "Address") -> None:
         say(f"listening on ws://{real}")
         say(f"page: http://{real}/")
+        if look_ahead:
+            say(f"answers wait {1000 * look_ahead:g} ms, to the nearest frame, for what comes after their frames")
         if not real.loopback:
             say("warning: other machines can connect, unencrypted and without a password")
 

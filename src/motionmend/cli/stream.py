@@ -85,13 +85,15 @@ def _tell(file: Path, out: Path | None, postures: "Postures", replayed: "Replaye
         "refused": len(replayed.refused),
         "lost": replayed.lost,
         "round_trip_ms": round_trip,
+        "latency_ms": replayed.latency_ms,
         "flags": replayed.flags,
         "guesses": postures.guesses,
     }
     if as_json:
         print(json_line(facts))
     times = ", ".join(f"{name} {value:.2f}" for name, value in round_trip.items()) if took.size else "none"
-    say(f"{file}: {took.size} of {frames} frames answered; round trip in ms: {times}")
+    late = f"; {replayed.latency_ms:g} of it to look ahead" if replayed.latency_ms else ""
+    say(f"{file}: {took.size} of {frames} frames answered; round trip in ms: {times}{late}")
     if replayed.refused:
         first = min(replayed.refused)
         say(f"warning ({file}): {len(replayed.refused)} frames refused, {first} first: {replayed.refused[first]}")

@@ -9,11 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Floats
+from ..errors import UsageError
 from ..kernels.following import MET_SECONDS, STRANGER
 from ..numerics import factors as process
 from ..numerics.factors import Belief, Factors
 from .hindsight import judged_again, less_own, trusted
 from .watching import PATIENCE, Sight
+
+LONGEST, MOST = 1.0, 60  # s and frames; more helps no more, and a frame costs more the farther it looks
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,23 @@ class Waiting:
         return replace(
             self, sights=self.sights[1:], given=self.given[1:], belief=belief, time=float(_time(self.sights[0]))
         )
+
+
+def frames_in(seconds: float, fps: float) -> int:
+    """Frames to look ahead, at least one unless the time is 0, at most `MOST`; the latency is that many frames.
+
+    Parameters
+    ----------
+    seconds : from 0 to `LONGEST`.
+    fps : Hz.
+
+    Raises
+    ------
+    UsageError : another time.
+    """
+    if not 0.0 <= seconds <= LONGEST:
+        raise UsageError(f"a look-ahead from 0 to {LONGEST:g} s was wanted, came {seconds}")
+    return min(max(round(seconds * fps), 1), MOST) if seconds > 0 else 0
 
 
 def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats, Belief]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from .listeners import Listener
 from .mailbox import Mailbox
-from .messages import MOST_BYTES, MessageError, decode, is_hello
+from .messages import MOST_BYTES, MessageError, decode, is_end, is_hello
 from .session import now
 
 if TYPE_CHECKING:
@@ -50,9 +50,10 @@ async def read_messages(connection: "ServerConnection", mailbox: Mailbox[Item]) 
 
 def _is_frame(message: bytes | str) -> bool:
     try:
-        return not is_hello(decode(message)[0])
+        fields, _ = decode(message)
     except MessageError:
         return False
+    return not is_hello(fields) and not is_end(fields)
 
 
 async def answer_messages(
@@ -73,13 +74,14 @@ async def answer_messages(
         reply = await desk.reply(client, *item, late, listener.wants(client))
         if reply.hello is not None:
             listener.opened(client, reply.hello)
-        if reply.data is not None:
-            try:
-                await connection.send(reply.data)
-            except ConnectionClosed:
-                return
-            counts.errors += reply.error
-            counts.frames += not reply.error
-        if reply.frame is not None and reply.answer is not None:
-            listener.frame(client, reply.frame, reply.answer)
+        for one in (*reply.before, reply):
+            if one.data is not None:
+                try:
+                    await connection.send(one.data)
+                except ConnectionClosed:
+                    return
+                counts.errors += one.error
+                counts.frames += not one.error
+            if one.frame is not None and one.answer is not None:
+                listener.frame(client, one.frame, one.answer)
         await asyncio.sleep(0)  # the others' turn

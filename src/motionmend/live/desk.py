@@ -31,11 +31,13 @@ class OwnDesk:
     ----------
     model : the corrector.
     online : whether it learns from the clients' frames, from each for itself.
+    look_ahead : s of frames for which an answer waits.
     """
 
-    def __init__(self, model: "CorrectorModel", online: bool = False) -> None:
+    def __init__(self, model: "CorrectorModel", online: bool = False, look_ahead: float = 0.0) -> None:
         self._model = model
         self._online = online
+        self._look_ahead = look_ahead
         self._sessions: dict[int, Session | None] = {}
 
     async def reply(
@@ -43,7 +45,9 @@ class OwnDesk:
     ) -> Reply:
         """What is to be done about a client's message; parameters as of `session.replied`."""
         session = self._sessions.get(client)
-        self._sessions[client], reply = replied(self._model, session, message, t_in, flags, whole, self._online)
+        self._sessions[client], reply = replied(
+            self._model, session, message, t_in, flags, whole, self._online, self._look_ahead
+        )
         return reply
 
     def close(self, client: int) -> None:

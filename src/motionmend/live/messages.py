@@ -1,8 +1,9 @@
-"""What passes between a client and the server: hello, frames, answers and errors, in msgpack or JSON.
+"""What passes between a client and the server: hello, frames, answers, errors and end, in msgpack or JSON.
 
     hello   {v: 1, skeleton: "kinect20" | "kinect25" | "azure32" | ..., fps, units: "m"}
     frame   {seq, t, joints: J rows x, y, z, state: J of 2, 1, 0}
-    answer  {seq, t_in, t_out, joints, reliability, std, flags}
+    answer  {seq, t_in, t_out, joints, reliability, std, flags}, and latency_ms where the server looks ahead
+    end     {end: true}, for the answers that a server that looks ahead still owes
     error   {error, seq where known}
 
 A binary message is msgpack, a text message JSON with the same keys. In msgpack numbers are little-endian bytes
@@ -83,7 +84,8 @@ class Frame:
 @final
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A corrected posture: `t_in`, `t_out` in s of the server's clock (Unix time); joints (J, 3), std (J,) in m."""
+    """A corrected posture: `t_in`, `t_out` in s of the server's clock (Unix time); joints (J, 3), std (J,) in m;
+    `latency_ms` for which the server let it wait to see what comes after it."""
 
     seq: int
     t_in: float
@@ -92,6 +94,7 @@ class Answer:
     reliability: Floats
     std: Floats
     flags: tuple[str, ...]
+    latency_ms: float = 0.0
 
 
 def decode(message: bytes | str) -> tuple[Fields, bool]:
@@ -128,6 +131,11 @@ def _unpacked(message: bytes) -> Any:
 def is_hello(fields: Fields) -> bool:
     """Whether this is meant as a hello; all else is a frame."""
     return "joints" not in fields and ("v" in fields or "skeleton" in fields)
+
+
+def is_end(fields: Fields) -> bool:
+    """Whether no more frames are to come before the answers that are owed."""
+    return "joints" not in fields and fields.get("end") is True
 
 
 def read_hello(fields: Fields) -> Hello:
@@ -253,6 +261,8 @@ def encode_answer(answer: Answer, form: Form) -> bytes | str:
         **{name: _written(values, form) for name, values in singles.items()},
         "flags": list(answer.flags),
     }
+    if answer.latency_ms > 0:
+        fields["latency_ms"] = answer.latency_ms
     return packed(fields, text=form != "msgpack")
 
 
@@ -270,6 +280,11 @@ def encode_hello(hello: Hello, text: bool = False) -> bytes | str:
     if hello.skeleton == NAMED:
         fields["names"] = list(hello.names)
     return packed(fields, text)
+
+
+def encode_end(text: bool = False) -> bytes | str:
+    """The message after the last frame."""
+    return packed({"end": True}, text)
 
 
 def encode_frame(frame: Frame) -> bytes | str:
@@ -306,6 +321,7 @@ def read_answer(message: bytes | str, joints: int) -> Answer:
             reliability.astype(np.float64),
             std.astype(np.float64),
             _flags(fields["flags"]),
+            float(fields.get("latency_ms", 0.0)),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise MessageError(f"an answer {{seq, t_in, t_out, joints, reliability, flags}} was wanted: {error}") from None

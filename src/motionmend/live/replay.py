@@ -13,7 +13,7 @@ from ..arrays import Bytes, Floats
 from ..bodies.joint_sets import known_set
 from ..bodies.postures import NOT_TRACKED, TRACKED, Postures
 from ..errors import FileError
-from .messages import NAMED, Answer, Frame, Hello, MessageError, encode_frame, encode_hello, read_answer
+from .messages import NAMED, Answer, Frame, Hello, MessageError, encode_end, encode_frame, encode_hello, read_answer
 
 if TYPE_CHECKING:
     from websockets.asyncio.client import ClientConnection
@@ -33,12 +33,14 @@ class Replayed:
     round_trip : (T,) s from sending a frame to having its answer; NaN where none came.
     refused : what the server said about frames it could not use, by frame.
     flags : how many answers carried each flag.
+    latency_ms : for which the server let answers wait to see what comes after them.
     """
 
     postures: Postures
     round_trip: Floats
     refused: dict[int, str]
     flags: dict[str, int]
+    latency_ms: float = 0.0
 
     @property
     def lost(self) -> int:
@@ -106,6 +108,8 @@ async def _played(
             at[k] = perf_counter()
             await connection.send(encode_frame(_frame(postures, k, text)))
             sent()
+        if not hearing.done() and (record.latency_ms > 0 or record.left == frames):  # the server may owe the last ones
+            await connection.send(encode_end(text))
         with suppress(TimeoutError):
             await asyncio.wait_for(asyncio.shield(hearing), PATIENCE)
         if hearing.done():
@@ -137,6 +141,7 @@ class _Record:
         self.round_trip = np.full(frames, np.nan)
         self.refused: dict[int, str] = {}
         self.flags: dict[str, int] = {}
+        self.latency_ms = 0.0
         self.left = frames
 
     def add(self, answer: Answer, seconds: float) -> None:
@@ -144,6 +149,7 @@ class _Record:
         k = answer.seq
         self.positions[k], self.reliability[k], self.std[k] = answer.joints, answer.reliability, answer.std
         self.round_trip[k] = seconds
+        self.latency_ms = answer.latency_ms
         for flag in answer.flags:
             self.flags[flag] = self.flags.get(flag, 0) + 1
         self.left -= 1
@@ -158,7 +164,7 @@ class _Record:
             std=self.std,
             reliability=np.nan_to_num(self.reliability, nan=0.0),
         )
-        return Replayed(answers, self.round_trip, self.refused, self.flags)
+        return Replayed(answers, self.round_trip, self.refused, self.flags, self.latency_ms)
 
 
 async def _hear(connection: "ClientConnection", record: _Record, at: Floats) -> None:

@@ -45,6 +45,7 @@ class Server:
     model : the corrector; its states belong to the clients.
     jobs : processes that correct; 0 = this one does.
     online : whether it learns from the clients' frames, from each for itself.
+    look_ahead : s of frames for which an answer waits.
     listeners : told of every frame of every client.
     origins : of web pages that may connect ("https://example.org"), beside the server's own.
     say : takes a line for the person who runs the server.
@@ -60,6 +61,7 @@ class Server:
         *,
         jobs: int = 0,
         online: bool = False,
+        look_ahead: float = 0.0,
         listeners: Sequence[Listener] = (),
         origins: Sequence[str] = (),
         say: Callable[[str], None] = lambda line: None,
@@ -69,7 +71,8 @@ class Server:
         self._jobs = jobs
         self._say = say
         self._online = online
-        self._desk: Desk = OwnDesk(model, online)
+        self._look_ahead = look_ahead
+        self._desk: Desk = OwnDesk(model, online, look_ahead)
         self._origins = frozenset(origin.rstrip("/").lower() for origin in origins)
         self._watching = Watching()
         self._listener = Listeners([self._watching, *listeners], say)
@@ -97,9 +100,9 @@ class Server:
         listening = _listening(address)
         self._loopback = address.loopback
         if self._jobs:
-            self._desk = await Staff.hired(self._model, self._jobs, self._online, self._say)
+            self._desk = await Staff.hired(self._model, self._jobs, self._online, self._say, self._look_ahead)
         else:
-            warm(self._model)
+            warm(self._model, self._look_ahead)
         server = await serve(
             self._handle,
             sock=listening,

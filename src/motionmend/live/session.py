@@ -14,13 +14,14 @@ from .messages import (
     decode,
     encode_answer,
     encode_error,
+    is_end,
     is_hello,
     read_frame,
     read_hello,
 )
 
 if TYPE_CHECKING:
-    from ..correct import CorrectorModel
+    from ..correct import Corrected, CorrectorModel
 
 BACK = 1.0  # s; a clock that goes back farther starts a recording anew
 STILL = 1e-6  # s; the least step between two frames
@@ -38,13 +39,27 @@ def now(epoch: float = _EPOCH) -> float:
 class Session:
     """A client after its hello: what it said, the corrector's state, and the time of its last frame in s.
 
-    `online` says whether the corrector learns from the client's frames.
+    `online` says whether the corrector learns from the client's frames, `look_ahead` for how many s of frames an answer
+    waits, and `latency_ms` how long that is in whole frames; `owed` are the frames not answered yet, the oldest first.
     """
 
     hello: Hello
     state: Any
     last: float | None = None
     online: bool = False
+    look_ahead: float = 0.0
+    latency_ms: float = 0.0
+    owed: tuple["Owed", ...] = ()
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Owed:
+    """A frame that waits for its answer: when it came in s, and the flags to be added to the answer's."""
+
+    frame: Frame
+    t_in: float
+    flags: tuple[str, ...]
 
 
 @final
@@ -54,10 +69,11 @@ class Reply:
 
     Attributes
     ----------
-    data : to be sent back; None after a hello.
+    data : to be sent back; None after a hello, and for a frame whose answer waits.
     hello : of a session that has just begun.
     frame, answer : what `data` answers, and with what, where that was asked for.
     error : whether `data` is one.
+    before : replies to be given before this one.
     """
 
     data: bytes | str | None
@@ -65,6 +81,7 @@ class Reply:
     frame: Frame | None = None
     answer: Answer | None = None
     error: bool = False
+    before: tuple["Reply", ...] = ()
 
 
 def replied(
@@ -75,6 +92,7 @@ def replied(
     flags: tuple[str, ...] = (),
     whole: bool = False,
     online: bool = False,
+    look_ahead: float = 0.0,
 ) -> tuple[Session | None, Reply]:
     """The session after a message, and the reply to it.
 
@@ -87,20 +105,26 @@ def replied(
     flags : to be added to an answer's.
     whole : whether the reply shall hold frame and answer, too.
     online : whether a session that begins learns from its client's frames.
+    look_ahead : s of frames for which an answer of a session that begins waits.
     """
     text = isinstance(message, str)
     try:
         fields, _ = decode(message)
         if is_hello(fields):
             session = None  # whatever comes of it, the one before has ended
-            session = opened(model, read_hello(fields), online)
+            session = opened(model, read_hello(fields), online, look_ahead)
             return session, Reply(None, hello=session.hello)
+        if is_end(fields):
+            if session is None:
+                return session, Reply(None)
+            session, answers = rested(model, session)
+            return session, Reply(None, before=tuple(_reply(*one, whole) for one in answers))
         if session is None:
             raise MessageError(NO_HELLO, fields["seq"] if type(fields.get("seq")) is int else None)
         frame = read_frame(fields, session.hello, text)
-        session, answer = answered(model, session, frame, t_in, flags)
-        data = encode_answer(answer, frame.form)
-        return session, Reply(data, frame=frame, answer=answer) if whole else Reply(data)
+        session, answers = answered(model, session, frame, t_in, flags)
+        replies = [_reply(*one, whole) for one in answers] or [Reply(None)]
+        return session, replace(replies[-1], before=tuple(replies[:-1]))
     except MessageError as error:
         return session, Reply(encode_error(error, text), error=True)
     except Exception as error:  # a defect must not reach the other clients of this process
@@ -110,28 +134,39 @@ def replied(
         return session, Reply(encode_error(said, text), error=True)
 
 
-def opened(model: "CorrectorModel", hello: Hello, online: bool = False) -> Session:
-    """A session at its start; `online` as of `replied`.
+def _reply(frame: Frame, answer: Answer, whole: bool) -> Reply:
+    data = encode_answer(answer, frame.form)
+    return Reply(data, frame=frame, answer=answer) if whole else Reply(data)
+
+
+def opened(model: "CorrectorModel", hello: Hello, online: bool = False, look_ahead: float = 0.0) -> Session:
+    """A session at its start; `online` and `look_ahead` as of `replied`.
 
     Raises
     ------
     MessageError : the model knows none of the client's joints.
     """
+    from ..correct.look_ahead import frames_in
     from ..errors import MotionMendError
 
     try:
-        return Session(hello, model.start(hello.names, hello.fps, online), online=online)
+        frames = frames_in(look_ahead, hello.fps)
+        state = model.start(hello.names, hello.fps, online, frames)
+        return Session(
+            hello, state, online=online, look_ahead=look_ahead, latency_ms=round(1000.0 * frames / hello.fps, 3)
+        )
     except MotionMendError as error:
         raise MessageError(str(error)) from None
 
 
 def answered(
     model: "CorrectorModel", session: Session, frame: Frame, t_in: float, flags: tuple[str, ...] = ()
-) -> tuple[Session, Answer]:
-    """The session after a frame, and the answer to it.
+) -> tuple[Session, list[tuple[Frame, Answer]]]:
+    """The session after a frame, and what can be answered now: this frame, or the one that has waited for it.
 
     Frames at the same time, or a little before the last, are taken as the next instant. A clock that goes back by more
-    than a second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`.
+    than a second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`. What
+    was owed until then is answered first.
 
     Parameters
     ----------
@@ -142,8 +177,10 @@ def answered(
     ------
     MessageError : the frame cannot be corrected; the session then stays as it was.
     """
+    answers: list[tuple[Frame, Answer]] = []
     if session.last is not None and frame.t < session.last - BACK:
-        session = opened(model, session.hello, session.online)
+        _, answers = rested(model, session)
+        session = opened(model, session.hello, session.online, session.look_ahead)
         flags = (*flags, "restarted")
     if session.last is None:
         if not np.isfinite(frame.joints).any():
@@ -151,14 +188,29 @@ def answered(
         time_of = frame.t
     else:
         time_of = max(frame.t, session.last + STILL)
-    state, corrected = model.step(session.state, frame.joints, frame.state, time_of)
-    answer = Answer(
-        frame.seq,
-        t_in,
-        max(now(), t_in),
+    state, corrected = model.feed(session.state, frame.joints, frame.state, time_of)
+    owed = (*session.owed, Owed(frame, t_in, flags))
+    if corrected is not None:
+        answers.append(_answer(session, owed[0], corrected))
+        owed = owed[1:]
+    return replace(session, state=state, last=time_of, owed=owed), answers
+
+
+def rested(model: "CorrectorModel", session: Session) -> tuple[Session, list[tuple[Frame, Answer]]]:
+    """The session once nothing is owed, and the answers that were."""
+    state, found = model.rest(session.state)
+    answers = [_answer(session, one, corrected) for one, corrected in zip(session.owed, found, strict=True)]
+    return replace(session, state=state, owed=()), answers
+
+
+def _answer(session: Session, owed: Owed, corrected: "Corrected") -> tuple[Frame, Answer]:
+    return owed.frame, Answer(
+        owed.frame.seq,
+        owed.t_in,
+        max(now(), owed.t_in),
         corrected.positions,
         corrected.reliability,
         corrected.std,
-        (*flags, *corrected.flags),
+        (*owed.flags, *corrected.flags),
+        session.latency_ms,
     )
-    return replace(session, state=state, last=time_of), answer

@@ -93,9 +93,10 @@ class Staff:
     `hired` makes one.
     """
 
-    def __init__(self, model: "CorrectorModel", online: bool, say: Callable[[str], None]) -> None:
+    def __init__(self, model: "CorrectorModel", online: bool, say: Callable[[str], None], look_ahead: float) -> None:
         self._model = model
         self._online = online
+        self._look_ahead = look_ahead
         self._say = say
         self._lines: list[_Line] = []
         self._processes: list[BaseProcess] = []
@@ -105,7 +106,14 @@ class Staff:
         self._leaving = False
 
     @classmethod
-    async def hired(cls, model: "CorrectorModel", count: int, online: bool, say: Callable[[str], None]) -> "Staff":
+    async def hired(
+        cls,
+        model: "CorrectorModel",
+        count: int,
+        online: bool,
+        say: Callable[[str], None],
+        look_ahead: float = 0.0,
+    ) -> "Staff":
         """A staff that is ready to correct.
 
         Parameters
@@ -114,12 +122,13 @@ class Staff:
         count : processes.
         online : whether the corrector learns from the clients' frames, from each for itself.
         say : takes a line for the person who runs the server.
+        look_ahead : s of frames for which an answer waits.
 
         Raises
         ------
         FileError : a process ended as it began.
         """
-        staff = cls(model, online, say)
+        staff = cls(model, online, say, look_ahead)
         try:
             for places in (range(1), range(1, count)):  # what the first has compiled the others only load
                 for ready in [await staff._begin(place) for place in places]:
@@ -133,7 +142,9 @@ class Staff:
     async def _begin(self, place: int) -> "asyncio.Future[Any]":
         """Start the process at a place of the staff; what is returned comes when it is ready."""
         ours, theirs = socket.socketpair()
-        process = _context().Process(target=_work, args=(self._model, self._online, theirs), daemon=True)
+        process = _context().Process(
+            target=_work, args=(self._model, self._online, self._look_ahead, theirs), daemon=True
+        )
         process.start()
         theirs.close()
         loop = asyncio.get_running_loop()
@@ -209,7 +220,7 @@ def _context() -> Any:
     return context
 
 
-def _work(model: "CorrectorModel", online: bool, line: socket.socket) -> None:
+def _work(model: "CorrectorModel", online: bool, look_ahead: float, line: socket.socket) -> None:
     """A process of the staff: correct what comes over the line until it ends."""
     from ..batch import one_blas_thread
     from .warm import warm
@@ -217,14 +228,15 @@ def _work(model: "CorrectorModel", online: bool, line: socket.socket) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
     sessions: dict[int, Session | None] = {}
     with one_blas_thread(), line, line.makefile("rb") as heard:
-        warm(model)
+        warm(model, look_ahead)
         line.sendall(_packed("ready"))
         while len(head := heard.read(_LENGTH.size)) == _LENGTH.size:
             client, message, t_in, flags, whole = pickle.loads(heard.read(_LENGTH.unpack(head)[0]))
             if message is None:
                 sessions.pop(client, None)
                 continue
-            sessions[client], reply = replied(model, sessions.get(client), message, t_in, flags, whole, online)
+            session = sessions.get(client)
+            sessions[client], reply = replied(model, session, message, t_in, flags, whole, online, look_ahead)
             line.sendall(_packed(reply))
 
 

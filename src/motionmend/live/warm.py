@@ -9,7 +9,7 @@ from ..bodies.joint_sets import AZURE32, KINECT20, KINECT25, JointSet
 from ..bodies.postures import TRACKED
 from .axes import page_from_sensor
 from .messages import Frame, Hello
-from .session import answered, now, opened
+from .session import answered, now, opened, rested
 
 if TYPE_CHECKING:
     from ..correct import CorrectorModel
@@ -24,14 +24,15 @@ _STANDING = {
 }  # fmt: skip
 
 
-def warm(model: "CorrectorModel", frames: int = 5) -> None:
-    """Correct a few frames of somebody standing, for each sensor of the protocol."""
+def warm(model: "CorrectorModel", look_ahead: float = 0.0, frames: int = 5) -> None:
+    """Correct a few frames of somebody standing, for each sensor of the protocol; `look_ahead` as of `replied`."""
     for joint_set in (KINECT20, KINECT25, AZURE32):
         hello = Hello(joint_set.key, joint_set.names, 30.0)
-        session, joints = opened(model, hello), standing(joint_set)
+        session, joints = opened(model, hello, look_ahead=look_ahead), standing(joint_set)
         for k in range(frames):
             state = np.full(len(joints), TRACKED, dtype=np.uint8)
             session, _ = answered(model, session, Frame(k, k / 30.0, joints, state, "msgpack"), now())
+        rested(model, session)
 
 
 def standing(joint_set: JointSet) -> Floats:
