@@ -31,6 +31,7 @@ COMMANDS = {  # the words of a command, in the order of the help: the module it 
     ("corrupt",): ("corrupt", "corrupt"),
     ("compare",): ("compare", "compare"),
     ("report",): ("report", "report"),
+    ("view",): ("view", "view"),
     ("pipeline",): ("pipeline", "pipeline"),
     ("stream",): ("stream", "stream"),
     ("serve",): ("serve", "serve"),

@@ -40,7 +40,7 @@ def report(
         raise UsageError(f"-o: a page's name ends in .html, came {out}")
     depth = [file for file in files if _is_depth(file)]
     rest = [file for file in files if file not in depth]
-    inputs, refused = gather(rest, (*READABLE, *SENSOR_ENDINGS), meant=_meant) if rest or not depth else ([], [])
+    inputs, refused = gather(rest, (*READABLE, *SENSOR_ENDINGS), meant=meant) if rest or not depth else ([], [])
     if out.exists() and not force:
         raise FileError(f"{out} is there already: --force overwrites it")
     shown: list[tuple[str, Motion | Markers]] = []
@@ -52,7 +52,7 @@ def report(
         tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=debug)
     for one in inputs:
         try:
-            recording, joints = _read(one.path, fps, skeleton)
+            recording, joints = drawable(one.path, fps, skeleton)
             if joints is not None:
                 tables[str(one.place)] = joints
             facts |= _facts_beside(one.path)
@@ -88,7 +88,7 @@ def _is_depth(path: Path) -> bool:
     return looks_like_depth_folder(path)
 
 
-def _read(path: Path, fps: float | None, skeleton: Path | None) -> "tuple[Motion | Markers, Postures | None]":
+def drawable(path: Path, fps: float | None, skeleton: Path | None) -> "tuple[Motion | Markers, Postures | None]":
     """A recording as it can be drawn: joints of a sensor as markers at an even rate, and as they are."""
     from ..bodies.motion import Markers
     from ..io import read
@@ -105,7 +105,7 @@ def _read(path: Path, fps: float | None, skeleton: Path | None) -> "tuple[Motion
     return Markers(postures.names, postures.positions, rate, up=up, guesses=postures.guesses), postures
 
 
-def _meant(path: Path) -> bool:
+def meant(path: Path) -> bool:
     """Whether a file found in a folder can be drawn."""
     from ..io import READABLE, looks_meant
     from ..io.sensor import looks_like_sensor

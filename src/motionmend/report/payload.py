@@ -30,7 +30,7 @@ def payload(named: Sequence[Named], repaired: Repaired[Any] | None, before: int 
     before : index of the recording that was repaired.
     """
     after = index_of(named, repaired)
-    points = [_points(recording) for _, recording in named]
+    points = [points_of(recording) for _, recording in named]
     edges = _marker_edges(named, points, after)
     colours = _colours(len(named), after, before)
     return {
@@ -107,7 +107,8 @@ def _provenance(recording: Motion | Markers, repaired: Repaired[Any] | None) -> 
     return {"state": pack_bytes(worst), "std": std}
 
 
-def _points(recording: Motion | Markers) -> Floats:
+def points_of(recording: Motion | Markers) -> Floats:
+    """(T, P, 3) m: what is drawn of a recording, its markers or its joints."""
     if isinstance(recording, Markers):
         return recording.positions
     return positions(recording.skeleton, recording.q)
@@ -121,12 +122,12 @@ def _marker_edges(
     for i in sorted(range(len(named)), key=lambda i: i != after):
         recording = named[i][1]
         if isinstance(recording, Markers) and recording.names not in edges:
-            edges[recording.names] = _lines(recording.names, points[i])
+            edges[recording.names] = lines_of(recording.names, points[i])
     return edges
 
 
-def _lines(names: tuple[str, ...], points: Floats) -> list[list[int]]:
-    """Bones between joints, or lines between markers of one bone."""
+def lines_of(names: tuple[str, ...], points: Floats) -> list[list[int]]:
+    """Bones between joints, or lines between markers of one bone: pairs of rows of `points` (T, P, 3)."""
     if are_joints(names):
         return [[int(above), joint] for joint, above in enumerate(parents(names)) if above >= 0]
     return [[int(one), int(other)] for one, other in rigid_edges(names, points)]
