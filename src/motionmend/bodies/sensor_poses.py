@@ -111,13 +111,13 @@ def poses_of_joints(postures: Postures, performer: Performer) -> Retargeted:
             here, turn, angles = pose.translation.copy(), pose.root.copy(), pose.joints.copy()
             articulated.reach(
                 *performer.chain,
-                MOVES,
-                LANDMARK_BONES,
-                performer.landmark_place,
+                MOVES.copy(),
+                LANDMARK_BONES.copy(),
+                performer.landmark_place.copy(),
                 wanted,
                 trust * seen,
                 hold,
-                performer.limits,
+                performer.limits.copy(),
                 ROUNDS,
                 here,
                 turn,

@@ -145,13 +145,13 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
             continue
         articulated.reach(
             *performer.chain,
-            MOVES,
+            MOVES.copy(),
             bones,
             local,
             targets[t],
             weights,
             hold,
-            performer.limits,
+            performer.limits.copy(),
             ROUNDS,
             translation[t],
             root[t],

@@ -69,37 +69,52 @@ def frames(
     placed: Floats,
 ) -> None:
     """One pose, `translation` (3,), `root` (3, 3) and `joints` (J,), to `placed` (B, 4, 4), world from bone."""
-    vector, turn, rested = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    for b in range(parents.shape[0]):
-        p = parents[b]
-        for i in range(3):
-            placed[b, 3, i] = 0.0
-            if p < 0:
-                placed[b, i, 3] = translation[i]
-                for k in range(3):
-                    placed[b, i, k] = root[i, k]
-            else:
-                placed[b, i, 3] = placed[p, i, 3]
-                for k in range(3):
-                    placed[b, i, 3] += placed[p, i, k] * offsets[b, k]
-        placed[b, 3, 3] = 1.0
-        if p < 0:
-            continue
-        vector[:] = 0.0
+    for i in range(3):
+        placed[0, i, 3] = translation[i]
+        placed[0, 3, i] = 0.0
+        for k in range(3):
+            placed[0, i, k] = root[i, k]
+    placed[0, 3, 3] = 1.0
+    turn, rested = np.empty((3, 3)), np.empty((3, 3))
+    for b in range(1, parents.shape[0]):
+        frame(b, parents, offsets, rests, first, axes, joints, turn, rested, placed)
+
+
+@compiled
+def frame(
+    b: int,
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    joints: Floats,
+    turn: Floats,
+    rested: Floats,
+    placed: Floats,
+) -> None:
+    """The same of one bone b that has a parent, which is placed already; `turn` and `rested` (3, 3) are overwritten."""
+    p = parents[b]
+    for i in range(3):
+        placed[b, 3, i] = 0.0
+        placed[b, i, 3] = placed[p, i, 3]
+        for k in range(3):
+            placed[b, i, 3] += placed[p, i, k] * offsets[b, k]
+    placed[b, 3, 3] = 1.0
+    vector = rested[0]
+    for i in range(3):
+        vector[i] = 0.0
         for c in range(first[b], first[b + 1]):
-            for i in range(3):
-                vector[i] += axes[c, i] * joints[c]
-        exponential(vector, turn)
-        for i in range(3):
-            for k in range(3):
-                rested[i, k] = (
-                    placed[p, i, 0] * rests[b, 0, k]
-                    + placed[p, i, 1] * rests[b, 1, k]
-                    + placed[p, i, 2] * rests[b, 2, k]
-                )
-        for i in range(3):
-            for k in range(3):
-                placed[b, i, k] = rested[i, 0] * turn[0, k] + rested[i, 1] * turn[1, k] + rested[i, 2] * turn[2, k]
+            vector[i] += axes[c, i] * joints[c]
+    exponential(vector, turn)
+    for i in range(3):
+        for k in range(3):
+            rested[i, k] = (
+                placed[p, i, 0] * rests[b, 0, k] + placed[p, i, 1] * rests[b, 1, k] + placed[p, i, 2] * rests[b, 2, k]
+            )
+    for i in range(3):
+        for k in range(3):
+            placed[b, i, k] = rested[i, 0] * turn[0, k] + rested[i, 1] * turn[1, k] + rested[i, 2] * turn[2, k]
 
 
 @compiled

@@ -17,7 +17,7 @@ _advance = articulated.advance
 WISHES = np.dtype(
     [
         (name, np.int64)
-        for name in ("every", "half", "wide", "two_way", "edge_half", "reach", "iterations", "settled")
+        for name in ("every", "half", "wide", "two_way", "edge_half", "reach", "iterations")
     ]
     + [
         (name, np.float64)
@@ -29,10 +29,10 @@ WISHES = np.dtype(
 )  # fmt: skip
 """What is asked of a frame: `every` of rows and columns that become samples; `half` of the surface's window, px, and
 by how much `wide`r it is at first; whether observed points draw `two_way`; `edge_half` of the edges' window; `reach`
-to a pixel that is not free, px; most `iterations`, and after how many a step that is no shorter ends it; `gate`,
-`apart`, m, see `match`; shares `along` the normal, forth and `back`; `scale`, m; weights of `surface`, `edge`, `free`
-space and `limits`, and whether there is a `prior`, 0 = none; `jump` of an edge and `free_scale`, m; `damping` relative
-to the diagonal; `tolerance` and `longest` of a step's components, m and rad."""
+to a pixel that is not free, px; most `iterations`; `gate`, `apart`, m, see `match`; shares `along` the normal, forth
+and `back`; `scale`, m; weights of `surface`, `edge`, `free` space and `limits`, and whether there is a `prior`, 0 =
+none; `jump` of an edge and `free_scale`, m; `damping` relative to the diagonal; `tolerance` and `longest` of a step's
+components, m and rad."""
 
 SURFACE, EDGE, FREE, SMOOTH, LIMITS, PRIOR = range(6)
 
@@ -104,7 +104,6 @@ def descend(
     hessian, gradient = np.empty((bones, 6, 6)), np.empty((bones, 6))
     lifted, step, away = np.empty((dofs, dofs)), np.empty(dofs), np.empty(dofs)
     known, no_tones = np.empty((0, 0), np.bool_), np.empty(0, np.float32)
-    before = np.inf
     for taken in range(1, wish.iterations + 1):
         hessian[:] = 0.0
         gradient[:] = 0.0
@@ -168,7 +167,4 @@ def descend(
         _advance(translation, root, joints, step)
         if size < wish.tolerance:
             return taken, True
-        if taken >= wish.settled and size >= before:
-            return taken, False
-        before = size
     return wish.iterations, False

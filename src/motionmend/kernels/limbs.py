@@ -6,7 +6,8 @@ from ..arrays import Bools, Bytes, Floats, Ints, Singles
 from . import articulated, raycast
 from .compile import compiled
 
-_frames, _place, _prepare, _cast = articulated.frames, raycast.place, raycast.prepare, raycast.cast
+_frames, _frame = articulated.frames, articulated.frame
+_place, _prepare, _cast = raycast.place, raycast.prepare, raycast.cast
 
 
 @compiled
@@ -44,6 +45,7 @@ def limb_costs(
     joints: Floats,
     columns: Ints,
     candidates: Floats,
+    limb: Ints,
     bones: Ints,
     kinds: Bytes,
     centers: Floats,
@@ -63,6 +65,7 @@ def limb_costs(
     ----------
     parents .. axes, translation, root, joints : as for `articulated.frames`.
     columns, candidates : (n,) joint coordinates of the limb and (C, n) their values to be tried.
+    limb : bones of the limb, parents first.
     bones .. tapers : of the limb's solids only, as in `Solids`.
     camera : (4,) of the images.
     seen, free, base : (H, W) what is observed, where nobody is, and the rest of the body as rendered.
@@ -75,10 +78,13 @@ def limb_costs(
     frames = np.empty((len(parents), 4, 4))
     placed, parts = np.empty((count, 3, 4)), np.empty((count, 18))
     depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
+    turn, rested = np.empty((3, 3)), np.empty((3, 3))
+    _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
     for c in range(candidates.shape[0]):
         for k in range(len(columns)):
             tried[columns[k]] = candidates[c, k]
-        _frames(parents, offsets, rests, first, axes, translation, root, tried, frames)
+        for b in limb:
+            _frame(b, parents, offsets, rests, first, axes, tried, turn, rested, frames)
         _place(frames, bones, centers, turns, placed)
         _prepare(placed, kinds, sizes, tapers, camera, width, height, parts)
         _cast(parts, depth, solid)
@@ -96,3 +102,70 @@ def limb_costs(
                 total += unlikeness(seen[row, column], free[row, column], z, most)
                 total -= unlikeness(seen[row, column], free[row, column], below, most)
         costs[c] = total
+
+
+@compiled
+def limb_places(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+    columns: Ints,
+    candidates: Floats,
+    limb: Ints,
+    bones: Ints,
+    local: Floats,
+    places: Floats,
+) -> None:
+    """Where points of a limb are, with other coordinates of its joints.
+
+    Parameters
+    ----------
+    parents .. limb : as above.
+    bones, local : (K,) and (K, 3) m, the points. places : (C, K, 3) m, written.
+    """
+    tried, frames = joints.copy(), np.empty((len(parents), 4, 4))
+    turn, rested = np.empty((3, 3)), np.empty((3, 3))
+    _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
+    for c in range(candidates.shape[0]):
+        for k in range(len(columns)):
+            tried[columns[k]] = candidates[c, k]
+        for b in limb:
+            _frame(b, parents, offsets, rests, first, axes, tried, turn, rested, frames)
+        articulated.points(frames, bones, local, places[c])
+
+
+@compiled
+def shown_and_denied(
+    seen: Singles,
+    free: Bools,
+    rendered: Singles,
+    solid: np.ndarray,
+    carriers: Ints,
+    fit: float,
+    shown: Floats,
+    denied: Floats,
+) -> None:
+    """Pixels of each bone that are seen where they are rendered, and of each that are not there.
+
+    Parameters
+    ----------
+    seen, free, rendered, solid : (H, W) as above; solid -1 = nothing rendered.
+    carriers : (P,) the bone of each solid.
+    fit : m, closer than this is seen there; where nobody is, or what is seen is farther away, it is not there.
+    shown, denied : (B,), added to.
+    """
+    for row in range(seen.shape[0]):
+        for column in range(seen.shape[1]):
+            s = solid[row, column]
+            if s < 0:
+                continue
+            apart = seen[row, column] - rendered[row, column]
+            if abs(apart) < fit:
+                shown[carriers[s]] += 1.0
+            if apart > fit or free[row, column]:
+                denied[carriers[s]] += 1.0

@@ -29,14 +29,12 @@ def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: f
 
     A sample is denied where nobody is, or the person is farther away; what hides behind something is neither.
     """
+    from ..kernels import limbs
+
     depth, solid = cast_parts(performer, pose, coarse)
-    with np.errstate(invalid="ignore"):
-        apart = coarse.seen - depth
-        fits = (solid >= 0) & (np.abs(apart) < FIT)
-        denied = (solid >= 0) & ((apart > FIT) | coarse.free)
-    bone, unit = performer.solids.bone, weight * COARSE**2
-    shown, wrong = (np.bincount(bone[solid[where]], minlength=len(BONES)) * unit for where in (fits, denied))
-    return np.asarray(shown, np.float64), np.asarray(wrong, np.float64)
+    shown, denied = np.zeros((2, len(BONES)))
+    limbs.shown_and_denied(coarse.seen, coarse.free, depth, solid, performer.solids.arrays[0], FIT, shown, denied)
+    return shown * weight * COARSE**2, denied * weight * COARSE**2
 
 
 def trust_of(share: Floats) -> tuple[Floats, Bools]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Bools, Floats, Ints, Singles, frozen
-from ..bodies.performer import AXES, BONES, FIRST, LANDMARKS, Performer, Pose
+from ..bodies.performer import AXES, BONES, FIRST, LANDMARK_BONES, LANDMARKS, Performer, Pose
 from ..bodies.solids import Solids
 from ..bodies.surface import intrinsics
 from ..kernels import limbs, raycast, rendered
@@ -157,6 +157,7 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
         *pose.arrays,
         limb.columns,
         np.ascontiguousarray(candidates),
+        np.array(limb.bones),
         bones,
         kinds,
         centers,
@@ -172,6 +173,23 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
     )
     rest = limbs.disagreement(coarse.seen, coarse.free, base, MOST)
     return np.asarray((rest + costs) / max(coarse.pixels, 1))
+
+
+def limb_places(performer: Performer, pose: Pose, limb: Limb, candidates: Floats) -> Floats:
+    """(C, K, 3) m, where the limb's K landmarks are with each of `candidates` (C, n), rad, for its coordinates."""
+    marks = limb.landmarks
+    places = np.empty((len(candidates), len(marks), 3))
+    limbs.limb_places(
+        *performer.chain,
+        *pose.arrays,
+        limb.columns,
+        np.ascontiguousarray(candidates),
+        np.array(limb.bones),
+        LANDMARK_BONES[marks],
+        performer.landmark_place[marks],
+        places,
+    )
+    return places
 
 
 def with_limb(pose: Pose, limb: Limb, values: Floats) -> Pose:

@@ -9,7 +9,7 @@ from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
-from .limbs import LIMBS, Coarse, Limb, disagreement, limb_costs, with_limb
+from .limbs import LIMBS, Coarse, Limb, disagreement, limb_costs, limb_places, with_limb
 from .model import TrackerModel
 from .prior_term import strangeness
 from .settings import TrackSettings
@@ -99,7 +99,6 @@ def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, cos
     """(n,) m, how far poses of a limb that explain the frame as well have its joints from where they are."""
     alike = np.exp(-np.maximum(costs - costs[0], 0.0) / ALIKE)
     near = np.flatnonzero(alike > 0.02)
-    base = landmarks(performer, pose)[limb.landmarks]
-    away = [landmarks(performer, with_limb(pose, limb, candidates[i]))[limb.landmarks] - base for i in near]
+    away = limb_places(performer, pose, limb, candidates[near]) - landmarks(performer, pose)[limb.landmarks]
     share = alike[near] / alike[near].sum()
-    return np.asarray(np.sqrt((share[:, None] * (np.array(away) ** 2).sum(axis=2)).sum(axis=0) / 3.0))
+    return np.asarray(np.sqrt((share[:, None] * (away**2).sum(axis=2)).sum(axis=0) / 3.0))

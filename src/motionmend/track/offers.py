@@ -43,7 +43,7 @@ def limb_offers(
     if verdict.area < UNEXPLAINED:
         return []
     detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time))
-    hints = limb_hints(performer, pose, detection, verdict)
+    hints = limb_hints(performer, pose, detection, verdict, 0.8 * APART)
     offers: list[tuple[float, Pose]] = []
     here = landmarks(performer, pose)
     doubtful = _doubtful(performer, pose, verdict) if len(shapes) and verdict.area > MUCH else ()

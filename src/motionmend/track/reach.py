@@ -6,22 +6,20 @@ from ..arrays import Bools, Floats
 from ..bodies.performer import (
     DOFS,
     FACING,
+    LANDMARK_BONES,
     LANDMARKS,
     MOVES,
     Performer,
     Pose,
-    advance,
     landmarks,
     rotation,
     standing,
-    twists,
 )
 from ..errors import MismatchError
 
 TORSO = np.array(
     [LANDMARKS.index(name) for name in ("pelvis", "chest", "neck", "l_shoulder", "r_shoulder", "l_hip", "r_hip")]
 )
-_LONGEST = 0.5  # rad or m in one step: beyond it the straight continuation of an arc is no longer it
 
 
 def reach(
@@ -56,6 +54,8 @@ def reach(
     ------
     MismatchError : targets that are not (16, 3).
     """
+    from ..kernels import articulated
+
     targets = np.asarray(targets, dtype=np.float64)
     if targets.shape != (len(LANDMARKS), 3):
         raise MismatchError(f"targets must be ({len(LANDMARKS)}, 3), came {targets.shape}")
@@ -65,46 +65,27 @@ def reach(
     if not weight.any():
         return pose, 0.0
     loose = np.ones(DOFS, bool) if free is None else np.asarray(free)
-    carried = MOVES[performer.landmark_bone] & loose  # (16, 34)
-    stiff = np.zeros(DOFS)
-    stiff[6:] = stiffness**2
-    begin, damping = pose, 1e-4
-
-    def cost_of(at: Pose) -> tuple[float, Floats]:
-        place = landmarks(performer, at)
-        bent = at.joints - begin.joints
-        return float(weight @ ((wanted - place) ** 2).sum(axis=1) + stiffness**2 * bent @ bent), place
-
-    cost, place = cost_of(pose)
-    for _ in range(rounds):
-        turn = twists(performer, pose)
-        jacobian = np.cross(turn[None, :, :3], place[:, None, :]) + turn[None, :, 3:]  # (16, 34, 3)
-        jacobian = np.where(carried[..., None], jacobian, 0.0)
-        rows = (jacobian * weight[:, None, None]).transpose(0, 2, 1).reshape(-1, DOFS)
-        flat = jacobian.transpose(0, 2, 1).reshape(-1, DOFS)
-        normal = flat.T @ rows + np.diag(stiff)
-        right = rows.T @ (wanted - place).ravel()
-        right[6:] -= stiff[6:] * (pose.joints - begin.joints)
-        right[~loose] = 0.0
-        better = False
-        for _ in range(6):
-            step = np.asarray(np.linalg.solve(normal + damping * np.eye(DOFS), right), dtype=np.float64)
-            step[~loose] = 0.0
-            shorter = min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-12))
-            tried = _limited(performer, advance(performer, pose, shorter * step), loose)
-            new, at = cost_of(tried)
-            if new < cost:
-                better = True
-                break
-            damping *= 8.0
-        if not better:
-            break
-        gained = cost - new
-        pose, cost, place, damping = tried, new, at, damping / 4.0
-        if gained < 1e-5 * cost + 1e-9:
-            break
-    distance = ((wanted - place) ** 2).sum(axis=1)
-    return pose, float(np.sqrt(weight @ distance / weight.sum()))
+    translation, root, joints = pose.arrays
+    stiff, limits = np.full(DOFS, stiffness), performer.limits.copy()
+    stiff[:6] = 0.0
+    limits[~loose] = -np.inf, np.inf  # what may not change stays, wherever it is
+    articulated.reach(
+        *performer.chain,
+        MOVES & loose,
+        LANDMARK_BONES.copy(),
+        performer.landmark_place.copy(),
+        wanted,
+        np.sqrt(weight),
+        stiff,
+        limits,
+        rounds,
+        translation,
+        root,
+        joints,
+    )
+    found = Pose(translation, root, np.where(loose[6:], np.clip(joints, *performer.limits[6:].T), joints))
+    distance = ((wanted - landmarks(performer, found)) ** 2).sum(axis=1)
+    return found, float(np.sqrt(weight @ distance / weight.sum()))
 
 
 def placed(performer: Performer, joints: Floats, targets: Floats, weights: Floats) -> Pose:
@@ -152,8 +133,3 @@ def standing_at(targets: Floats, weights: Floats, heading: float, performer: Per
     share = weights / weights.sum()
     goal = share @ np.where(weights[:, None] > 0, targets, 0.0)
     return Pose(goal - share @ landmarks(performer, pose), pose.root, pose.joints)
-
-
-def _limited(performer: Performer, pose: Pose, loose: Bools) -> Pose:
-    low, high = performer.limits[6:].T
-    return Pose(pose.translation, pose.root, np.where(loose[6:], np.clip(pose.joints, low, high), pose.joints))

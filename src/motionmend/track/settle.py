@@ -146,13 +146,14 @@ def _limb_by_limb(
 
 
 def limb_hints(
-    performer: Performer, pose: Pose, detection: Detection | None, verdict: Verdict | None
+    performer: Performer, pose: Pose, detection: Detection | None, verdict: Verdict | None, least: float = 0.0
 ) -> tuple[Floats, ...]:
     """For each of `LIMBS` poses (C, n) that lead to detected joints or to points that nothing explains yet.
 
     Detected elbows and wrists of either side count for both, since left and right are what a detector confuses.
+    Only those at least `least` m from where the limb's end is are asked for.
     """
-    return tuple(_hints(performer, pose, limb, detection, verdict) for limb in LIMBS)
+    return tuple(_hints(performer, pose, limb, detection, verdict, least) for limb in LIMBS)
 
 
 def _turned(pose: Pose) -> list[Pose]:
@@ -198,7 +199,7 @@ def searched(
 
 
 def _hints(
-    performer: Performer, pose: Pose, limb: Limb, detection: Detection | None, verdict: Verdict | None
+    performer: Performer, pose: Pose, limb: Limb, detection: Detection | None, verdict: Verdict | None, least: float
 ) -> Floats:
     side, part = limb.name.split("_")
     end, middle, root = (LANDMARKS.index(f"{side}_{names[part]}") for names in (_ENDS, _MIDDLES, _ROOTS))
@@ -221,7 +222,7 @@ def _hints(
     free[6 + limb.columns] = True
     found = []
     for goal, between in goals[:3]:
-        if np.linalg.norm(goal - at[root]) > 1.4 * length:
+        if np.linalg.norm(goal - at[root]) > 1.4 * length or np.linalg.norm(goal - at[end]) < least:
             continue
         targets, weights = np.full((len(LANDMARKS), 3), np.nan), np.ones(len(LANDMARKS))
         targets[end] = goal

@@ -101,7 +101,7 @@ def _at_once(
     wish = np.zeros(1, descend.WISHES)
     wish["every"], wish["two_way"] = settings.every, settings.two_way
     wish["half"], wish["wide"] = settings.window // 2, WIDER if settings.two_way else 0
-    wish["edge_half"], wish["iterations"], wish["settled"] = settings.edge_window // 2, max(most, 1), most
+    wish["edge_half"], wish["iterations"] = settings.edge_window // 2, max(most, 1)
     wish["gate"], wish["apart"], wish["scale"] = settings.gate, evidence.apart, settings.scale
     wish["along"], wish["back"], wish["surface"] = settings.along_normal, settings.along_back, evidence.weight
     wish["jump"], wish["edge"] = JUMP, 0.0 if edge is None else edge.weight
