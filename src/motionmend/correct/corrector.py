@@ -16,6 +16,7 @@ from .anatomy import anatomy, following
 from .classic import FILTERS, Samples
 from .joining import inward, joined, outward
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
+from .limits import learned_limits
 from .look_ahead import Waiting, first_of
 from .normalise import Standard, bone_lengths
 from .noted import noted
@@ -81,6 +82,7 @@ class Corrector:
             Samples(_rounded(samples[kept]), _rounded(offsets[kept])),
             len(pairs),
             len(samples),
+            learned_limits(samples, offsets, paired, body),
         )
 
 
@@ -100,6 +102,7 @@ class CorrectorModel:
     paired : (J,) joints of which some truth was known.
     samples : some of what it was learned from, for the methods it is compared with.
     pairs, frames : how many it was learned from.
+    limits : (J, 2) rad, least and most angle at each joint's parent; NaN = not known.
     """
 
     settings: Corrector
@@ -113,10 +116,11 @@ class CorrectorModel:
     samples: Samples
     pairs: int
     frames: int
+    limits: Floats
 
     def __post_init__(self) -> None:
         watcher = Watcher(anatomy(self.names), self.standard, self.factors, self.detector)
-        knowledge = Knowledge(watcher, self.committee, following(self.names, self.paired), self.samples)
+        knowledge = Knowledge(watcher, self.committee, following(self.names, self.paired), self.samples, self.limits)
         object.__setattr__(self, "_knowledge", knowledge)
 
     @property
@@ -159,7 +163,9 @@ class CorrectorModel:
         shown = unborn(len(joining.names), len(joining.bones))
         nothing = np.full((len(self.names), 3), np.nan)
         waiting = Waiting(look_ahead) if look_ahead else None
-        return CorrectorState(joining, float(fps), fresh(self.watcher), shown, nothing, memory, waiting)
+        return CorrectorState(
+            joining, float(fps), fresh(self.watcher), shown, nothing, memory, waiting, self.knowledge.hinges(joining)
+        )
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -236,7 +242,7 @@ class CorrectorModel:
             learned = moved + remembered(memory, inputs)
         placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[None])
         prior = self.bones[joining.model_bones] * sight.scale
-        shown, settled = settled_frame(state.shown, placed[0], time, trust[0], joining.bones, prior)
+        shown, settled = settled_frame(state.shown, placed[0], time, trust[0], joining.bones, prior, state.hinges)
         if memory is not None:
             shifts = inward(joining, [sight], settled[None])[0] - moved[0]
             memory = taken_in(memory, time, inputs, shifts, 1.0 - failing, unsure < 0.01)
@@ -316,6 +322,7 @@ class CorrectorModel:
             "paired": self.paired,
         }
         arrays["bones"] = self.bones
+        arrays["limits"] = self.limits
         arrays["samples.postures"] = self.samples.postures.astype(np.float32)
         arrays["samples.offsets"] = self.samples.offsets.astype(np.float32)
         arrays |= {f"factors.{name}": getattr(self.factors, name) for name in ("mean", "loadings", "rates", "noise")}
@@ -350,6 +357,7 @@ class CorrectorModel:
             Samples(arrays["samples.postures"].astype(np.float64), arrays["samples.offsets"].astype(np.float64)),
             header["pairs"],
             header["frames"],
+            arrays["limits"] if "limits" in arrays else np.full((len(header["names"]), 2), np.nan),  # of older files
         )
 
 

@@ -11,6 +11,7 @@ from .classic import FILTERS, LEARNERS, Samples
 from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
+from .limits import Hinges, hinges_of
 from .normalise import Placement, facing, origins, turns
 from .noted import noted
 from .online import blank, remembered, taken_in
@@ -34,12 +35,18 @@ class Knowledge:
     committee : the offsets.
     following : (J, J) how joints without a truth take their offset from their neighbours.
     samples : for the methods to compare with.
+    limits : (J, 2) rad, how far joints bend; NaN = not known.
     """
 
     watcher: Watcher
     committee: Committee
     following: Floats
     samples: Samples
+    limits: Floats
+
+    def hinges(self, joining: Joining) -> Hinges:
+        """The joints of a recording that have limits."""
+        return hinges_of(self.limits, self.watcher.body, joining.to_model, joining.bones, len(joining.names))
 
     def offsets(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
         """(T, J, 3) from postures to corrected ones, in standard form, and (T, J) the standard deviation of those."""
@@ -55,12 +62,13 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     offsets, std = knowledge.offsets(posture, unsure)
     moved = posture + smoothed(offsets, postures.times, OFFSET)  # one joint's noise is no reason to move all others
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
-    settled = settled_recording(positions, postures.times, reliable, joining.bones)
+    hinges = knowledge.hinges(joining)
+    settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
     if online:
         shifts = inward(joining, sights, settled) - moved
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
-        settled = settled_recording(positions, postures.times, reliable, joining.bones)
+        settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
     source = noted(postures.source, sights)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 

@@ -17,6 +17,7 @@ from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
 from ..numerics.whittaker import whittaker
+from .limits import Hinges
 
 STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
 SLOW, SLOW_SECONDS = 33.0, 0.08  # the same for how joints give way: half passes at 2 Hz; live, 1 / (2 pi 2 Hz)
@@ -65,8 +66,10 @@ def bones_outward(names: Sequence[str]) -> Ints:
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 
 
-def settled_recording(positions: Floats, times: Floats, trust: Floats, bones: Ints) -> Floats:
-    """A whole recording made steady, then its bones made constant.
+def settled_recording(
+    positions: Floats, times: Floats, trust: Floats, bones: Ints, hinges: Hinges | None = None
+) -> Floats:
+    """A whole recording made steady, then its bones made constant, and limbs bent back that bend too far.
 
     Parameters
     ----------
@@ -74,6 +77,7 @@ def settled_recording(positions: Floats, times: Floats, trust: Floats, bones: In
     times : (T,) s.
     trust : (T, J) in [0, 1].
     bones : (B, 2) of `bones_outward`.
+    hinges : joints that have limits.
     """
     if not len(positions):
         return positions
@@ -92,13 +96,20 @@ def settled_recording(positions: Floats, times: Floats, trust: Floats, bones: In
     for _ in range(TURNS):
         relaxed = kernel.settle(placed, bones, wanted, mobility, ROUNDS)
         placed = steady + smoothed(relaxed - steady, times, SLOW)
-    return kernel.settle(placed, bones, wanted, mobility, 0)
+    settled = kernel.settle(placed, bones, wanted, mobility, 0)
+    return settled if hinges is None else hinges.kept(settled, trust)
 
 
 def settled_frame(
-    body: Body, positions: Floats, time: float, trust: Floats, bones: Ints, prior: Floats
+    body: Body,
+    positions: Floats,
+    time: float,
+    trust: Floats,
+    bones: Ints,
+    prior: Floats,
+    hinges: Hinges | None = None,
 ) -> tuple[Body, Floats]:
-    """One live frame made steady and its bones kept.
+    """One live frame made steady, its bones kept, and limbs bent back that bend too far.
 
     Parameters
     ----------
@@ -108,6 +119,7 @@ def settled_frame(
     trust : (J,) in [0, 1].
     bones : (B, 2) of `bones_outward`.
     prior : (B,) m, lengths to begin with; NaN = not known.
+    hinges : joints that have limits.
     """
     first, second = time - body.time, body.time - body.before
     placed, sums, yielded = kernel.settle_frame(
@@ -128,6 +140,8 @@ def settled_frame(
         SLOW_SECONDS,
         ROUNDS,
     )
+    if hinges is not None:
+        placed = hinges.kept(placed[None], trust[None])[0]
     return Body(placed, body.last, time, body.time, sums, yielded), placed
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ..arrays import Floats
 from .joining import Joining
+from .limits import Hinges
 from .look_ahead import Waiting
 from .online import Memory
 from .settling import Body
@@ -23,6 +24,7 @@ class CorrectorState:
     offset : (J of model, 3) by which the last posture was moved, standard form; NaN = none.
     memory : what was learned on the way; None when nothing is to be.
     waiting : frames that were not given out yet; None when each is at once.
+    hinges : of the client's joints, those that have limits.
     """
 
     joining: Joining
@@ -32,6 +34,7 @@ class CorrectorState:
     offset: Floats
     memory: Memory | None = None
     waiting: Waiting | None = None
+    hinges: Hinges | None = None
 
 
 @dataclass(frozen=True, eq=False)
