@@ -198,3 +198,28 @@ def test_a_real_recording_keeps_its_labels_and_gets_swapped_ones_back(data, name
     part = recording.positions[:720]
     spoilt = swapped(part, *knees, 300, 420)
     np.testing.assert_array_equal(put_right(spoilt, find_swaps(spoilt, recording.fps)), part)
+
+
+@given(st.integers(0, 1000), st.floats(0.7, 1.3), st.floats(0.3, 0.7))
+@settings(max_examples=10)
+def test_a_crouch_is_no_smaller_body_and_swaps_nothing(seed, size, folded):
+    """Segments of four markers each, learned on upright bodies: in a crouch most distances shrink, labels stay."""
+    rng = np.random.default_rng(seed)
+    segments, frames = 8, 120
+    places = np.zeros((segments, 3))
+    places[:, 1] = np.linspace(0.0, 1.6, segments)
+    local = rng.normal(0.0, 0.07, (segments, 4, 3))
+
+    def body(upright: float, scale: float) -> np.ndarray:
+        turns = Rotation.from_rotvec(rng.normal(0.0, 0.1, (segments, 3)))
+        sway = np.cumsum(rng.normal(0.0, 0.002, (frames, segments, 3)), axis=0)
+        middle = places * np.array([1.0, upright, 1.0]) + sway
+        points = middle[:, :, None] + np.stack([turns.apply(local[:, m]) for m in range(4)], axis=1)[None]
+        return scale * (points + rng.normal(0.0, 0.001, points.shape)).reshape(frames, -1, 3)
+
+    reference = learn_distances([body(1.0, 1.0), body(1.0, 1.1)])
+    crouch = body(folded, size)
+    fitted = reference.fitted(crouch)
+    own = pairwise(local[None, 0])[0]
+    np.testing.assert_allclose(fitted.mean[:4, :4][own > 0.1], size * own[own > 0.1], rtol=0.08)
+    assert not any(swap.put_right for swap in find_swaps(crouch, 60.0, reference=reference))

@@ -17,7 +17,10 @@ _WINDOW = 0.03  # s, of the straight line fitted to either side of a step
 _LONGEST = 1.0  # s, gap up to which the error of a prediction is measured; it grows in proportion beyond
 _LEAST = 1e-4  # m, scale below which no prediction error is believed
 _PARTNERS = 6  # distances by which a marker is known
+_RIGID = 3  # of them are on the same segment
 _WORTH = 3.0  # independent distances that these amount to: three fix a place
+_APART = 0.03  # of a distance, by which people differ and markers are put on anew, at least
+_SIZES = 200  # sizes of a body that are tried
 _SAMPLED = 400  # frames from which distances are learned
 _STEPS = 5000  # steps of each length from which their errors are
 
@@ -186,7 +189,7 @@ class MarkerDistances:
     ----------
     mean : (M, M), in body sizes when learned from several clips, NaN where never seen together.
     spread : (M, M), the same unit.
-    size : m, the median distance of the clips' markers: 1 body size.
+    size : m, the median distance of the first clip's markers: 1 body size.
     """
 
     mean: Floats
@@ -214,11 +217,7 @@ class MarkerDistances:
         """In metres, at the size of the body in (T, M, 3), which no swap of a few markers alters."""
         if positions.shape[1] != len(self.mean):
             raise MismatchError(f"distances of {len(self.mean)} markers cannot judge {positions.shape[1]} markers")
-        here = measure_distances([positions]).mean
-        with np.errstate(invalid="ignore", divide="ignore"):
-            ratio = here / self.mean
-        known = np.isfinite(ratio) & (self.mean > 0) & (self.spread < 0.1 * self.mean)
-        scale = float(np.median(ratio[known])) if known.any() else self.size
+        scale = _body_size(measure_distances([positions]).mean, self) or self.size
         return MarkerDistances(self.mean * scale, self.spread * scale, 1.0)
 
     @property
@@ -244,19 +243,41 @@ def learn_distances(clips: Sequence[Floats]) -> MarkerDistances:
     if not clips or any(c.ndim != 3 or c.shape[1:] != clips[0].shape[1:] for c in clips):
         raise MismatchError("distances need clips (frames, markers, 3) of one marker set")
     each = [measure_distances([c]) for c in clips]
-    sizes = [float(np.nanmedian(d.mean[~np.eye(len(d.mean), dtype=bool)])) for d in each]
+    known = np.isfinite(each[0].mean)
+    np.fill_diagonal(known, False)
+    first = float(np.median(each[0].mean[known])) if known.any() else 1.0
+    body = MarkerDistances(each[0].mean / first, np.hypot(each[0].spread, _APART * each[0].mean) / first, first)
+    sizes = [first, *(_body_size(d.mean, body) or first for d in each[1:])]
     means = np.stack([d.mean / s for d, s in zip(each, sizes, strict=True)])
     spreads = np.stack([d.spread / s for d, s in zip(each, sizes, strict=True)])
     known = np.isfinite(means)
     count = np.maximum(known.sum(axis=0), 1)
     mean = np.where(known, means, 0.0).sum(axis=0) / count
     within = np.where(known, np.square(spreads), 0.0).sum(axis=0) / count
-    # People differ in build and markers are put on anew: one clip cannot show it, so 3 % is supposed at least.
+    # One clip cannot show how people differ, so something is supposed.
     between = np.where(known, np.square(means - mean), 0.0).sum(axis=0) / count
-    spread = np.sqrt(within + np.maximum(between, np.square(0.03 * mean)))
+    spread = np.sqrt(within + np.maximum(between, np.square(_APART * mean)))
     never = ~known.any(axis=0)
     mean[never], spread[never] = np.nan, np.nan
-    return MarkerDistances(mean, spread, float(np.median(sizes)))
+    return MarkerDistances(mean, spread, first)
+
+
+def _body_size(here: Floats, body: MarkerDistances) -> float:
+    """The likeliest size of the body whose markers are `here` (M, M) m apart in the median; 0 = nothing in common.
+
+    Postures differ, and with them most distances. Those to the few markers of the same segment do not, and of all sizes
+    they agree on one: the mode of the likelihood, so that some swapped markers do not alter it.
+    """
+    one, other = np.repeat(np.arange(len(here)), _RIGID), body.partners[:, :_RIGID].ravel()
+    one, other = one[other >= 0], other[other >= 0]
+    distance, mean, spread = here[one, other], body.mean[one, other], body.spread[one, other]
+    known = np.isfinite(distance) & np.isfinite(mean) & (mean > 0)
+    if not known.any():
+        return 0.0
+    distance, mean, spread = distance[known], mean[known], spread[known]
+    tried = np.quantile(distance / mean, np.linspace(0.02, 0.98, _SIZES))[:, None]
+    likelihood = distance_density(distance, tried * mean, tried * spread).sum(axis=1)
+    return float(tried[int(np.argmax(likelihood)), 0])
 
 
 def measure_distances(clips: Sequence[Floats]) -> MarkerDistances:
