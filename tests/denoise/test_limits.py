@@ -144,6 +144,22 @@ def test_the_sentences_name_the_channels():
     assert np.degrees(found.recording.q[50, 25]) == pytest.approx(angle.max() + 1)
 
 
+def test_what_clean_clips_do_is_no_sample_out_of_bounds():
+    """A filled angle beyond a limit of the file stays where clips of a library go there, and not further."""
+    clean = truth("walk", seconds=4.0)
+    outcome = repair_without_model(corrupt(clean, noise=np.radians(1.0), seed=1).recording, "adaptive")
+    angle = np.degrees(outcome.recording.q[:, 25])
+    q, origin = outcome.recording.q.copy(), outcome.origin.copy()
+    q[50, 25], origin[50, 25] = np.radians(angle.max() + 30.0), Origin.FILLED
+    limited = _elbow_limited(outcome.recording.with_q(q), 25, angle.min() - 1, angle.max() + 1)
+    held = replace(outcome, origin=origin, recording=limited)
+    seen = np.full((q.shape[1], 2), np.nan)
+    for high, wanted in ((20.0, 20.0), (40.0, 30.0), (-50.0, 1.0)):
+        seen[25] = angle.min(), angle.max() + high
+        found = np.degrees(within_body_limits(held, seen).recording.q[50, 25])
+        assert found == pytest.approx(angle.max() + wanted)
+
+
 def test_a_skeleton_without_limits_changes_nothing():
     clean = truth("walk", seconds=3.0)
     free = replace(

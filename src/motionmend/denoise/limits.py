@@ -68,8 +68,14 @@ def brought_inside(values: Floats, std: Floats, origin: Bytes, limits: Floats, m
     return Inside(np.where(moved, values + held - turned, values), moved, broken)
 
 
-def within_body_limits(outcome: Repaired[Motion]) -> Repaired[Motion]:
+def within_body_limits(outcome: Repaired[Motion], seen: Floats | None = None) -> Repaired[Motion]:
     """Hold repaired and filled joint angles within the skeleton's limits, and say so.
+
+    Parameters
+    ----------
+    outcome : of a repair.
+    seen : (D, 2) degrees, between which the clips of a library lie, NaN = not known. Clean clips go beyond the limits
+        that files state often enough; where they do, the limits are wrong.
 
     Deviations stay as they were: a value at its limit is no further from a truth within than the value beyond it was.
     A skeleton without limits changes nothing.
@@ -78,6 +84,8 @@ def within_body_limits(outcome: Repaired[Motion]) -> Repaired[Motion]:
     skeleton = motion.skeleton
     limits = np.where((skeleton.dof_kind == ROTATION)[:, None], skeleton.limits * DEGREES, [-np.inf, np.inf])
     limits[np.concatenate(root_rows(skeleton))] = -np.inf, np.inf
+    if seen is not None:
+        limits = np.stack([np.fmin(limits[:, 0], seen[:, 0]), np.fmax(limits[:, 1], seen[:, 1])], axis=1)
     made_up = (outcome.origin == Origin.REPAIRED) | (outcome.origin == Origin.FILLED)
     std = np.full(motion.q.shape, np.nan) if outcome.std is None else outcome.std * DEGREES
     inside = brought_inside(motion.q * DEGREES, std, outcome.origin, limits, made_up)
@@ -96,6 +104,15 @@ def within_body_limits(outcome: Repaired[Motion]) -> Repaired[Motion]:
     return replace(outcome, recording=motion.with_q(q), warnings=tuple(said))
 
 
+def seen_between(exemplars: Singles, angular: Bools) -> Floats:
+    """(C, 2) degrees between which windows (N, M, C) of clean clips lie; NaN where not `angular` (C,), or no clips."""
+    found = np.full((exemplars.shape[2], 2), np.nan)
+    if exemplars.shape[0]:
+        found[angular, 0] = exemplars.min(axis=(0, 1))[angular]
+        found[angular, 1] = exemplars.max(axis=(0, 1))[angular]
+    return found
+
+
 def within_seen(found: ChannelRepair, exemplars: Singles, angular: Bools) -> ChannelRepair:
     """Hold filled angles within what the clips of a library do, and a margin.
 
@@ -105,12 +122,10 @@ def within_seen(found: ChannelRepair, exemplars: Singles, angular: Bools) -> Cha
     exemplars : (N, M, C) windows of the clips.
     angular : (C,) True for the angles that are held.
     """
-    if exemplars.shape[0] == 0:
-        return found
-    low, high = exemplars.min(axis=(0, 1)).astype(float), exemplars.max(axis=(0, 1)).astype(float)
+    low, high = seen_between(exemplars, angular).T
     margin = np.maximum(BEYOND_SEEN * (high - low), BEYOND_SEEN_LEAST)
     limits = np.stack([low - margin, high + margin], axis=1)
-    held = angular & (limits[:, 1] - limits[:, 0] < 360.0)
+    held = limits[:, 1] - limits[:, 0] < 360.0  # not where nothing is known
     limits = np.where(held[:, None], limits, [-np.inf, np.inf])
     inside = brought_inside(found.values, found.std, found.origin, limits, found.origin == Origin.FILLED)
     return replace(found, values=inside.values) if inside.moved.any() else found

@@ -16,7 +16,7 @@ from .labels import Swap, find_swaps, put_right
 from .layout import Layout, own_layout
 from .learning import at_rate as series_at_rate
 from .library import Library
-from .limits import within_body_limits, within_seen
+from .limits import seen_between, within_body_limits, within_seen
 from .local_prior import Neighbourhood, Prior, neighbourhood
 from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
@@ -77,11 +77,14 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     channels = to_channels(recording, known.layout)
     if isinstance(recording, Motion):
         mended = _mended(channels.values, recording, channels, known)
-        found = mended.found
-        if known.library is not None and not doubtful(mended):
-            found = within_seen(found, known.library.exemplars, _held(recording, channels))
+        found, seen = mended.found, np.full((recording.q.shape[1], 2), np.nan)
+        if known.library is not None:
+            held = _held(recording, channels)
+            seen[channels.columns[held]] = seen_between(known.library.exemplars, held)[held]
+            if not doubtful(mended):
+                found = within_seen(found, known.library.exemplars, held)
         return within_body_limits(
-            repaired_recording(recording, known.layout, channels, found, "adaptive", mended.noise)
+            repaired_recording(recording, known.layout, channels, found, "adaptive", mended.noise), seen
         )
     assert isinstance(recording, Markers)
     mended = _mended(channels.values, recording, channels, known)
