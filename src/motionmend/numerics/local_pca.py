@@ -30,10 +30,6 @@ class LocalPca:
         """I - U Uᵀ (n, n): takes a difference from the mean to the part the basis cannot explain (eq. 3.12)."""
         return np.eye(len(self.mean)) - self.basis @ self.basis.T
 
-    def precision(self, floor: float) -> Floats:
-        """Inverse of the samples' covariance plus `floor`² in every direction (n, n)."""
-        return (self.directions / (self.variances + floor * floor)) @ self.directions.T
-
 
 def local_pca(samples: Floats, energy: float = 0.95, weights: Floats | None = None) -> LocalPca:
     """Principal components of `samples` (N, n) that hold at least `energy` of the variance (eq. 3.10-3.11).
@@ -44,15 +40,7 @@ def local_pca(samples: Floats, energy: float = 0.95, weights: Floats | None = No
     energy : share, in (0, 1].
     weights : (N,) of the samples, not negative; equal when not given.
     """
-    if weights is None:
-        mean = samples.mean(axis=0)
-        centred = samples - mean
-        covariance = centred.T @ centred / max(len(samples) - 1, 1)
-    else:
-        share = weights / weights.sum()
-        mean = share @ samples
-        centred = samples - mean
-        covariance = (centred * share[:, None]).T @ centred / max(1.0 - float(share @ share), 1e-9)
+    mean, covariance = moments(samples, weights)
     values, vectors = np.linalg.eigh(covariance)
     values, vectors = np.maximum(values[::-1], 0.0), vectors[:, ::-1]
     total = values.sum()
@@ -60,3 +48,15 @@ def local_pca(samples: Floats, energy: float = 0.95, weights: Floats | None = No
     kept = 0 if total <= 0 else int(np.searchsorted(np.cumsum(values) / total, energy - 1e-12) + 1)
     kept = min(kept, len(values))
     return LocalPca(mean, np.ascontiguousarray(vectors[:, :kept]), values, np.ascontiguousarray(vectors))
+
+
+def moments(samples: Floats, weights: Floats | None = None) -> tuple[Floats, Floats]:
+    """Mean (n,) and covariance (n, n) of samples (N, n), weighted as for `local_pca`."""
+    if weights is None:
+        mean = samples.mean(axis=0)
+        centred = samples - mean
+        return mean, centred.T @ centred / max(len(samples) - 1, 1)
+    share = weights / weights.sum()
+    mean = share @ samples
+    centred = samples - mean
+    return mean, (centred * share[:, None]).T @ centred / max(1.0 - float(share @ share), 1e-9)

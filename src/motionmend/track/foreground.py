@@ -78,14 +78,31 @@ def clean(depth: Singles, radius: int = 1) -> Singles:
     from ..kernels import regions
 
     depth = np.ascontiguousarray(depth, np.float32)
-    out = np.full_like(depth, np.nan)
-    rows, columns = _box(np.isfinite(depth), depth.shape, radius + 1)
-    part = np.ascontiguousarray(depth[rows, columns])
-    mended = np.empty_like(part)
-    if part.size:
-        regions.mend(part, radius, 6, JUMP_NEAR, mended)
-    out[rows, columns] = mended
+    out, box = np.full(depth.shape, np.nan, np.float32), np.empty(4, np.int64)
+    regions.extent(depth, box)
+    rows, columns = about(box, depth.shape, radius + 1)
+    out[rows, columns] = mended(depth[rows, columns], radius)
     return out
+
+
+def mended(part: Singles, radius: int) -> Singles:
+    """As `clean`, of a part of an image that has nothing measured on its border, or the image's own."""
+    from ..kernels import regions
+
+    out = np.empty(part.shape, np.float32)
+    if part.size:
+        regions.mend(np.ascontiguousarray(part), radius, 6, JUMP_NEAR, out)
+    return out
+
+
+def about(box: Ints, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
+    """Rows and columns of a box (first and last row and column) and a margin, within an image."""
+    if box[1] < box[0]:
+        return slice(0, 0), slice(0, 0)
+    return (
+        slice(max(int(box[0]) - margin, 0), min(int(box[1]) + margin + 1, shape[0])),
+        slice(max(int(box[2]) - margin, 0), min(int(box[3]) + margin + 1, shape[1])),
+    )
 
 
 def empty_scene(frames: list[DepthFrame], seed: int = 0) -> Scene:

@@ -137,7 +137,9 @@ def cast_parts(
 
 def _chosen(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...] = ()) -> tuple[Any, ...]:
     """Bones, kinds, centres, turns, sizes and tapers of the solids of some bones, or of all the others."""
-    chosen = np.isin(solids.bone, only) if only else ~np.isin(solids.bone, without)
+    wanted = np.full(len(BONES), not only)
+    wanted[list(only or without)] = bool(only)
+    chosen = wanted[solids.bone]
     return tuple(values[chosen] for values in solids.arrays)
 
 

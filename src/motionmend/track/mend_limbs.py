@@ -66,7 +66,9 @@ def mend_limbs(
     for number, limb in enumerate(LIMBS):
         hidden = min(shown[b] for b in limb.shown) <= ENOUGH
         against = max(denied[b] / (shown[b] + denied[b] + ENOUGH) for b in limb.shown)
-        if not (hidden or much or (worse and against > DENIED)):
+        # Where all limbs are suspect the arms have their turn in one frame, the legs in the next.
+        due = much and number // 2 == state.searched % 2
+        if not (hidden or due or (worse and against > DENIED)):
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.camera import DepthFrame
-from .foreground import LARGEST, SMALLEST, Foreground, Scene, clean, find_person, remember
+from .foreground import LARGEST, SMALLEST, Foreground, Scene, about, find_person, mended, remember
 
 CLOSING = 5  # px; dropout inside the person is narrower
 
@@ -22,25 +22,29 @@ def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int)
     nothing is, told apart, so that limbs before and behind each other are never taken for something else.
     """
     if not len(scene.planes):
-        measured = np.isfinite(frame.depth)
-        z = frame.depth[measured]
-        area = float((z.astype(np.float64) ** 2).sum()) / (frame.camera.fx * frame.camera.fy)
-        if SMALLEST < area < LARGEST:
-            return _all_of_it(frame, median), scene
+        from ..kernels import regions
+
+        box = np.empty(4, np.int64)
+        area = regions.extent(np.ascontiguousarray(frame.depth, np.float32).view(), box)
+        if SMALLEST < area / (frame.camera.fx * frame.camera.fy) < LARGEST:
+            return _all_of_it(frame, median, about(box, frame.depth.shape, CLOSING + median)), scene
     person = find_person(scene, frame, last, median)
     return person, remember(scene, frame, person)
 
 
-def _all_of_it(frame: DepthFrame, median: int) -> Foreground:
+def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice]) -> Foreground:
+    """What is measured, cleaned; `box` holds all of it and a margin wide enough for the clean-up."""
     import cv2
 
-    depth = clean(frame.depth, median)
-    on = np.isfinite(depth)
-    free = cv2.morphologyEx(on.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)) == 0
-    rows, columns = np.nonzero(on[::4, ::4])
+    depth, free = np.full(frame.depth.shape, np.nan, np.float32), np.ones(frame.depth.shape, np.bool_)
+    part = mended(frame.depth[box], median)
+    on = np.isfinite(part)
+    depth[box] = part
+    free[box] = cv2.morphologyEx(on.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)) == 0
+    rows, columns = np.nonzero(np.isfinite(depth[::4, ::4]))
     if not len(rows):
         return Foreground(depth, False, np.full(3, np.nan), 0.0, free)
     z = depth[::4, ::4][rows, columns].astype(np.float64)
     points = frame.camera.every(4).unproject(np.column_stack((columns, rows)), z)
-    border = on[0].sum() + on[-1].sum() + on[:, 0].sum() + on[:, -1].sum()
+    border = sum(np.isfinite(side).sum() for side in (depth[0], depth[-1], depth[:, 0], depth[:, -1]))
     return Foreground(depth, True, np.median(points, axis=0), float(border / np.sqrt(on.sum())), free)

@@ -9,7 +9,8 @@ import numpy as np
 from ..arrays import Floats, frozen
 from ..bodies.performer import Pose
 from ..kernels.bone_systems import about_mean
-from ..numerics.local_pca import LocalPca, local_pca
+from ..numerics.least_squares import inverse
+from ..numerics.local_pca import LocalPca, local_pca, moments
 from .database import PoseDatabase
 from .settings import TrackSettings
 from .terms import Share, Term
@@ -68,10 +69,9 @@ def prior_term(
     near = distance**2 / max(1.0 if weights is None else float(weights.sum()) / len(weights), 1e-9) / len(pose.joints)
     scale = near[len(near) // 2] + settings.spread**2
     share = np.repeat(1.0 / (1.0 + near / scale), follow.shape[1])
-    model = local_pca(samples, settings.energy, share)
-    floor2 = settings.spread**2 + float(near[0])
-    form = settings.prior * settings.spread**2 * model.precision(float(np.sqrt(floor2)))
-    return PriorTerm(frozen(model.mean), frozen(form))
+    mean, covariance = moments(samples, share)
+    covariance.ravel()[:: len(covariance) + 1] += settings.spread**2 + float(near[0])
+    return PriorTerm(frozen(mean), frozen(settings.prior * settings.spread**2 * inverse(covariance)))
 
 
 def strangeness(terms: Sequence[Term], pose: Pose) -> float:
