@@ -1,6 +1,7 @@
-"""Depth images of the performer: the compiled ray-caster against plain NumPy and, where it is installed, Embree."""
+"""Depth images of the performer: the compiled ray-caster against plain NumPy and, where installed, Embree and OpenGL."""
 
 import importlib.util
+import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -33,7 +34,7 @@ def run(plan: Plan) -> list[Metric]:
         "fourth": lambda: render(person, pose, KINECT, 4),
         "plain": plain,
     }
-    runners |= _embree(seen)
+    runners |= _embree(seen) | _opengl(seen)
     times = race(runners, plan.rounds)
     found = [
         ratio("render.320x240.plain_over_ours", times["plain"], times["ours"]),
@@ -41,7 +42,7 @@ def run(plan: Plan) -> list[Metric]:
         times["ours"].cpu_rate("render.320x240.cpu_rate", 1, "images/s", 1 / AIM),
         times["fourth"].cpu_rate("render.80x60.cpu_rate", 1, "images/s"),
     ]
-    peers = [name for name in runners if name.startswith("embree")]
+    peers = [name for name in runners if name.startswith(("embree", "opengl"))]
     return found + [times[name].cpu_rate(f"render.320x240.{name}_cpu_rate", 1, "images/s") for name in peers]
 
 
@@ -92,6 +93,58 @@ def _embree(seen: Rendering) -> dict[str, Callable[[], object]]:
         "embree_built": lambda: build()[0].run(origins, rays, query="DISTANCE"),
         "embree": lambda: kept[0].run(origins, rays, query="DISTANCE"),
     }
+
+
+def _opengl(seen: Rendering) -> dict[str, Callable[[], object]]:
+    """OpenGL on the processor (Mesa's llvmpipe, one thread) on the same mesh, with and without sending a new pose's."""
+    os.environ.setdefault("LP_NUM_THREADS", "1")
+    try:
+        gl: Any = import_module("moderngl")
+        context = gl.create_standalone_context(backend="egl")
+    except Exception:  # no package, no library, no driver: whatever it is, there is no rival
+        return {}
+    if "llvmpipe" not in context.info["GL_RENDERER"]:
+        return {}  # a graphics card is no rival of a processor
+    vertices, faces = _mesh(seen)
+    points = vertices.astype(np.float32)
+    program = context.program(
+        vertex_shader=_VERTEX,
+        fragment_shader="#version 330\nin float z; out float depth; void main() { depth = z; }",
+    )
+    program["camera"].value = (KINECT.fx, KINECT.fy, KINECT.cx + 0.5, KINECT.cy + 0.5)
+    program["size"].value = (float(KINECT.width), float(KINECT.height))
+    buffer = context.buffer(points.tobytes())
+    mesh = context.vertex_array(program, [(buffer, "3f", "place")], context.buffer(faces.astype(np.int32).tobytes()))
+    size = KINECT.width, KINECT.height
+    target = context.framebuffer([context.texture(size, 1, dtype="f4")], context.depth_renderbuffer(size))
+    target.use()
+    context.enable(gl.DEPTH_TEST)
+
+    def draw() -> Floats:
+        target.clear(np.nan)
+        mesh.render(gl.TRIANGLES)
+        return np.frombuffer(target.read(components=1, dtype="f4"), np.float32).reshape(KINECT.height, KINECT.width)
+
+    def posed() -> Floats:
+        buffer.write(points.tobytes())
+        return draw()
+
+    both = np.isfinite(seen.depth) & np.isfinite(draw())
+    apart = np.abs(seen.depth - draw())[both]
+    if both.sum() < 0.97 * np.isfinite(seen.depth).sum() or np.median(apart) > 0.002:
+        raise AssertionError("render: ours and OpenGL's picture disagree, their times cannot be compared")
+    return {"opengl_posed": posed, "opengl": draw}
+
+
+_VERTEX = """
+#version 330
+uniform vec4 camera; uniform vec2 size; in vec3 place; out float z;
+void main() {
+    vec2 pixel = camera.xy * place.xy / place.z + camera.zw;
+    z = place.z;
+    gl_Position = vec4((2.0 * pixel / size - 1.0) * place.z, place.z - 0.2, place.z);
+}
+"""
 
 
 def _mesh(seen: Rendering) -> tuple[Floats, Ints]:
