@@ -280,7 +280,7 @@ def reach(
     for step in range(iterations + 1):
         frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
         points(placed, bones, local, world)
-        now = _missed(world, wanted, weights) + _missed_start(away, rest_weights)
+        now = missed(world, wanted, weights) + _missed_start(away, rest_weights)
         if now < cost:
             saved = cost - now
             cost = now
@@ -289,7 +289,7 @@ def reach(
             if step == iterations or saved < 1e-7 * cost + 1e-14:
                 break
             twists(parents, rests, first, axes, joints, placed, moving)
-            _normal_equations(moves, moving, bones, world, wanted, weights, rest_weights, away, hessian, gradient)
+            normal_equations(moves, moving, bones, world, wanted, weights, rest_weights, away, hessian, gradient)
         else:
             _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
             if step == iterations or damping > 1e6:
@@ -321,7 +321,7 @@ def reach(
 
 
 @compiled
-def _missed(world: Floats, wanted: Floats, weights: Floats) -> float:
+def missed(world: Floats, wanted: Floats, weights: Floats) -> float:
     """Sum of the squares of what each point that counts misses."""
     total = 0.0
     for n in range(world.shape[0]):
@@ -355,7 +355,7 @@ def _keep(
 
 
 @compiled
-def _normal_equations(
+def normal_equations(
     moves: Bools,
     moving: Floats,
     bones: Ints,

@@ -54,7 +54,7 @@ def reach(
     ------
     MismatchError : targets that are not (16, 3).
     """
-    from ..kernels import articulated
+    from ..kernels import reaching
 
     targets = np.asarray(targets, dtype=np.float64)
     if targets.shape != (len(LANDMARKS), 3):
@@ -69,7 +69,7 @@ def reach(
     stiff, limits = np.full(DOFS, stiffness), performer.limits.copy()
     stiff[:6] = 0.0
     limits[~loose] = -np.inf, np.inf  # what may not change stays, wherever it is
-    articulated.reach(
+    reaching.reach_within(
         *performer.chain,
         MOVES & loose,
         LANDMARK_BONES.copy(),
@@ -83,7 +83,7 @@ def reach(
         root,
         joints,
     )
-    found = Pose(translation, root, np.where(loose[6:], np.clip(joints, *performer.limits[6:].T), joints))
+    found = Pose(translation, root, joints)
     distance = ((wanted - landmarks(performer, found)) ** 2).sum(axis=1)
     return found, float(np.sqrt(weight @ distance / weight.sum()))
 

@@ -1,0 +1,93 @@
+"""Points of one body brought to places by Levenberg's and Marquardt's steps, none longer than an arc is straight."""
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from . import articulated
+from .articulated import missed, normal_equations
+from .compile import compiled
+
+LONGEST = 0.5  # rad or m in one step: beyond it the straight continuation of an arc is no longer it
+
+_frames, _twists, _points = articulated.frames, articulated.twists, articulated.points
+_advance, _solve = articulated.advance, articulated.solve
+
+
+@compiled
+def reach_within(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    moves: Bools,
+    bones: Ints,
+    local: Floats,
+    wanted: Floats,
+    weights: Floats,
+    stiffness: Floats,
+    limits: Floats,
+    rounds: int,
+    translation: Floats,
+    root: Floats,
+    joints: Floats,
+) -> None:
+    """Bring points to wanted places; the pose is changed in place.
+
+    Minimises the sum of weights² · |point - wanted|² plus stiffness² · (coordinate - start)².
+
+    Parameters
+    ----------
+    parents .. axes, translation .. joints : as for `articulated.frames`.
+    moves : (B, D) which degrees of freedom move which bone; one that moves none stays.
+    bones, local, wanted, weights : (N,), (N, 3) m, (N, 3) m, (N,), the points; those of weight 0 do not count.
+    stiffness : (D,) m/rad, 0 for the root. limits : (D, 2) of the joint coordinates.
+    rounds : most steps.
+    """
+    bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
+    placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
+    begun, away, step = joints.copy(), np.zeros(dofs), np.empty(dofs)
+    hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
+    place, turn, angles = translation.copy(), root.copy(), joints.copy()
+    _frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
+    _points(placed, bones, local, world)
+    cost, damping = missed(world, wanted, weights), 1e-4
+    for _ in range(rounds):
+        _twists(parents, rests, first, axes, joints, placed, moving)
+        normal_equations(moves, moving, bones, world, wanted, weights, stiffness, away, hessian, gradient)
+        better, now = False, cost
+        for _attempt in range(6):
+            for d in range(dofs):
+                for e in range(d + 1):
+                    lifted[d, e] = hessian[d, e]
+                lifted[d, d] += damping
+            _solve(lifted, gradient, step)
+            size = 0.0
+            for d in range(dofs):
+                size = max(size, abs(step[d]))
+            for d in range(dofs):
+                step[d] *= -min(1.0, LONGEST / max(size, 1e-12))
+            place[:] = translation
+            turn[:] = root
+            angles[:] = joints
+            _advance(place, turn, angles, step)
+            now = 0.0
+            for j in range(dofs - 6):
+                angles[j] = min(max(angles[j], limits[6 + j, 0]), limits[6 + j, 1])
+                away[6 + j] = angles[j] - begun[j]
+                now += (stiffness[6 + j] * away[6 + j]) ** 2
+            _frames(parents, offsets, rests, first, axes, place, turn, angles, placed)
+            _points(placed, bones, local, world)
+            now += missed(world, wanted, weights)
+            if now < cost:
+                better = True
+                break
+            damping *= 8.0
+        if not better:
+            break
+        translation[:] = place
+        root[:] = turn
+        joints[:] = angles
+        gained, cost, damping = cost - now, now, damping / 4.0
+        if gained < 1e-5 * cost + 1e-9:
+            break
