@@ -1,7 +1,7 @@
 """Section 4.4 in kind: joints the sensor guesses, and knowing which they are
 
 Limbs of real recordings fail on purpose for a third of a second to three seconds: drawn to the trunk with 3 to 8 cm of
-shaking, or taken for the other side's. Once with tracking states, once without.
+shaking, or taken for the other side's. Once with tracking states, once without, and live.
 """
 
 from collections import defaultdict
@@ -15,6 +15,7 @@ from .common import Findings, Table
 from .correct_common import ABOUT, away, kinect_in, left_out, means
 
 RIVALS = ("one-euro", "savgol", "kalman", "constant", "ridge", "gp", "exemplar")
+LIVE = {"live": 0, "live, 0.1 s ahead": 3}
 EVERY = 4
 
 
@@ -35,6 +36,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             if states:
                 methods["raw"] = failed.postures.positions
                 methods |= {name: model.correct(failed.postures, method=name).positions for name in RIVALS}
+                methods |= {name: model.correct(failed.postures, look_ahead=n).positions for name, n in LIVE.items()}
             for name, positions in methods.items():
                 bad[name].append(away(truth, positions, failed.affected))
                 honest[name].append(away(truth, positions, ~failed.affected))
@@ -55,6 +57,12 @@ def run(mocap: Path, pictures: Path) -> Findings:
         "of_best": affected["default, with states"] / affected[best],
         "of_raw_without": affected["default, without states"] / affected["raw"],
         "of_best_without": affected["default, without states"] / affected[best],
+        "live": affected["live"],
+        "ahead": affected["live, 0.1 s ahead"],
+        "live_honest": others["live"],
+        "ahead_honest": others["live, 0.1 s ahead"],
+        "ahead_of_live": affected["live, 0.1 s ahead"] / affected["live"],
+        "ahead_others": others["live, 0.1 s ahead"] / others["live"],
         "auc": float(roc_auc_score(failing["with states"], told["with states"])),
         "auc_without": float(roc_auc_score(failing["without states"], told["without states"])),
     }
