@@ -1,4 +1,4 @@
-"""Depth images of the performer: the compiled ray-caster against plain NumPy and, where installed, Embree and OpenGL."""
+"""Depth images of the performer: the compiled ray-caster against plain NumPy and, if installed, Embree and OpenGL."""
 
 import importlib.util
 import os
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from motionmend.arrays import Floats, Ints
+from motionmend.arrays import Floats, Ints, Singles
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import Performer, Pose, bone_frames, standing
@@ -120,12 +120,12 @@ def _opengl(seen: Rendering) -> dict[str, Callable[[], object]]:
     target.use()
     context.enable(gl.DEPTH_TEST)
 
-    def draw() -> Floats:
+    def draw() -> Singles:
         target.clear(np.nan)
         mesh.render(gl.TRIANGLES)
         return np.frombuffer(target.read(components=1, dtype="f4"), np.float32).reshape(KINECT.height, KINECT.width)
 
-    def posed() -> Floats:
+    def posed() -> Singles:
         buffer.write(points.tobytes())
         return draw()
 
