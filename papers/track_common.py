@@ -1,7 +1,7 @@
 """What the scripts on tracking share: who moves before which camera, a tracker, and how far off it is."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -13,9 +13,11 @@ import motionmend as mm
 from motionmend.arrays import Bools, Floats, frozen
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import BONES, Performer, Pose, Poses, landmarks
+from motionmend.bodies.skeleton import forward
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
-from motionmend.evaluate.scenes import View, performed, strange, view
+from motionmend.evaluate.scenes import Plane, View, behind, performed, room, strange, view
+from motionmend.evaluate.sensor import sensed
 from motionmend.evaluate.strangers import stranger
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings
@@ -134,6 +136,28 @@ def foreign(scene: Stage, who: int, seed: int | None, frames: int | None = None)
     """The take as somebody else's body, on the motion's own skeleton."""
     some: Iterator[DepthFrame] = strange(scene.motion, stranger(scene.motion.skeleton, who), scene.seen, seed=seed)
     return list(islice(some, frames))
+
+
+def roomed(scene: Stage, who: int, frames: int) -> tuple[list[DepthFrame], tuple[Plane, ...]]:
+    """True depth of the take as somebody else's body, and a floor under their feet, a wall behind and one beside."""
+    body = stranger(scene.motion.skeleton, who)
+    up = np.asarray(scene.motion.skeleton.up, dtype=np.float64)
+    lowest = []
+    for t in range(0, scene.motion.frames, 5):
+        position, turned = forward(scene.motion.skeleton, scene.motion.q[t : t + 1])
+        centers = position[0][body.joint] + np.einsum("nij,nj->ni", turned[0][body.joint], body.place)
+        lowest.append(float((centers @ up - body.radius).min()))
+    right, _, far = scene.joints.reshape(-1, 3).max(axis=0)
+    planes = room(scene.seen, float(np.percentile(lowest, 10)), up, max(0.4, far - 2.2), max(right + 0.7, 1.5))
+    return foreign(scene, who, None, frames), planes
+
+
+def noisy(frames: Sequence[DepthFrame], seed: int, planes: Sequence[Plane] = ()) -> list[DepthFrame]:
+    """Frames of true depth with planes in view, as the Kinect would report them."""
+    return [
+        replace(frame, depth=sensed(behind(frame.depth, frame.camera, planes), frame.camera, seed, t))
+        for t, frame in enumerate(frames)
+    ]
 
 
 @cache

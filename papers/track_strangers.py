@@ -1,9 +1,11 @@
 """Section 4, future work: bodies that are not the tracker's, a dozen motions, lengths and widths measured"""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from motionmend.arrays import Floats
 from motionmend.bodies.anatomy import average
 from motionmend.bodies.performer import BONES, Poses
 from motionmend.evaluate.scenes import performed
@@ -13,9 +15,27 @@ from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings, settings_of
 
 from .common import FPS, Findings, Table
-from .track_common import ABOUT, BEND, DANCE, DOZEN, FAR, TURN, away, follow, foreign, numbers, shown, stage, tracker
+from .track_common import (
+    ABOUT,
+    BEND,
+    DANCE,
+    DOZEN,
+    FAR,
+    TURN,
+    away,
+    follow,
+    foreign,
+    noisy,
+    numbers,
+    roomed,
+    shown,
+    stage,
+    tracker,
+)
 
 MOST = 80  # frames of each motion
+ROOM, NOISES, WHO = 60, 5, 40  # frames of each motion before floor and walls, seeds of the noise, whose shapes
+TURNED = (25.0, -30.0, 15.0, -20.0, 35.0, -10.0)  # degrees by which the camera stands elsewhere
 SEEDS = (None, 0)  # of the noise on our own body
 
 
@@ -58,9 +78,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
         for take in (DANCE, BEND, TURN)
     }
     length, width = _measured(mocap, model, wish)
+    seeds, rooms = _rooms(mocap, model, wish)
     return Findings(
         {
             **values,
+            **rooms,
             "strangers_mean": float(joined.mean()),
             "strangers_95": float(np.percentile(joined, 95)),
             "strangers_far": 100.0 * float((joined > FAR).mean()),
@@ -73,15 +95,82 @@ def run(mocap: Path, pictures: Path) -> Findings:
             f"Somebody else: a skin of spheres on the recording's own skeleton, hands and feet included, another shape and "
             f"another seed of the Kinect's noise for each motion, at most {MOST} frames; lengths and first pose given. The "
             "tracker's own body: one seed of noise. Poses steadied as `motionmend track` does.",
+            f"Floor and walls: six of the motions, other bodies and other headings than above, {ROOM} frames, {NOISES} seeds of "
+            "the noise; the same with nothing but the body in view beside it. Means over seeds, and the seeds' standard "
+            "deviation.",
             "Measured: a person 8 % taller than the average with 10 % longer legs and 12 % thicker limbs, walking and "
             "turning for 2 s with noise; neither lengths nor poses given.",
         ),
         (
             Table("Another body, noisy, cm", ("motion", "mean", "95 %", "largest", "> 15 cm, %"), tuple(rows)),
+            Table(
+                f"Floor and walls in view, {NOISES} seeds, cm",
+                (
+                    "motion",
+                    "body alone",
+                    "95 %",
+                    "> 15 cm, %",
+                    "floor and walls",
+                    "95 %",
+                    "> 15 cm, %",
+                    "frames lost, %",
+                ),
+                seeds,
+            ),
             Table("The tracker's own body, cm", ("motion", "clean", "noisy", "noisy, 95 %"), tuple(same)),
         ),
         (("track_strangers.png", "Another body: error by share of joints and frames, twelve motions."),),
     )
+
+
+def _rooms(
+    mocap: Path, model: TrackerModel, wish: TrackSettings
+) -> tuple[tuple[tuple[str, ...], ...], dict[str, float]]:
+    """Rows and numbers of somebody else before floor and walls, and of the same body alone."""
+    rows = []
+    every: dict[str, list[Floats]] = {"alone": [], "room": []}  # for each motion (seeds, frames, 16)
+    for k, name in enumerate(("bend", "kick", "walk across", "boxing", "hop", "dance")):
+        take = next(one for one in DOZEN if one.name == name)
+        scene = stage(mocap, replace(take, heading=take.heading + TURNED[k]))
+        clean, planes = roomed(scene, WHO + k, ROOM)
+        row = [name]
+        for kind, around in (("alone", ()), ("room", planes)):
+            errors, lost = [], []
+            for seed in range(NOISES):
+                frames = noisy(clean, seed, around)
+                track = follow(model, wish, frames, scene.performer, scene.poses[0])
+                errors.append(away(scene.joints, track.steady(np.arange(len(frames)) / FPS)))
+                lost.append(errors[-1].mean(axis=1) > FAR)
+            joined = np.array(errors)
+            every[kind].append(joined)
+            spread = joined.mean(axis=(1, 2)).std(ddof=1)
+            row += [f"{joined.mean():.2f} ± {spread:.2f}", f"{np.percentile(joined, 95):.1f}", f"{_far(joined):.1f}"]
+        rows.append((*row, f"{100 * np.mean(lost):.1f}"))
+    found: dict[str, float] = {}
+    for kind, parts in every.items():
+        joined = np.concatenate([part.reshape(NOISES, -1) for part in parts], axis=1)
+        found |= {
+            f"{kind}_mean": float(joined.mean()),
+            f"{kind}_spread": float(joined.mean(axis=1).std(ddof=1)),
+            f"{kind}_95": float(np.percentile(joined, 95)),
+            f"{kind}_far": _far(joined),
+        }
+    total = [
+        f"{found[f'{kind}_{name}']:.1f}"
+        if name != "mean"
+        else f"{found[f'{kind}_mean']:.2f} ± {found[f'{kind}_spread']:.2f}"
+        for kind in every
+        for name in ("mean", "95", "far")
+    ]
+    whole = np.concatenate([part.mean(axis=2).ravel() for part in every["room"]])
+    found["room_lost"] = 100.0 * float((whole > FAR).mean())
+    rows.append(("all", *total, f"{found['room_lost']:.1f}"))
+    return tuple(rows), found
+
+
+def _far(errors: Floats) -> float:
+    """Share above 15 cm, %."""
+    return 100.0 * float((errors > FAR).mean())
 
 
 def _measured(mocap: Path, model: TrackerModel, wish: TrackSettings) -> tuple[float, float]:
