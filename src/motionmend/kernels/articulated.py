@@ -284,14 +284,14 @@ def reach(
         if now < cost:
             saved = cost - now
             cost = now
-            _keep(translation, root, joints, away, held_translation, held_root, held_joints, held_away)
+            keep(translation, root, joints, away, held_translation, held_root, held_joints, held_away)
             damping = max(damping * 0.1, 1e-9)
             if step == iterations or saved < 1e-7 * cost + 1e-14:
                 break
             twists(parents, rests, first, axes, joints, placed, moving)
             normal_equations(moves, moving, bones, world, wanted, weights, rest_weights, away, hessian, gradient)
         else:
-            _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
+            keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
             if step == iterations or damping > 1e6:
                 break
             damping *= 10.0
@@ -316,7 +316,7 @@ def reach(
                 change[d] = min(max(change[d], low), high)
             away[d] += change[d]
         advance(translation, root, joints, change)
-    _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
+    keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
     return cost
 
 
@@ -340,7 +340,7 @@ def _missed_start(away: Floats, rest_weights: Floats) -> float:
 
 
 @compiled
-def _keep(
+def keep(
     translation: Floats, root: Floats, joints: Floats, away: Floats, to0: Floats, to1: Floats, to2: Floats, to3: Floats
 ) -> None:
     """Copy a pose and how far it has gone."""

@@ -216,7 +216,8 @@ def densest(
         place = found
         while place > 0 and masses[place - 1] < mass:
             masses[place] = masses[place - 1]
-            places[place] = places[place - 1]
+            for k in range(3):
+                places[place, k] = places[place - 1, k]
             place -= 1
         masses[place] = mass
         places[place, 0], places[place, 1], places[place, 2] = x, y, z

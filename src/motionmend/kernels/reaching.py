@@ -4,7 +4,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from . import articulated
-from .articulated import missed, normal_equations
+from .articulated import keep, missed, normal_equations
 from .compile import compiled
 
 LONGEST = 0.5  # rad or m in one step: beyond it the straight continuation of an arc is no longer it
@@ -46,7 +46,7 @@ def reach_within(
     """
     bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
     placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
-    begun, away, step = joints.copy(), np.zeros(dofs), np.empty(dofs)
+    begun, away, kept, step = joints.copy(), np.zeros(dofs), np.empty(dofs), np.empty(dofs)
     hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
     place, turn, angles = translation.copy(), root.copy(), joints.copy()
     _frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
@@ -67,9 +67,7 @@ def reach_within(
                 size = max(size, abs(step[d]))
             for d in range(dofs):
                 step[d] *= -min(1.0, LONGEST / max(size, 1e-12))
-            place[:] = translation
-            turn[:] = root
-            angles[:] = joints
+            keep(translation, root, joints, away, place, turn, angles, kept)
             _advance(place, turn, angles, step)
             now = 0.0
             for j in range(dofs - 6):
@@ -85,9 +83,7 @@ def reach_within(
             damping *= 8.0
         if not better:
             break
-        translation[:] = place
-        root[:] = turn
-        joints[:] = angles
+        keep(place, turn, angles, away, translation, root, joints, kept)
         gained, cost, damping = cost - now, now, damping / 4.0
         if gained < 1e-5 * cost + 1e-9:
             break

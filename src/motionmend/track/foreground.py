@@ -77,7 +77,7 @@ def clean(depth: Singles, radius: int = 1) -> Singles:
     """
     from ..kernels import regions
 
-    depth = np.ascontiguousarray(depth, np.float32)
+    depth = frozen(depth, np.float32)
     out, box = np.full(depth.shape, np.nan, np.float32), np.empty(4, np.int64)
     regions.extent(depth, box)
     rows, columns = about(box, depth.shape, radius + 1)

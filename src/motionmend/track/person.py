@@ -25,7 +25,7 @@ def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int)
         from ..kernels import regions
 
         box = np.empty(4, np.int64)
-        area = regions.extent(np.ascontiguousarray(frame.depth, np.float32).view(), box)
+        area = regions.extent(frame.depth, box)
         if SMALLEST < area / (frame.camera.fx * frame.camera.fy) < LARGEST:
             return _all_of_it(frame, median, about(box, frame.depth.shape, CLOSING + median)), scene
     person = find_person(scene, frame, last, median)

@@ -17,7 +17,7 @@ from .view import Sums, View
 def difference(to: Pose, origin: Pose) -> Floats:
     """(34,) the increment that takes `origin` to `to`, as `advance` understands it."""
     turn = np.empty(3)
-    turn_between(to.root, origin.root, turn)
+    turn_between(to.root.copy(), origin.root.copy(), turn)
     return np.concatenate((to.translation - origin.translation, turn, to.joints - origin.joints))
 
 
