@@ -10,7 +10,7 @@ from motionmend.bodies.joint_sets import KINECT20
 from motionmend.bodies.postures import INFERRED
 from motionmend.correct.anatomy import anatomy, following
 from motionmend.correct.classic import FILTERS
-from motionmend.correct.energy import Terms, Weights, energy, sampled, solved
+from motionmend.correct.energy import UNKNOWN, Terms, Weights, adapted, energy, sampled, solved
 from motionmend.correct.normalise import Placement, turns, upright
 from motionmend.correct.reliability import behaviour, chain_backward, chain_forward, kinematics, tracking
 from motionmend.correct.settling import settled_frame, settled_recording, unborn
@@ -40,6 +40,20 @@ def test_the_papers_descent_comes_to_the_same_place() -> None:
     found = sampled(one, weights, np.zeros((6, 3)), np.random.default_rng(0), rounds=80)
     least, start = energy(solved(one, weights), one, weights), energy(np.zeros((6, 3)), one, weights)
     assert energy(found, one, weights) - least < 0.05 * (start - least)
+
+
+def test_weights_follow_what_is_reliable_and_what_is_known() -> None:
+    weights = Weights(0.6, 0.2, 0.2)
+    variance, reliability = np.array([0.0, 1e6, np.inf, UNKNOWN**2]), np.array([1.0, 1.0, 0.0, 0.5])
+    spatial, temporal, sensor = adapted(variance, reliability, weights)
+    np.testing.assert_allclose(spatial, 0.6)
+    np.testing.assert_allclose(temporal, [0.0, 0.0, 0.2, 0.1])
+    np.testing.assert_allclose(sensor, [0.0, 0.2, 0.1, 0.1], atol=1e-6)
+    one = Terms(np.zeros((4, 3)), np.full((4, 3), 0.1), np.full((4, 3), 1.0), reliability)
+    found = solved(one, (spatial, temporal, sensor))
+    np.testing.assert_allclose(found[0], 0.1)  # known and reliable: the offset is believed and nothing else
+    assert (found[1] < 0.1).all()  # reliable and not known: back toward the sensor
+    assert (found[2] > 0.3).all()  # not reliable: on with what was
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.5, 1.5), st.integers(0, 100))

@@ -39,7 +39,8 @@ def correct(
     method: Annotated[
         str,
         Parameter(
-            help="How to correct: default, or what it is compared with: paper, exact (local Gaussian processes), gp, "
+            help="How to correct: default, or what it is compared with: paper, exact, adaptive (local Gaussian "
+            "processes), gp, "
             "exemplar, ridge, constant (learn from the same pairs), one-euro, savgol, kalman (only smooth)."
         ),
     ] = ("default"),

@@ -20,6 +20,35 @@ class Weights(NamedTuple):
     reliability: float = 0.2
 
 
+UNKNOWN = 0.05  # standard metres: a deviation at which a posture tells of the offset as much as it leaves open
+
+
+def adapted(variance: Floats, reliability: Floats, weights: Weights) -> tuple[Floats, Floats, Floats]:
+    """Weights of each joint of a frame, as section 6 asks for them.
+
+    The past counts as far as the sensor is not reliable: a joint that is seen needs no steadying. The sensor's own
+    position counts as far as the mixture does not know the offset: where the offset is known, what is reliable is as
+    biased as ever.
+
+    Parameters
+    ----------
+    variance : (J,) of the offset, of the mixture; standard metres squared, not finite where it knows nothing.
+    reliability : (J,) in [0, 1].
+    weights : at their most.
+
+    Returns
+    -------
+    Of the spatial, the temporal and the reliability term, (J,) each.
+    """
+    known = np.where(np.isfinite(variance), variance, UNKNOWN**2)
+    open_ = known / (known + UNKNOWN**2)
+    return (
+        np.full(len(known), weights.spatial),
+        weights.temporal * (1.0 - reliability),
+        weights.reliability * open_,
+    )
+
+
 class Terms(NamedTuple):
     """What the energy of one frame is made of.
 

@@ -12,7 +12,7 @@ from ..numerics.local_gp import Hyper, Mixture, fit_mixture, predict, with_place
 from ..numerics.online_gp import learned
 from .anatomy import Anatomy
 from .classic import Samples
-from .energy import Terms, Weights, sampled, solved
+from .energy import Terms, Weights, adapted, sampled, solved
 from .normalise import Placement, bone_lengths
 from .reliability import behaviour, kinematics, paper_reliability, tracking
 
@@ -63,6 +63,7 @@ def corrected_as_published(
     online: bool = False,
     seed: int = 0,
     weights: Weights = WEIGHTS,
+    adaptive: bool = False,
 ) -> tuple[Floats, Floats, Floats]:
     """Section 4 on a recording.
 
@@ -78,6 +79,7 @@ def corrected_as_published(
     online : learn from frames with high reliability and low variance (algorithm 2).
     seed : of the descent.
     weights : of the terms.
+    adaptive : let them follow each joint's variance and reliability (`energy.adapted`); solved exactly.
 
     Returns
     -------
@@ -107,8 +109,8 @@ def corrected_as_published(
         here = Placement(placement.turn[t : t + 1], placement.origin[t : t + 1], placement.scale[t : t + 1])
         steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if t > 1 else None
         terms = Terms(standard[t], mean[t], steady, reliable[t])
-        if exactly:
-            offset = solved(terms, weights)
+        if exactly or adaptive:
+            offset = solved(terms, adapted(variance[t], reliable[t], weights) if adaptive else weights)
         else:
             start = here.inward(placed[-1][None])[0] - standard[t] if placed else mean[t]
             offset = sampled(terms, weights, start, rng)

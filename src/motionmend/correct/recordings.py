@@ -20,7 +20,7 @@ from .settling import OFFSET, settled_recording, smoothed
 from .spatial import Committee, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, usual_lengths
 
-PAPER = ("paper", "exact")
+PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
 GLIMPSE = 300  # frames of a recording that are looked at twice
 
@@ -81,14 +81,14 @@ def by_paper(
     online: bool,
     weights: Weights = WEIGHTS,
 ) -> Postures:
-    """The paper's method, its energy descended ("paper") or solved ("exact").
+    """The paper's method, its energy descended ("paper") or solved ("exact"), or with weights that adapt ("adaptive").
 
     Parameters
     ----------
     knowledge : of the model.
     mixture : local Gaussian processes, of `learned_mixture`.
     postures : T frames.
-    method : "paper" or "exact".
+    method : "paper", "exact" or "adaptive".
     online : learn from reliable frames on the way (algorithm 2).
     weights : of the terms of eq. 22.
     """
@@ -105,6 +105,7 @@ def by_paper(
         exactly=method == "exact",
         online=online,
         weights=weights,
+        adaptive=method == "adaptive",
     )
     moved = standard + knowledge.following @ (result - standard)
     positions, deviation, trust = outward(joining, postures.positions, sights, moved, std, 1.0 - reliable)
