@@ -19,6 +19,7 @@ from motionmend.track.settings import settings_of
 from .common import Findings, Table
 from .correct_common import kinect_in
 from .track_common import Track, follow, tracker
+from .track_verdict import DISPUTED, MARGIN, Dispute, disputes, draw
 
 ACTIONS = {
     "a6_s2_t1": "cross arms",
@@ -46,6 +47,8 @@ def run(mocap: Path, pictures: Path) -> Findings:
     gaps, lost = [], []
     found: dict[str, list[float]] = {name: [] for name in ("inside", "jerk", "vary")}
     theirs_found: dict[str, list[float]] = {name: [] for name in found}
+    disputed: list[tuple[Dispute, str, DepthFrame, Floats, Floats]] = []
+    verdicts: list[tuple[str, ...]] = []
     for name, action in ACTIONS.items():
         recording = read_depth(folder / "Depth" / f"{name}_depth.mat")
         sensor = read_postures(folder / "Skeleton" / f"{name}_skeleton.mat")
@@ -65,6 +68,9 @@ def run(mocap: Path, pictures: Path) -> Findings:
             numbers["vary"].append(_lengths_vary(places))
         gaps.append(gap)
         lost.append(track.lost)
+        some = disputes(joints, theirs, track.lost, frames, MOVING)
+        disputed += [(one, action, frames[one.frame], joints[one.frame], theirs[one.frame]) for one in some]
+        verdicts.append((f"{action} ({name})", *(str(count) for count in _counts(some))))
         both = {key: (found[key][-1], theirs_found[key][-1]) for key in found}
         rows.append(
             (
@@ -78,6 +84,16 @@ def run(mocap: Path, pictures: Path) -> Findings:
             )
         )
     moved = np.concatenate(gaps)
+    every = [one for one, *_ in disputed]
+    count, ours_right, sensor_right, undecided = _counts(every)
+    verdicts.append(("all", *(str(number) for number in (count, ours_right, sensor_right, undecided))))
+    draw(
+        pictures / "track_disputes.png",
+        [
+            (frame, ours, theirs, f"{action}, frame {one.frame}: {'ours' if one.right == 'ours' else 'the sensor'}")
+            for one, action, frame, ours, theirs in _worst(disputed)
+        ],
+    )
     lines_figure(
         pictures / "track_table_1.png",
         np.linspace(0, 100, 101),
@@ -97,6 +113,10 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "jerk": float(np.mean(found["jerk"])),
             "jerk_sensor": float(np.mean(theirs_found["jerk"])),
             "utd_lost": 100.0 * float(np.concatenate(lost).mean()),
+            "disputed": float(count),
+            "ours_right": 100.0 * ours_right / max(count, 1),
+            "sensor_right": 100.0 * sensor_right / max(count, 1),
+            "undecided": 100.0 * undecided / max(count, 1),
             "vary": float(np.mean(found["vary"])),
             "vary_sensor": float(np.mean(theirs_found["vary"])),
         },
@@ -105,6 +125,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "widths and first pose found by the tracker. The sensor's joints lie elsewhere in the body: a constant offset "
             f"for each joint (the median) is taken off, and joints count that move {100 * MOVING:.0f} cm or more. On the "
             "silhouette: within two pixels of the person's. The sensor's skeleton is no truth.",
+            f"Who is right: every arm and leg in every frame where a joint of it is more than {DISPUTED:.0f} cm apart. Against "
+            "either speak the parts of the limb's bones that lie beside the body or before its visible surface, and the "
+            "surface farther from any bone than a body is thick, both as areas; who has less by at least "
+            f"{1e4 * MARGIN:.0f} cm2 is right, else it stays open. A wrong limb within the body is only refuted by the surface "
+            "that it leaves unexplained.",
         ),
         (
             Table(
@@ -120,9 +145,39 @@ def run(mocap: Path, pictures: Path) -> Findings:
                 ),
                 tuple(rows),
             ),
+            Table(
+                "Limbs disputed, and who is right by the depth image",
+                ("action", "limbs times frames", "ours", "the sensor's", "open"),
+                tuple(verdicts),
+            ),
         ),
-        (("track_table_1.png", "Distance from the sensor's skeleton after a constant offset for each joint."),),
+        (
+            ("track_table_1.png", "Distance from the sensor's skeleton after a constant offset for each joint."),
+            (
+                "track_disputes.png",
+                "Disputes, from the camera and the side: ours orange, the sensor's skeleton blue, above who is right.",
+            ),
+        ),
     )
+
+
+def _counts(some: Sequence[Dispute]) -> tuple[int, int, int, int]:
+    """All, those where ours is right, the sensor is, and those that stay open."""
+    return (len(some), *(sum(one.right == who for one in some) for who in ("ours", "sensor", "open")))  # type: ignore[return-value]
+
+
+def _worst(
+    disputed: Sequence[tuple[Dispute, str, DepthFrame, Floats, Floats]], most: int = 3
+) -> list[tuple[Dispute, str, DepthFrame, Floats, Floats]]:
+    """The largest disputes of different actions, first those in which ours is right, then those in which it is not."""
+    chosen: list[tuple[Dispute, str, DepthFrame, Floats, Floats]] = []
+    for who in ("ours", "sensor"):
+        seen: set[str] = set()
+        for one in sorted(disputed, key=lambda one: -one[0].apart):
+            if one[0].right == who and one[1] not in seen and len(seen) < most:
+                seen.add(one[1])
+                chosen.append(one)
+    return chosen
 
 
 def _in_camera(positions: Floats, names: Sequence[str]) -> Floats:
