@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from string import Formatter
 from typing import Any
 
 from motionmend.errors import UsageError
@@ -76,6 +77,11 @@ class Claim:
     def expected_met(self) -> bool:
         """Whether the claim is expected to be met."""
         return self.expected == "met"
+
+    def is_measured(self, values: Mapping[str, float]) -> bool:
+        """Whether all numbers that the claim speaks of are there: not those of a script that has since learned more."""
+        spoken = {field for _, field, _, _ in Formatter().parse(self.ours) if field}
+        return (spoken | {c.value for c in self.criteria}) <= values.keys()
 
     def judge(self, values: Mapping[str, float]) -> dict[str, Any]:
         """The claim with what was measured, ready for JSON."""

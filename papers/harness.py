@@ -66,13 +66,14 @@ def run(
         results.append(claim.judge(_values(claim, found)))
         if on_done is not None:
             on_done(results[-1])
-    known = [claim for claim in load() if all(script in found for script in claim.script)]
+    known = [claim for claim in load() if claim.is_measured(_values(claim, found))]
     write_report(Path(out) / "REPORT.md", [claim.judge(_values(claim, found)) for claim in known], found)
     return results
 
 
 def _values(claim: Claim, found: Mapping[str, Findings]) -> dict[str, float]:
-    return {name: value for script in claim.script for name, value in found[script].values.items()}
+    measured = [found[script].values for script in claim.script if script in found]
+    return {name: value for values in measured for name, value in values.items()}
 
 
 def recordings_in(data: Path | str | None) -> Path:
