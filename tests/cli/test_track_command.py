@@ -16,6 +16,7 @@ from motionmend.bodies.postures import Postures
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
+from motionmend.cli.following import in_hindsight
 from motionmend.io import write
 from motionmend.io.body_file import read_body
 from motionmend.io.depth import read_depth, turned_round
@@ -261,3 +262,14 @@ def test_fit_leaves_out_what_it_cannot_use(cli: Command, studio: Path, tmp_path:
     first = out.read_bytes()
     assert cli("fit", "tracker", studio / "clip.amc", "-o", out, "--images", "0", "--force").code == 0
     assert out.read_bytes() == first
+
+
+def test_doubt_about_front_and_back_goes_where_it_was_settled_later_and_stays_where_it_was_right():
+    settled = np.full((12, 16), 0.02)
+    std = settled.copy()
+    std[1:4, 5:9] = std[5:7, 5:9] = std[9:, 5:9] = 0.2
+    ahead = np.tile([0.0, 0.0, -1.0], (12, 1))
+    ahead[7:] *= -1.0  # the other reading was taken
+    told = in_hindsight(std, settled, ahead, np.ones(12, bool))
+    np.testing.assert_array_equal(told[:5], settled[:5])
+    np.testing.assert_array_equal(told[5:], std[5:])

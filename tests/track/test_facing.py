@@ -120,6 +120,31 @@ def test_a_right_reading_stays_even_of_somebody_who_walks_backwards(speed):
     assert off(found[-1], poses[-1]) < 0.08
 
 
+def test_while_both_readings_stand_the_deviation_is_half_of_how_far_they_are_apart():
+    poses = walk(32, 35.0)
+    model, settings = library(), settings_of()
+    state, before = None, None
+    for k, pose in enumerate(poses):
+        frame = DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
+        if state is None:
+            state = replace(start(model, settings, frame, BODY, poses[0]), facing=doubted(BODY, poses[0], None))
+        state, estimate = step(model, settings, state, frame)
+        if state.facing.other is None:
+            break
+        other = state.facing.other
+        there = Pose(estimate.pose.translation + other.translation - state.facing.place, other.root, other.joints)
+        half = 0.5 * np.linalg.norm(landmarks(BODY, there) - estimate.landmarks, axis=1)
+        assert (estimate.std >= half - 1e-9).all()
+        assert (estimate.std >= estimate.settled).all()
+        before = estimate
+    arms = [LANDMARKS.index(name) for name in ("l_wrist", "r_wrist", "l_elbow", "r_elbow")]
+    assert before is not None
+    assert (before.std[arms] > 0.1).all()
+    assert k < 31  # settled: from here the deviation is that of one reading
+    np.testing.assert_array_equal(estimate.std, estimate.settled)
+    assert estimate.std[arms].max() < 0.1
+
+
 def test_steps_backwards_add_up_and_swaying_does_not():
     facing = Facing()
     for k in range(60):

@@ -149,6 +149,28 @@ def follow(
     return log.followed(recording, state.performer, read, calibrate, fitted, steady=settings.preset != "paper")
 
 
+def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Floats:
+    """Deviations (T, 16) m of a whole recording: the doubt about front and back goes where it was settled later.
+
+    Parameters
+    ----------
+    std, settled : (T, 16) m with and without that doubt, as `Estimate` has them.
+    ahead : (T, 3) where the body faces. seen : (T,) frames in which it is followed.
+
+    Returns
+    -------
+    (T, 16) m. Where the other reading was taken at the end, or the question was open to the last frame, doubt stays.
+    """
+    from .provenance import mask_runs
+
+    told = np.array(std)
+    for first, count in mask_runs(np.asarray((std > settled).any(axis=1))):
+        last = first + count
+        if last < len(std) and seen[last] and ahead[last] @ ahead[last - 1] >= 0.0:
+            told[first:last] = settled[first:last]
+    return told
+
+
 def _measured(
     model: "TrackerModel", settings: "TrackSettings", recording: "DepthRecording", landmarks: Floats | None
 ) -> Performer | None:
@@ -195,6 +217,7 @@ class _Log:
         parts = (
             estimate.landmarks.ravel(),
             estimate.std,
+            estimate.std if estimate.settled is None else estimate.settled,
             estimate.held,
             np.full(3, np.nan) if pose is None else pose.translation,
             np.full(9, np.nan) if pose is None else pose.root.ravel(),
@@ -226,14 +249,15 @@ class _Log:
 
         begin = perf_counter()
         count = len(self.flags)
-        widths = (3 * len(LANDMARKS), len(LANDMARKS), len(LANDMARKS), 3, 9, len(AXES))
+        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES))
         table = np.frombuffer(self.rows).reshape(count, -1)
-        flat, std, held, way, root, joints, returns = (
+        flat, std, settled, held, way, root, joints, returns = (
             part.copy() for part in np.split(table, np.cumsum(widths), axis=1)
         )
         xyz = flat.reshape(count, len(LANDMARKS), 3)
         there = np.isfinite(xyz).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags])
         seen = there & np.array(["lost" not in flags for flags in self.flags])
+        std = in_hindsight(std, settled, root.reshape(count, 3, 3)[:, :, 2], seen)
         std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
         xyz[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root.reshape(count, 3, 3), joints)

@@ -81,6 +81,15 @@ def doubted(performer: Performer, pose: Pose, other: Pose | None) -> Facing:
     return Facing(other, place=pose.translation)
 
 
+def either(facing: Facing, performer: Performer, pose: Pose) -> Floats:
+    """(16,) m, half of how far apart the two readings have each joint; 0 once the question is closed."""
+    if facing.other is None:
+        return np.zeros(len(LANDMARKS))
+    moved = facing.other.translation + pose.translation - facing.place
+    there = landmarks(performer, Pose(moved, facing.other.root, facing.other.joints))
+    return np.asarray(0.5 * np.linalg.norm(there - landmarks(performer, pose), axis=1))
+
+
 def along(pose: Pose, velocity: Floats) -> float:
     """m/s at which a body moves to where it faces, along the ground (the camera level or nearly so)."""
     ahead = pose.root[[0, 2], 2]

@@ -13,10 +13,10 @@ from ..errors import UsageError
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .evidence import Evidence, evidence_of
-from .facing import Facing, faces_otherwise, unlikeliness
+from .facing import Facing, either, faces_otherwise, unlikeliness
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
-from .limbs import Coarse, coarse_of, disagreement
+from .limbs import LIMBS, Coarse, coarse_of, disagreement, with_limb
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .objective import PAUSE, expected_pose, terms_of
@@ -54,6 +54,7 @@ class TrackState:
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
+    offers : limbs and joint coordinates for them that the detector suggested and nobody has tried yet.
     facing : what is known of front and back.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
@@ -69,6 +70,7 @@ class TrackState:
     lost: bool = True
     wrong: float = float("nan")
     searched: int = 0
+    offers: tuple[tuple[int, Floats], ...] = ()
     facing: Facing = field(default_factory=Facing)
     girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
@@ -83,7 +85,9 @@ class Estimate:
     Attributes
     ----------
     pose : None while nobody was ever found. landmarks : (16, 3) m in camera axes, NaN then.
-    std : (16,) m, standard deviation of each joint (one coordinate).
+    std : (16,) m, standard deviation of each joint (one coordinate); half of how far apart two readings of front and
+        back have it at least, until one of them is refuted.
+    settled : (16,) m, the deviation if this reading is the right one; None where nobody is.
     flags : of `FLAGS`; `held` joints are in `held`.
     held : (16,) True where nothing of the limb is seen and the prior holds it.
     costs, inliers : of each term. wrong : share of the person's pixels explained wrongly.
@@ -104,6 +108,7 @@ class Estimate:
     iterations: int = 0
     covariance: Floats | None = None
     restarts: int = 0
+    settled: Floats | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -176,7 +181,7 @@ def step(
         waits = state.pose is not None and state.lost and 0 < state.searched < EVERY
         if not waits:
             ways = _found(model, settings, state, observation, evidence, coarse)
-            state = replace(state, searched=0)
+            state = replace(state, searched=0, offers=())
         clock.lap("detect")
         if not (waits or ways):
             return _nobody(state, elapsed, ("lost",), clock)
@@ -201,11 +206,17 @@ def step(
     state = replace(state, searched=0 if doubtful else state.searched + 1)
     if settings.search and model.detector is not None and doubtful:
         body = state.performer
-        for offer in limb_offers(model.detector, body, solution.state, observation, coarse, model.limb_shapes):
-            trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
-            after = disagreement(state.performer, trial.state, coarse)
-            if after < wrong - OFFER:
-                solution, wrong, restarts = trial, after, restarts + 1
+        offers = limb_offers(model.detector, body, solution.state, observation, coarse, model.limb_shapes)
+        state = replace(state, offers=offers)  # to be tried from the next frame on, one in each
+        clock.lap("offers")
+    elif state.offers:
+        (number, values), *later = state.offers
+        state = replace(state, offers=tuple(later))
+        offered = with_limb(solution.state, LIMBS[number], values)
+        trial = solve_pose(state.performer, evidence, terms, offered, settings, 5)
+        after = disagreement(state.performer, trial.state, coarse)
+        if after < wrong - OFFER:
+            solution, wrong, restarts = trial, after, restarts + 1
         clock.lap("offers")
     if settings.search and wrong > RESCUE * state.wrong + 0.03:
         solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
@@ -334,11 +345,13 @@ def _tracked(
         wrong=state.wrong if lost else running,
         before=before,
     )
+    std = np.maximum(std, 0.10) if lost else std
+    unsure = np.maximum(std, either(state.facing, performer, pose))
     clock.lap("certainty")
     return after, Estimate(
         pose,
         landmarks(performer, pose),
-        np.maximum(std, 0.10) if lost else std,
+        unsure,
         flags,
         ~seen,
         solution.system.costs,
@@ -348,6 +361,7 @@ def _tracked(
         solution.iterations,
         covariance,
         restarts + recovered,
+        std,
         clock.seconds,
     )
 
