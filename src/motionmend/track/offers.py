@@ -26,8 +26,10 @@ def limb_offers(
     coarse: Coarse,
     shapes: Sequence[Floats] = (),
     most: int = 3,
-) -> list[Pose]:
-    """Poses with one limb elsewhere, to be refined and kept if they explain the frame better; none as a rule.
+) -> tuple[tuple[int, Floats], ...]:
+    """Limbs (of `LIMBS`) and other joint coordinates (n,) for them, the likeliest first; none as a rule.
+
+    They are to be refined, and kept if they explain the frame better.
 
     Parameters
     ----------
@@ -36,15 +38,15 @@ def limb_offers(
     seen, coarse : the frame.
     shapes : for each of `LIMBS` poses of a library (C, n): where much is unexplained the limbs that may be there are
         searched as at a start; without shapes they are not.
-    most : how many poses.
+    most : how many.
     """
     step = max(1, round(seen.camera.width / 80))
     verdict = judge(performer, pose, seen.every(step))
     if verdict.area < UNEXPLAINED:
-        return []
+        return ()
     detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time))
     hints = limb_hints(performer, pose, detection, verdict, 0.8 * APART)
-    offers: list[tuple[float, Pose]] = []
+    offers: list[tuple[float, int, Floats]] = []
     here = landmarks(performer, pose)
     doubtful = _doubtful(performer, pose, verdict) if len(shapes) and verdict.area > MUCH else ()
     rng = np.random.default_rng(0)
@@ -59,8 +61,8 @@ def limb_offers(
             best = int(np.argmin(costs[1:]))
             moved = with_limb(pose, limb, way[best])
             if np.linalg.norm(landmarks(performer, moved)[end] - here[end]) > APART:
-                offers.append((float(costs[1 + best] - costs[0]), moved))
-    return [moved for _, moved in sorted(offers, key=lambda offer: offer[0])[:most]]
+                offers.append((float(costs[1 + best] - costs[0]), number, way[best]))
+    return tuple((number, way) for _, number, way in sorted(offers, key=lambda offer: offer[0])[:most])
 
 
 def _doubtful(performer: Performer, pose: Pose, verdict: Verdict) -> tuple[int, ...]:
