@@ -20,7 +20,7 @@ TERMS = {
     "spatial + reliability": Weights(0.6, 0.0, 0.2),
     "all": Weights(0.6, 0.2, 0.2),
 }
-EVERY = 8  # of the episodes: the terms differ by more than episodes do
+EVERY = 10  # of the episodes: the terms differ by more than episodes do
 
 
 def run(mocap: Path, pictures: Path) -> Findings:

@@ -1,5 +1,6 @@
 """From pairs of recordings to samples in standard form, and from those to what a corrector knows."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -54,11 +55,8 @@ def model_anatomy(pairs: Sequence[Pair]) -> Anatomy:
     """
     if not pairs:
         raise MismatchError("a corrector is learned from pairs of recordings, came none")
-    names = [pair.sensor.names for pair in pairs]
-    commonest = 0
-    for k, one in enumerate(names):
-        commonest = k if names.count(one) > names.count(names[commonest]) else commonest
-    return anatomy(names[commonest])
+    commonest, _ = Counter(pair.sensor.names for pair in pairs).most_common(1)[0]  # the first of several
+    return anatomy(commonest)
 
 
 def in_joints_of(body: Anatomy, postures: Postures) -> Floats:

@@ -20,8 +20,9 @@ from ..numerics.whittaker import whittaker
 from .limits import Hinges
 
 STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
-SLOW, SLOW_SECONDS = 33.0, 0.08  # the same for how joints give way: half passes at 2 Hz; live, 1 / (2 pi 2 Hz)
-OFFSET, OFFSET_SECONDS = 2.3, 0.04  # and for learned offsets: 4 Hz
+LIVE_STEADY = 0.25  # the same live, where only the past steadies
+SLOW, SLOW_SECONDS = 33.0, 0.16  # of how joints give way: half passes at 2 Hz; live, 1 / (2 pi 1 Hz): half the smoother
+OFFSET, OFFSET_SECONDS = 2.3, 0.08  # and of learned offsets: 4 Hz, live 2 Hz
 ROUNDS = 20  # of relaxation
 TURNS = 2  # of relaxing and smoothing
 LOOSE = 4.0  # how much more a joint moves that is not trusted
@@ -133,7 +134,7 @@ def settled_frame(
         body.earlier,
         body.lengths,
         body.yielded,
-        STEADY,
+        LIVE_STEADY,
         BREAK_STEPS,
         ACQUAINTED,
         LOOSE,
