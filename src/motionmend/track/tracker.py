@@ -54,7 +54,6 @@ class TrackState:
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
-    offers : limbs and joint coordinates for them that the detector suggested and nobody has tried yet.
     facing : what is known of front and back.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
@@ -70,7 +69,6 @@ class TrackState:
     lost: bool = True
     wrong: float = float("nan")
     searched: int = 0
-    offers: tuple[tuple[int, Floats], ...] = ()
     facing: Facing = field(default_factory=Facing)
     girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
@@ -181,7 +179,7 @@ def step(
         waits = state.pose is not None and state.lost and 0 < state.searched < EVERY
         if not waits:
             ways = _found(model, settings, state, observation, evidence, coarse)
-            state = replace(state, searched=0, offers=())
+            state = replace(state, searched=0)
         clock.lap("detect")
         if not (waits or ways):
             return _nobody(state, elapsed, ("lost",), clock)
@@ -206,17 +204,13 @@ def step(
     state = replace(state, searched=0 if doubtful else state.searched + 1)
     if settings.search and model.detector is not None and doubtful:
         body = state.performer
-        offers = limb_offers(model.detector, body, solution.state, observation, coarse, model.limb_shapes)
-        state = replace(state, offers=offers)  # to be tried from the next frame on, one in each
-        clock.lap("offers")
-    elif state.offers:
-        (number, values), *later = state.offers
-        state = replace(state, offers=tuple(later))
-        offered = with_limb(solution.state, LIMBS[number], values)
-        trial = solve_pose(state.performer, evidence, terms, offered, settings, 5)
-        after = disagreement(state.performer, trial.state, coarse)
-        if after < wrong - OFFER:
-            solution, wrong, restarts = trial, after, restarts + 1
+        here = solution.state
+        for number, values in limb_offers(model.detector, body, here, observation, coarse, model.limb_shapes):
+            offered = with_limb(here, LIMBS[number], values)
+            trial = solve_pose(state.performer, evidence, terms, offered, settings, 5)
+            after = disagreement(state.performer, trial.state, coarse)
+            if after < wrong - OFFER:
+                solution, wrong, restarts = trial, after, restarts + 1
         clock.lap("offers")
     if settings.search and wrong > RESCUE * state.wrong + 0.03:
         solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
