@@ -17,7 +17,7 @@ from .sides import changed, trunk_turned
 FAR = 100.0  # m; what is farther is no person
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
 NO_STATES = np.zeros(0, dtype=np.uint8)
-LIVELY, ELASTIC = 3.0, 1.5  # how much more than usual one person's second differences and bones vary
+LIVELY = 1.5  # how much more than usual one person's second differences are
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
     """The watcher used to how unsteady this recording's sensor is throughout, when that is more than it was taught.
 
     Most joints do not fail most of the time, so the median joint at the median frame shows the sensor's own noise.
-    People differ in this as well, by the factors `LIVELY` and `ELASTIC`: only what is beyond them is the sensor's.
+    People are lively in different degrees: of their second differences only what is beyond `LIVELY` is the sensor's.
 
     Parameters
     ----------
@@ -118,8 +118,7 @@ def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
     detector = replace(
         watcher.detector,
         jerk=watcher.detector.jerk * max(1.0, float(np.median(jerky)) / LIVELY),
-        bone_spread=watcher.detector.bone_spread
-        * max(1.0, float(np.median(wide / watcher.detector.bone_spread)) / ELASTIC),
+        bone_spread=watcher.detector.bone_spread * max(1.0, float(np.median(wide / watcher.detector.bone_spread))),
     )
     return replace(watcher, detector=detector)
 
