@@ -223,3 +223,19 @@ def test_a_crouch_is_no_smaller_body_and_swaps_nothing(seed, size, folded):
     own = pairwise(local[None, 0])[0]
     np.testing.assert_allclose(fitted.mean[:4, :4][own > 0.1], size * own[own > 0.1], rtol=0.08)
     assert not any(swap.put_right for swap in find_swaps(crouch, 60.0, reference=reference))
+
+
+@pytest.mark.parametrize(
+    ("taught", "tried"),
+    [("hdm05_bd_05-01_01_120", "cmu_05_13"), ("hdm05_bd_01-02_01_120", "cmu_135_02"), ("cmu_02_01", "cmu_135_02")],
+)
+def test_markers_put_on_by_other_people_are_no_swap(data, taught, tried):
+    """Where a marker was put is the same in every frame: all frames together say so only once."""
+    both = [read(data / "mocap" / "c3d" / f"{name}.c3d") for name in (taught, tried)]
+    bare = [[name.rpartition(":")[2][-4:].upper() for name in one.names] for one in both]
+    common = [name for name in bare[0] if name in bare[1]]
+    assert len(common) > 25
+    columns = [[names.index(name) for name in common] for names in bare]
+    one, other = (r.positions[::4][:400][:, c] for r, c in zip(both, columns, strict=True))
+    found = find_swaps(other, 30.0, reference=learn_distances([one]))
+    assert not any(swap.put_right and swap.first == 0 and swap.last >= len(other) - 2 for swap in found)

@@ -178,17 +178,23 @@ def _verdict(
     evidence = pair_evidence(judged, known, pair)
     stretches = swapped_stretches(judged[:, pair], cuts, evidence, continuity, fps, sided=sided)
     seen: Bools = np.asarray(np.isfinite(current[:, :, 0]))
-    return [_swap(pair, stretch, stretches, seen, sided) for stretch in stretches]
+    return [_swap(pair, stretch, stretches, seen, evidence, sided) for stretch in stretches]
 
 
-def _swap(pair: tuple[int, int], stretch: Stretch, all_of_pair: list[Stretch], seen: Bools, sided: bool) -> Swap:
+def _swap(
+    pair: tuple[int, int], stretch: Stretch, all_of_pair: list[Stretch], seen: Bools, evidence: Floats, sided: bool
+) -> Swap:
     shown: Bools = np.asarray(seen[:, pair].any(axis=1))
     swapped = sum(int(shown[s.first : s.last + 1].sum()) for s in all_of_pair)
     frames = np.flatnonzero(shown)
     ends = int(all_of_pair[0].first <= frames[0]) + int(all_of_pair[-1].last >= frames[-1])
     known = sided or swapped <= (MOST, MOST_AT_END, 0.0)[ends] * len(frames)
     known = known and stretch.last - stretch.first + 1 >= _SHORTEST
-    return Swap(pair, stretch.first, stretch.last, stretch.log_odds, bool(known and stretch.log_odds >= SURE))
+    log_odds = stretch.log_odds
+    if stretch.first <= frames[0] and stretch.last >= frames[-1]:
+        # Where markers were put is the same in every frame: however many there are, they are one observation.
+        log_odds = min(log_odds, float(np.median(evidence[frames])))
+    return Swap(pair, stretch.first, stretch.last, log_odds, bool(known and log_odds >= SURE))
 
 
 def _exchange(positions: Floats, swap: Swap) -> None:
