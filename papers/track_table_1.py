@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motionmend.arrays import Floats
+from motionmend.arrays import Bools, Floats
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.joint_sets import correspondence
 from motionmend.bodies.performer import LANDMARKS
@@ -18,7 +18,7 @@ from motionmend.track.settings import settings_of
 
 from .common import Findings, Table
 from .correct_common import kinect_in
-from .track_common import Track, follow, tracker
+from .track_common import follow, tracker
 from .track_verdict import DISPUTED, MARGIN, Dispute, disputes, draw
 
 ACTIONS = {
@@ -34,6 +34,7 @@ ACTIONS = {
     "a27_s5_t1": "squat",
 }
 MOVING = 0.2  # m; joints that go this far count
+SHIFTS = (0, 1, 2, 3)  # frames by which the sensor's skeleton may be ahead of its depth
 BONES = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
 
 
@@ -45,6 +46,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
         raise FileError(f"{folder} was to hold UTD-MHAD's depth images, there are none: give the folder that has them")
     rows: list[tuple[str, ...]] = []
     gaps, lost = [], []
+    dated: dict[int, list[Floats]] = {shift: [] for shift in SHIFTS}
     found: dict[str, list[float]] = {name: [] for name in ("inside", "jerk", "vary")}
     theirs_found: dict[str, list[float]] = {name: [] for name in found}
     disputed: list[tuple[Dispute, str, DepthFrame, Floats, Floats]] = []
@@ -61,12 +63,14 @@ def run(mocap: Path, pictures: Path) -> Findings:
         track = follow(model, wish, frames, body)
         joints = track.steady(recording.times)
         theirs = _in_camera(sensor.positions, sensor.names)
-        gap = _gap(joints, theirs, track)
+        gap = _gap(joints, theirs, track.lost)
         for places, numbers in ((joints, found), (theirs, theirs_found)):
             numbers["inside"].append(100.0 * _on_silhouette(places, frames))
             numbers["jerk"].append(_jerk(places, recording.fps))
             numbers["vary"].append(_lengths_vary(places))
         gaps.append(gap)
+        for shift, apart in dated.items():
+            apart.append(_gap(joints[shift:], theirs[: len(theirs) - shift], track.lost[shift:]))
         lost.append(track.lost)
         some = disputes(joints, theirs, track.lost, frames, MOVING)
         disputed += [(one, action, frames[one.frame], joints[one.frame], theirs[one.frame]) for one in some]
@@ -84,9 +88,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             )
         )
     moved = np.concatenate(gaps)
+    later = {shift: np.concatenate(apart) for shift, apart in dated.items()}
+    ahead = min(later, key=lambda shift: float(np.median(later[shift])))
     every = [one for one, *_ in disputed]
-    count, ours_right, sensor_right, undecided = _counts(every)
-    verdicts.append(("all", *(str(number) for number in (count, ours_right, sensor_right, undecided))))
+    count, ours_right, sensor_right, both_wrong, undecided = _counts(every)
+    verdicts.append(("all", *(str(number) for number in _counts(every))))
     draw(
         pictures / "track_disputes.png",
         [
@@ -113,9 +119,13 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "jerk": float(np.mean(found["jerk"])),
             "jerk_sensor": float(np.mean(theirs_found["jerk"])),
             "utd_lost": 100.0 * float(np.concatenate(lost).mean()),
+            "ahead": float(ahead),
+            "ahead_median": float(np.median(later[ahead])),
+            "ahead_95": float(np.percentile(later[ahead], 95)),
             "disputed": float(count),
             "ours_right": 100.0 * ours_right / max(count, 1),
             "sensor_right": 100.0 * sensor_right / max(count, 1),
+            "both_wrong": 100.0 * both_wrong / max(count, 1),
             "undecided": 100.0 * undecided / max(count, 1),
             "vary": float(np.mean(found["vary"])),
             "vary_sensor": float(np.mean(theirs_found["vary"])),
@@ -128,7 +138,8 @@ def run(mocap: Path, pictures: Path) -> Findings:
             f"Who is right: every arm and leg in every frame where a joint of it is more than {DISPUTED:.0f} cm apart. Against "
             "either speak the parts of the limb's bones that lie beside the body or before its visible surface, and the "
             "surface farther from any bone than a body is thick, both as areas; who has less by at least "
-            f"{1e4 * MARGIN:.0f} cm2 is right, else it stays open. A wrong limb within the body is only refuted by the surface "
+            f"{1e4 * MARGIN:.0f} cm2 is right, else it stays open; with more than {2e4 * MARGIN:.0f} cm2 against both neither is. "
+            "Who fits a body to the surface is favoured by that; A wrong limb within the body is only refuted by the surface "
             "that it leaves unexplained.",
         ),
         (
@@ -146,8 +157,16 @@ def run(mocap: Path, pictures: Path) -> Findings:
                 tuple(rows),
             ),
             Table(
+                "The sensor's skeleton compared with the depth image of so many frames later",
+                ("frames", "apart, median cm", "95 %"),
+                tuple(
+                    (str(shift), f"{np.median(apart):.1f}", f"{np.percentile(apart, 95):.1f}")
+                    for shift, apart in later.items()
+                ),
+            ),
+            Table(
                 "Limbs disputed, and who is right by the depth image",
-                ("action", "limbs times frames", "ours", "the sensor's", "open"),
+                ("action", "limbs times frames", "ours", "the sensor's", "neither", "open"),
                 tuple(verdicts),
             ),
         ),
@@ -161,9 +180,9 @@ def run(mocap: Path, pictures: Path) -> Findings:
     )
 
 
-def _counts(some: Sequence[Dispute]) -> tuple[int, int, int, int]:
-    """All, those where ours is right, the sensor is, and those that stay open."""
-    return (len(some), *(sum(one.right == who for one in some) for who in ("ours", "sensor", "open")))  # type: ignore[return-value]
+def _counts(some: Sequence[Dispute]) -> list[int]:
+    """All, those where ours is right, the sensor is, neither is, and those that stay open."""
+    return [len(some), *(sum(one.right == who for one in some) for who in ("ours", "sensor", "neither", "open"))]
 
 
 def _worst(
@@ -199,9 +218,9 @@ def _on_silhouette(joints: Floats, frames: Sequence[DepthFrame]) -> float:
     return float(np.concatenate(hits).mean())
 
 
-def _gap(ours: Floats, theirs: Floats, track: Track) -> Floats:
+def _gap(ours: Floats, theirs: Floats, lost: Bools) -> Floats:
     """(N,) cm between the two after a constant offset for each joint, of joints that move and frames not lost."""
-    apart = (ours - theirs)[~track.lost]
+    apart = (ours - theirs)[~lost]
     known = np.isfinite(theirs).all(axis=(0, 2)) & (np.ptp(theirs, axis=0).max(axis=1) > MOVING)
     apart = apart[:, known] - np.median(apart[:, known], axis=0)
     return np.asarray(100.0 * np.linalg.norm(apart, axis=2).ravel())

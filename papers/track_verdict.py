@@ -15,6 +15,7 @@ from motionmend.report.style import figure_at
 
 DISPUTED = 20.0  # cm between the two, with and without a constant offset for each joint
 BEFORE = 0.03  # m, by which a bone before the visible surface is refuted: it lies within the body
+BESIDE = 0.04  # m, by which a bone may be beside what it belongs to
 MARGIN = 0.008  # m^2, about two hands: less does not decide
 # The thickest part of the body about each bone, m, with clothes; the last of a limb reaches to fingers and toes.
 _BONES = (
@@ -49,7 +50,9 @@ class Dispute:
 
     @property
     def right(self) -> str:
-        """`ours`, `sensor` or `open`."""
+        """`ours`, `sensor`, `neither` or `open`."""
+        if min(self.ours, self.theirs) > 2.0 * MARGIN:
+            return "neither"
         if abs(self.ours - self.theirs) < MARGIN:
             return "open"
         return "ours" if self.ours < self.theirs else "sensor"
@@ -84,10 +87,11 @@ def disputes(ours: Floats, theirs: Floats, lost: Bools, frames: Sequence[DepthFr
 
 def _against(joints: Floats, limb: Sequence[str], frame: DepthFrame) -> float:
     """m^2: parts of a limb that lie beside the body or before its surface, and surface that no bone is behind."""
-    from scipy.ndimage import binary_dilation
+    from scipy.ndimage import minimum_filter
 
     camera, depth = frame.camera, frame.depth
-    body = binary_dilation(np.isfinite(depth), np.ones((5, 5), bool))
+    beside = round(BESIDE * camera.fx / float(np.nanmedian(depth)))
+    nearest = minimum_filter(np.where(np.isfinite(depth), depth, np.inf), 2 * beside + 1)
     area = 0.0
     for a, b in pairwise(limb):
         begin, end = (joints[LANDMARKS.index(name)] for name in (a, b))
@@ -95,8 +99,7 @@ def _against(joints: Floats, limb: Sequence[str], frame: DepthFrame) -> float:
         some = begin + np.linspace(0.0, 1.0, 21)[:, None] * (end - begin)
         pixels = np.round(camera.project(some)).astype(int)
         u, v = np.clip(pixels[:, 0], 0, camera.width - 1), np.clip(pixels[:, 1], 0, camera.height - 1)
-        with np.errstate(invalid="ignore"):
-            refuted = ~body[v, u] | (some[:, 2] < depth[v, u] - BEFORE)
+        refuted = some[:, 2] < nearest[v, u] - BEFORE  # beside the body nearest is infinite
         area += float(refuted.mean()) * float(np.linalg.norm(end - begin)) * 2 * radius
     points = camera.points(depth)[::2, ::2].reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]

@@ -1,0 +1,76 @@
+"""Whether the tracker's memory stays flat: `python -m benchmarks.endurance [FRAMES]`.
+
+A clip's frames are tracked over and over, to and fro so that nobody leaps, and what the process holds is noted every
+hundred frames. The slope over the last two thirds is given in MB an hour of 30 images a second.
+"""
+
+import json
+import sys
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from motionmend import samples
+from motionmend.bodies.camera import KINECT
+from motionmend.bodies.performer import Poses
+from motionmend.bodies.templates import performer_of, poses_of
+from motionmend.evaluate.scenes import performed
+from motionmend.track.model import TrackerModel
+from motionmend.track.settings import settings_of
+from motionmend.track.tracker import start, step
+
+FRAMES, EVERY, FPS = 10_000, 100, 30.0
+CLIP = 60  # frames, tracked forwards and backwards
+
+
+def held() -> float:
+    """MB of memory that this process holds now; Linux only."""
+    status = Path("/proc/self/status").read_text().splitlines()
+    return int(next(line for line in status if line.startswith("VmRSS")).split()[1]) / 1024
+
+
+def run(frames: int = FRAMES) -> dict[str, float]:
+    """Frames tracked, ms a frame, MB held at a third and at the end, and how fast that grew, MB an hour."""
+    clip = samples.clip("reach", seconds=4.0, seed=4)
+    model = TrackerModel.fit([clip], images=150)
+    performer = performer_of(clip.skeleton)
+    every = round(clip.fps / FPS)
+    found = poses_of(clip, performer).poses
+    ahead = found.root[0][:, 2]
+    turn = _facing(ahead, np.asarray(clip.skeleton.up, dtype=np.float64))
+    middle = turn @ found.translation[0]
+    seen: Poses = found.moved(turn, np.array([0.0, 0.0, 3.0]) - middle).some(slice(0, CLIP * every, every))
+    shown = list(performed(seen, performer, KINECT, fps=FPS, seed=0))
+    order = [*range(len(shown)), *range(len(shown) - 2, 0, -1)]
+    settings = settings_of()
+    state = start(model, settings, shown[0], performer, seen[0])
+    notes = []
+    begin = perf_counter()
+    for k in range(frames):
+        frame = shown[order[k % len(order)]]
+        state, _ = step(model, settings, state, type(frame)(frame.camera, frame.depth, None, k / FPS))
+        if k % EVERY == 0:
+            notes.append((k, held()))
+    ms = 1e3 * (perf_counter() - begin) / frames
+    number, memory = np.array(notes).T
+    late = number > frames / 3
+    slope = float(np.polyfit(number[late], memory[late], 1)[0])
+    return {
+        "frames": float(frames),
+        "ms": ms,
+        "mb_third": float(memory[late][0]),
+        "mb_end": float(memory[-1]),
+        "mb_hour": slope * 3600.0 * FPS,
+    }
+
+
+def _facing(ahead: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Camera axes (x right, y down, z away) before somebody who looks `ahead`."""
+    away = -(ahead - (ahead @ up) * up)
+    away /= np.linalg.norm(away)
+    return np.stack((np.cross(-up, away), -up, away))
+
+
+if __name__ == "__main__":
+    print(json.dumps(run(int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES)))
