@@ -142,7 +142,7 @@ def _draw(path: Path, frames: Sequence[DepthFrame], track: Track) -> None:
     above = parents(LANDMARKS)
     there = np.flatnonzero(~track.lost)
     chosen = there[np.linspace(0, len(there) - 1, SHOWN).astype(int)] if len(there) else np.arange(SHOWN)
-    with figure_at(path, 7.0, 3.0, "") as figure:
+    with figure_at(path, 5.6, 2.4, "") as figure:
         for row, what in enumerate(("color", "depth")):
             for column, t in enumerate(chosen):
                 axes = figure.add_subplot(2, SHOWN, row * SHOWN + column + 1)
