@@ -106,7 +106,7 @@ def test_an_unknown_method_lists_the_known_ones(capsys: pytest.CaptureFixture[st
     assert all(method in err for method in METHODS)
 
 
-@pytest.mark.parametrize("later", ["view", "fit voice"])
+@pytest.mark.parametrize("later", ["sing", "fit voice"])
 def test_commands_that_are_not_there_are_absent(capsys: pytest.CaptureFixture[str], later: str) -> None:
     code, _, err = run(capsys, later)
     assert code == 2
