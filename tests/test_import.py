@@ -41,7 +41,8 @@ def test_help_loads_nothing_heavy(argv: list[str]) -> None:
 
 
 def test_help_comes_at_once() -> None:
-    assert seconds("-m", "motionmend", "--help") < 1.0
+    """Not much later than the libraries it cannot do without: seconds would say more of the machine than of us."""
+    assert seconds("-m", "motionmend", "--help") < 3.5 * seconds("-c", "import numpy, cyclopts")
 
 
 def test_every_public_name_is_there() -> None:
