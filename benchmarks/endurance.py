@@ -6,6 +6,7 @@ hundred frames. The slope over the last two thirds is given in MB an hour of 30 
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -13,9 +14,8 @@ import numpy as np
 
 from motionmend import samples
 from motionmend.bodies.camera import KINECT
-from motionmend.bodies.performer import Poses
 from motionmend.bodies.templates import performer_of, poses_of
-from motionmend.evaluate.scenes import performed
+from motionmend.evaluate.scenes import performed, view
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
@@ -37,10 +37,10 @@ def run(frames: int = FRAMES) -> dict[str, float]:
     performer = performer_of(clip.skeleton)
     every = round(clip.fps / FPS)
     found = poses_of(clip, performer).poses
-    ahead = found.root[0][:, 2]
-    turn = _facing(ahead, np.asarray(clip.skeleton.up, dtype=np.float64))
-    middle = turn @ found.translation[0]
-    seen: Poses = found.moved(turn, np.array([0.0, 0.0, 3.0]) - middle).some(slice(0, CLIP * every, every))
+    up = np.asarray(clip.skeleton.up, dtype=np.float64)
+    facing = view(np.zeros(3), up).turn @ found.root[0][:, 2]
+    camera = view(found.translation[0], up, 3.0, np.degrees(np.arctan2(facing[0], -facing[2])))
+    seen = found.moved(camera.turn, camera.shift).some(slice(0, CLIP * every, every))
     shown = list(performed(seen, performer, KINECT, fps=FPS, seed=0))
     order = [*range(len(shown)), *range(len(shown) - 2, 0, -1)]
     settings = settings_of()
@@ -49,7 +49,7 @@ def run(frames: int = FRAMES) -> dict[str, float]:
     begin = perf_counter()
     for k in range(frames):
         frame = shown[order[k % len(order)]]
-        state, _ = step(model, settings, state, type(frame)(frame.camera, frame.depth, None, k / FPS))
+        state, _ = step(model, settings, state, replace(frame, time=k / FPS))
         if k % EVERY == 0:
             notes.append((k, held()))
     ms = 1e3 * (perf_counter() - begin) / frames
@@ -63,13 +63,6 @@ def run(frames: int = FRAMES) -> dict[str, float]:
         "mb_end": float(memory[-1]),
         "mb_hour": slope * 3600.0 * FPS,
     }
-
-
-def _facing(ahead: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Camera axes (x right, y down, z away) before somebody who looks `ahead`."""
-    away = -(ahead - (ahead @ up) * up)
-    away /= np.linalg.norm(away)
-    return np.stack((np.cross(-up, away), -up, away))
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ def run(plan: Plan) -> list[Metric]:
 
 def step_alone(model: CorrectorModel, sensor: Postures) -> Metric:
     """Processor seconds of the corrector's own step: the rest of a frame is the server's."""
-    state, spent = model.start(sensor.names, FPS), []
+    state, spent = model.start(sensor.names), []
     with threadpool_limits(1):
         for k in range(2 * sensor.frames):
             at = k % sensor.frames

@@ -26,7 +26,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
     for online in (False, True):
         spent[online] = []
         for sensor in sensors:
-            state = model.start(sensor.names, sensor.fps, online)
+            state = model.start(sensor.names, online)
             for t, positions in enumerate(sensor.positions):
                 start = perf_counter()
                 state, _ = model.step(state, positions, None, float(sensor.times[t]))

@@ -104,21 +104,10 @@ def _jacobian_off(performer: Performer, pose: Pose) -> float:
     sums = Sums()
     SurfaceTerm(evidence, plain).linearize(view, sums, 99)
     normal, _ = sums.assembled(view)
-    found, none = np.empty(len(view.pixels), np.int64), np.empty(0, np.float32)
-    half = plain.window // 2
-    match.nearest_in_window(
-        view.pixels,
-        view.samples,
-        evidence.depth,
-        evidence.intrinsics,
-        half,
-        np.inf,
-        evidence.apart,
-        none,
-        none[None],
-        0.0,
-        found,
-    )
+    half, seen = plain.window // 2, evidence.depth
+    near = seen, evidence.intrinsics, half, np.inf, evidence.apart, np.nan, seen, 0.0
+    each = zip(view.pixels, view.samples.astype(float), strict=True)
+    found = np.array([match.nearest(*pixel, *point, *near) for pixel, point in each])
     ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
     local = np.einsum("nij,nj->ni", np.linalg.inv(bone_frames(performer, pose))[view.bones], ones)
     jacobian = np.empty((len(local), 3, DOFS))

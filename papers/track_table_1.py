@@ -139,7 +139,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "either speak the parts of the limb's bones that lie beside the body or before its visible surface, and the "
             "surface farther from any bone than a body is thick, both as areas; who has less by at least "
             f"{1e4 * MARGIN:.0f} cm2 is right, else it stays open; with more than {2e4 * MARGIN:.0f} cm2 against both neither is. "
-            "Who fits a body to the surface is favoured by that; A wrong limb within the body is only refuted by the surface "
+            "Who fits a body to the surface is favoured by that; a wrong limb within the body is only refuted by the surface "
             "that it leaves unexplained.",
         ),
         (

@@ -40,7 +40,7 @@ LIMBS = tuple((f"{side}_{a}", f"{side}_{b}", f"{side}_{c}") for side in "lr" for
 
 @dataclass(frozen=True)
 class Dispute:
-    """A limb in a frame: how far apart (cm), and the area (m^2) held against either, theirs and ours."""
+    """A limb in a frame: how far apart (cm), and the area (m^2) held against either, ours and theirs."""
 
     frame: int
     limb: str
@@ -125,7 +125,7 @@ def draw(path: Path, rows: Sequence[tuple[DepthFrame, Floats, Floats, str]]) -> 
     """
     above = parents(LANDMARKS)
     with figure_at(path, 8.0, 6.4, "") as figure:
-        axes = figure.subplots(2, len(rows))
+        axes = figure.subplots(2, max(len(rows), 1), squeeze=False)
         for column, (frame, ours, theirs, title) in enumerate(rows):
             first, second = axes[:, column]
             box = np.argwhere(np.isfinite(frame.depth))

@@ -81,24 +81,25 @@ def settle(positions, bones, lengths, mobility, rounds):
     return settled
 
 
-def settle_frame(positions, trust, bones, prior, times, last, earlier, sums, yielded, habits):
+def settle_frame(positions, trust, bones, prior, times, last, earlier, sums, yielded):
     """One live frame made steady, its bones brought to their lengths."""
-    steady, break_steps, acquainted, loose, slow_seconds, rounds = habits
+    from motionmend.kernels.bones import ACQUAINTED, BREAK_STEPS, LOOSE, ROUNDS, SLOW_SECONDS, STEADY
+
     first, second = times
     calm = positions.copy()
-    if 0 < first < break_steps * second and second < break_steps * first:
+    if 0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
         ahead = last + (last - earlier) * (first / second)
-        weight = min(steady / (30.0 * first) ** 4, 10.0)
+        weight = STEADY * min(1.0 / (30.0 * first) ** 4, 1.0)
         calm = np.where(np.isfinite(ahead), (positions + weight * ahead) / (1.0 + weight), positions)
     lengths = np.linalg.norm(calm[bones[:, 1]] - calm[bones[:, 0]], axis=1)
     share = np.where(np.isfinite(lengths), trust[bones].min(axis=1), 0.0)
-    fade = acquainted / np.maximum(sums[1], acquainted)
+    fade = ACQUAINTED / np.maximum(sums[1], ACQUAINTED)
     after = sums * fade + np.stack([np.where(share > 0, share * lengths, 0.0), share])
     start = np.where(np.isfinite(prior), prior, np.nan_to_num(lengths))
     usual = (after[0] + 5.0 * start) / (after[1] + 5.0)
-    mobility = 1.0 + loose * (1.0 - trust)[None]
-    relaxed = settle((calm + np.nan_to_num(yielded))[None], bones, usual[None], mobility, rounds)[0] - calm
-    follows = 1.0 - np.exp(-max(first, 0.0) / slow_seconds) if first < 1.0 else 1.0
+    mobility = 1.0 + LOOSE * (1.0 - trust)[None]
+    relaxed = settle((calm + np.nan_to_num(yielded))[None], bones, usual[None], mobility, ROUNDS)[0] - calm
+    follows = 1.0 - np.exp(-max(first, 0.0) / SLOW_SECONDS) if first < 1.0 else 1.0
     slow = yielded + follows * (relaxed - yielded)
     gave = np.where(np.isfinite(slow), slow, relaxed)
     return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave
@@ -107,7 +108,14 @@ def settle_frame(positions, trust, bones, prior, times, last, earlier, sums, yie
 # ---- kernels/following.py --------------------------------------------------------
 
 
-def _chance(evidence, forecast):
+def chain_ahead(failing, seconds, lasting):
+    """Probability to fail one frame on, before the evidence: a Markov chain of going well and failing."""
+    into, out = 1.0 - np.exp(-seconds / lasting)
+    return np.clip(failing * (1.0 - out) + (1.0 - failing) * into, 1e-6, 1.0 - 1e-6)
+
+
+def chance_after(evidence, forecast):
+    """The same after the evidence, a log-likelihood ratio of failing to going well."""
     return 1.0 / (1.0 + np.exp(-(np.log(forecast / (1.0 - forecast)) + evidence)))
 
 
@@ -136,14 +144,13 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
 
     first = away(np.zeros(joints))
     features = np.column_stack([first, first, bone, best_bone, np.log1p(np.maximum(raw, jerk)), told])
-    into, out = 1.0 - np.exp(-seconds / lasting)
-    forecast = np.clip(failed * (1.0 - out) + (1.0 - failed) * into, 1e-6, 1.0 - 1e-6)
-    failing = _chance(evidence(features), forecast)
+    forecast = chain_ahead(failed, seconds, lasting)
+    failing = chance_after(evidence(features), forecast)
     for _ in range(ROUNDS):
         trust = np.where(present & (1.0 - failing > 0.02), 1.0 - failing, 0.0)
         after = factors_seen(loadings, *belief, values, trust / variance)
         features[:, 0] = away(trust / variance)
-        judged, failing = failing, _chance(evidence(features), forecast)
+        judged, failing = failing, chance_after(evidence(features), forecast)
         if np.abs(failing - judged).max() < SETTLED:
             break
     there = loadings @ after[0][:count]
@@ -158,7 +165,7 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     gain = np.where(good > 0.5, good * hold, np.where(steady > 0.8, doubt, 0.0))
     ours = own + gain[:, None] * np.where(present[:, None], values - there, 0.0)
     std = failing * np.sqrt(spread + variance)
-    return *after, ours, failing, forecast, jerk, posture, std, features, met + passed * good
+    return *after, ours, failing, forecast, jerk, posture, std, met + passed * good
 
 
 # ---- kernels/sighting.py ---------------------------------------------------------

@@ -1,8 +1,9 @@
-"""Plain NumPy twins of what the tracker does with limbs: reaching, places, what is shown of a bone."""
+"""Plain NumPy twins of what the tracker does with limbs: reaching, places, what is shown of a bone, how wide it is."""
 
 import numpy as np
 
 import naive_body
+import naive_tracking
 from motionmend.bodies.performer import DOFS, Pose, advance, landmarks, twists
 
 
@@ -63,3 +64,48 @@ def shown_and_denied(seen, free, rendered, bones, fit, count):
         shown = (bones >= 0) & (np.abs(apart) < fit)
         denied = (bones >= 0) & ((apart > fit) | free)
     return [np.bincount(bones[where], minlength=count) for where in (shown, denied)]
+
+
+def width_systems(points, directions, residuals, bones, frames, scale, trust):
+    """(B, 10, 10) sums over matches (N, ...) of rows [x × n, n, stretches along the bone's axes, residual]."""
+    systems = np.zeros((len(frames), 10, 10))
+    for x, n, off, b in zip(points.astype(float), directions.astype(float), residuals, bones, strict=True):
+        turn, origin = frames[b, :3, :3], frames[b, :3, 3]
+        row = np.concatenate((np.cross(x, n), n, turn.T @ (x - origin) * (turn.T @ n), [off]))
+        systems[b] += trust / (1.0 + (off / scale) ** 2) ** 2 * np.outer(row, row)
+    return systems
+
+
+def widths_from_model(pixels, points, normals, bones, frames, target, free, focal, reach, half, gate, scale, trust):
+    """Model points (N, 3) along their normals to the nearest of `target` (H, W, 3); where nobody is, sideways."""
+    out = free[tuple(pixels.T)]
+    _, index = naive_tracking.nearest_in_window(pixels, points, target, half, gate)
+    hit = ~out & (index >= 0)
+    off = np.einsum("ni,ni->n", target.reshape(-1, 3)[index[hit]] - points[hit], normals[hit].astype(float))
+    found = width_systems(points[hit], normals[hit], off, bones[hit], frames, scale, trust)
+    rows, columns = np.nonzero(~free)
+    aside, carried, shifts = [], [], []
+    for (row, column), point, bone in zip(pixels[out], points[out], bones[out], strict=True):
+        down, across = rows - row, columns - column
+        ring, squared = np.maximum(np.abs(down), np.abs(across)), down**2 + across**2
+        # Of the nearest the first met on the way outward, row by row.
+        order = np.lexsort((across, down, ring, squared))
+        near = order[(ring[order] <= reach) & (squared[order] < (reach + 1) ** 2)][:1]
+        for k in near:
+            aside.append(point)
+            carried.append(bone)
+            shifts.append(np.array([across[k], down[k], 0.0]) / focal * float(point[2]))
+    size = np.linalg.norm(shifts, axis=1)
+    found += width_systems(np.array(aside), shifts / size[:, None], size, carried, frames, scale, trust)
+    return found, hit, size
+
+
+def widths_from_seen(pixels, samples, model, bones, frames, half, gate, scale, trust):
+    """To observed points (N, 3) beside the model (H, W, 3), on bones (H, W), its nearest points straight."""
+    beside = np.isnan(model[tuple(pixels.T)]).any(axis=1)
+    _, index = naive_tracking.nearest_in_window(pixels, samples, model, half, gate)
+    hit = beside & (index >= 0)
+    points = model.reshape(-1, 3)[index[hit]]
+    away = samples[hit] - points
+    size = np.linalg.norm(away, axis=1)
+    return width_systems(points, away / size[:, None], size, bones.ravel()[index[hit]], frames, scale, trust), hit

@@ -42,7 +42,7 @@ def test_help_loads_nothing_heavy(argv: list[str]) -> None:
 
 def test_help_comes_at_once() -> None:
     """Not much later than the libraries it cannot do without: seconds would say more of the machine than of us."""
-    assert seconds("-m", "motionmend", "--help") < 3.5 * seconds("-c", "import numpy, cyclopts")
+    assert seconds("-m", "motionmend", "--help") < 3.0 * seconds("-c", "import numpy, cyclopts")
 
 
 def test_every_public_name_is_there() -> None:

@@ -25,7 +25,6 @@ from .arrays import Floats
 from .bodies.motion import Markers, Motion
 from .errors import FileError
 
-COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
 HERE = "127.0.0.1"
 PATIENCE = 20.0  # s until the viewer has to answer
 
@@ -52,6 +51,7 @@ def write_scene(path: Path, named: Sequence[tuple[str, Motion | Markers]]) -> No
     import rerun
 
     from .report.payload import lines_of, points_of
+    from .report.style import COLOURS
 
     stream = rerun.RecordingStream("motionmend")
     stream.save(path)
@@ -71,7 +71,7 @@ def write_scene(path: Path, named: Sequence[tuple[str, Motion | Markers]]) -> No
             rerun.TimeColumn("time", duration=np.arange(recording.frames) / recording.fps),
             rerun.TimeColumn("frame", sequence=np.arange(recording.frames)),
         ]
-        colour = COLOURS[k % len(COLOURS)]
+        colour = list(bytes.fromhex(COLOURS[k % len(COLOURS)][1:]))
         labels = np.broadcast_to(np.array(names), there.shape)[there].tolist()
         counts = there.sum(axis=1)
         stream.log(

@@ -33,6 +33,17 @@ def test_every_nth_pixel_sees_the_same_ray(step):
     )
 
 
+@given(st.integers(1, 9))
+def test_every_nth_pixel_of_a_frame_is_what_that_camera_sees(step):
+    depth = np.arange(240 * 320, dtype=np.float32).reshape(240, 320)
+    color = np.stack([depth % 251] * 3, axis=-1).astype(np.uint8)
+    thin = DepthFrame(KINECT, depth, color, 0.4).every(step)
+    assert (thin.camera, thin.time) == (KINECT.every(step), 0.4)
+    np.testing.assert_array_equal(thin.depth, depth[::step, ::step])
+    np.testing.assert_array_equal(thin.color, color[::step, ::step])
+    assert DepthFrame(KINECT, depth).every(step).color is None
+
+
 def test_points_of_an_image():
     depth = np.full((240, 320), 2.0, dtype=np.float32)
     depth[0, 0] = np.nan

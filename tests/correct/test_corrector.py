@@ -11,7 +11,7 @@ from motionmend.arrays import Floats
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, correspondence, mirrored
 from motionmend.bodies.postures import Postures
 from motionmend.correct import METHODS, Corrector, CorrectorModel, paper
-from motionmend.correct.settling import bones_outward
+from motionmend.correct.settling import bones_outward, settled_frame, unborn
 from motionmend.errors import MismatchError, UsageError
 from motionmend.evaluate.sensor_failures import fail
 from motionmend.io.model import load_model, save_model
@@ -25,7 +25,7 @@ def model() -> CorrectorModel:
 def live(
     model: CorrectorModel, postures: Postures, online: bool = False
 ) -> tuple[Floats, Floats, list[tuple[str, ...]]]:
-    state = model.start(postures.names, 30.0, online)
+    state = model.start(postures.names, online)
     frames, reliable, flags = [], [], []
     for t in range(postures.frames):
         told = None if postures.state is None else postures.state[t]
@@ -105,7 +105,7 @@ def test_what_is_not_finite_never_poisons_later_frames(model: CorrectorModel, ba
 
 def test_a_state_serves_again_and_again(model: CorrectorModel) -> None:
     raw = recording(sensed(truth("walk", 7), 7))
-    state = model.start(NAMES, 30.0, online=True)
+    state = model.start(NAMES, online=True)
     for t in range(10):
         state, _ = model.step(state, raw.positions[t], None, t / 30.0)
     one = model.step(state, raw.positions[10], None, 10 / 30.0)[1]
@@ -178,7 +178,7 @@ def test_learning_on_the_way_keeps_its_memory_and_does_no_harm(model: CorrectorM
     raw = recording(sensed(true, 14))
     offline, online = error(model.correct(raw), true), error(model.correct(raw, online=True), true)
     assert online < 1.1 * offline + 0.001
-    state = model.start(NAMES, 30.0, online=True)
+    state = model.start(NAMES, online=True)
     assert state.memory is not None
     size = state.memory.mixture.factors.nbytes
     for t in range(raw.frames):
@@ -186,7 +186,7 @@ def test_learning_on_the_way_keeps_its_memory_and_does_no_harm(model: CorrectorM
     assert state.memory is not None
     assert state.memory.mixture.factors.nbytes == size
     assert state.memory.mixture.counts.sum() > 0
-    assert model.start(NAMES, 30.0).memory is None
+    assert model.start(NAMES).memory is None
 
 
 def test_nothing_is_learned_from_joints_that_fail(model: CorrectorModel) -> None:
@@ -194,7 +194,7 @@ def test_nothing_is_learned_from_joints_that_fail(model: CorrectorModel) -> None
     positions = np.array(raw.positions)
     hand = NAMES.index("WristLeft")
     positions[:, hand] += 0.06 * np.random.default_rng(0).normal(size=positions[:, hand].shape)
-    state = model.start(NAMES, 30.0, online=True)
+    state = model.start(NAMES, online=True)
     for t in range(raw.frames):
         state, _ = model.step(state, positions[t], None, t / 30.0)
     assert state.memory is not None
@@ -255,11 +255,69 @@ def test_mistakes_are_said(model: CorrectorModel) -> None:
         Corrector().fit([])
     with pytest.raises(MismatchError, match="at least 4 joints"):
         model.start(("a", "b", "c", "d", "e"))
-    with pytest.raises(UsageError, match="above 0 Hz"):
-        model.start(KINECT20.names, 0.0)
+    with pytest.raises(UsageError, match="came -1"):
+        model.start(KINECT20.names, look_ahead=-1)
+    with pytest.raises(UsageError, match="came -1"):
+        model.correct(Postures(NAMES, np.zeros((0, 20, 3)), np.zeros(0)), look_ahead=-1)
     with pytest.raises(UsageError, match="unknown method"):
         model.correct(recording(sensed(truth("walk", 1), 1)), method="magic")
     empty = Postures(NAMES, np.zeros((0, 20, 3)), np.zeros(0))
     assert model.correct(empty).frames == 0
     alone = recording(sensed(truth("walk", 1), 1)[:1])
     assert np.isfinite(model.correct(alone).positions).all()
+
+
+def test_joints_in_one_point_are_nobody_to_be_measured_by(model: CorrectorModel) -> None:
+    """A sensor that begins with all joints in one place: its first frame says no size, and the next ones do."""
+    raw = recording(sensed(truth("walk", 2), 2))
+    first = raw.positions.copy()
+    first[0] = first[0].mean(axis=0)
+    found, _, _ = live(model, raw.with_positions(first))
+    assert np.isnan(found[0]).all()
+    assert np.isfinite(found[1:]).all()
+    np.testing.assert_allclose(found[20:], live(model, raw)[0][20:], atol=0.02)
+
+
+@pytest.mark.parametrize("empty", [True, False])
+def test_who_comes_back_may_face_anywhere(model: CorrectorModel, empty: bool) -> None:
+    """Somebody leaves for two seconds, in frames without anybody or without frames, and comes back turned round."""
+    true = truth("walk", 4)
+    turn = Rotation.from_euler("y", 180, degrees=True).as_matrix()
+    back = true @ turn.T
+    raw = sensed(np.concatenate([true, back]), 4)
+    gap = 60
+    times = np.arange(len(raw)) / 30.0
+    times[len(true) :] += gap / 30.0
+    whole = recording(raw)
+    if empty:
+        nobody = np.full((gap, *raw.shape[1:]), np.nan)
+        raw = np.concatenate([raw[: len(true)], nobody, raw[len(true) :]])
+        times = np.arange(len(raw)) / 30.0
+    postures = replace(whole, positions=raw, times=times, state=None)
+    found, _, flags = live(model, postures)
+    assert not any("swapped" in words for words in flags)
+    alone = live(model, replace(whole, positions=sensed(np.concatenate([true, back]), 4)[len(true) :],
+                                times=np.arange(len(back)) / 30.0, state=None))[0]  # fmt: skip
+    assert np.linalg.norm(found[-len(back) :] - back, axis=2).mean() < 1.3 * np.linalg.norm(alone - back, axis=2).mean()
+
+
+def test_a_clock_that_goes_back_in_a_file_leaves_no_hole(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("walk", 6), 6))
+    times = raw.times.copy()
+    times[30:] -= 5.0
+    for look_ahead in (None, 3):
+        assert np.isfinite(model.correct(replace(raw, times=times), look_ahead=look_ahead).positions).all()
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+def test_a_jump_does_not_ring_at_any_rate(fps: float) -> None:
+    """What live steadying makes of a step overshoots by no more at 120 Hz than at 30."""
+    bones, prior = bones_outward(NAMES), np.full(len(NAMES) - 1, np.nan)
+    still = truth("walk", 3)[0]
+    body, seen = unborn(len(NAMES), len(bones)), []
+    for k in range(round(3 * fps)):
+        away = np.array([0.1, 0.0, 0.0]) * (k > fps)
+        body, placed = settled_frame(body, still + away, k / fps, np.ones(len(NAMES)), bones, prior)
+        seen.append(placed[0, 0] - still[0, 0])
+    assert max(seen) < 0.115
+    assert seen[-1] == pytest.approx(0.1, abs=1e-3)

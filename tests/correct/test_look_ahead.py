@@ -26,7 +26,7 @@ def until(postures: Postures, frames: int) -> Postures:
 
 def test_no_look_ahead_is_the_live_correction(model: CorrectorModel) -> None:
     failed = fail(recording(sensed(truth("reach", 4), 4), state=True), seed=1).postures
-    state, found = model.start(failed.names, 30.0), []
+    state, found = model.start(failed.names), []
     for t in range(failed.frames):
         assert failed.state is not None
         state, one = model.step(state, failed.positions[t], failed.state[t], float(failed.times[t]))
@@ -87,4 +87,4 @@ def test_only_the_default_looks_ahead(model: CorrectorModel) -> None:
     with pytest.raises(UsageError):
         model.correct(raw, method="ridge", look_ahead=3)
     with pytest.raises(UsageError):
-        model.start(raw.names, 30.0, look_ahead=-1)
+        model.start(raw.names, look_ahead=-1)

@@ -6,13 +6,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensed_people import NAMES, recording, sensed, truth
 
+import naive_correct as naive
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.bodies.postures import INFERRED
 from motionmend.correct.anatomy import anatomy, following
 from motionmend.correct.classic import FILTERS
 from motionmend.correct.energy import UNKNOWN, Terms, Weights, adapted, energy, sampled, solved
 from motionmend.correct.normalise import Placement, turns, upright
-from motionmend.correct.reliability import behaviour, chain_backward, chain_forward, kinematics, tracking
+from motionmend.correct.reliability import (
+    FAILING_SECONDS,
+    HONEST_SECONDS,
+    behaviour,
+    chain_backward,
+    kinematics,
+    tracking,
+)
 from motionmend.correct.settling import settled_frame, settled_recording, unborn
 from motionmend.errors import UsageError
 from motionmend.evaluate.sensor_failures import fail
@@ -105,7 +113,8 @@ def test_hindsight_of_a_chain_is_that_of_all_paths() -> None:
     step = 1 / 30
     forecasts, filtered, failing = [], [], np.array([0.05])
     for one in evidence:
-        forecast, failing = chain_forward(failing, one, step)
+        forecast = naive.chain_ahead(failing, step, np.array([HONEST_SECONDS, FAILING_SECONDS]))
+        failing = naive.chance_after(one, forecast)
         forecasts.append(forecast)
         filtered.append(failing)
     got = chain_backward(np.stack(forecasts), np.stack(filtered), np.full(5, step))

@@ -10,7 +10,7 @@ from performers import truth
 
 from motionmend import corrupt, repair_without_model
 from motionmend.bodies.motion import Origin
-from motionmend.denoise.limits import BROKEN, brought_inside, within_body_limits, within_seen
+from motionmend.denoise.limits import BROKEN, brought_inside, seen_between, within_body_limits, within_seen
 from motionmend.denoise.mend_recording import mend_alone
 from motionmend.denoise.repair import ChannelRepair
 from motionmend.io import read
@@ -179,14 +179,14 @@ def test_filled_angles_stay_near_what_the_clips_of_a_library_do(seed):
     found = ChannelRepair(3.0 * values, std, np.ones(values.shape), origin, 1, np.empty(0), True)
     exemplars = np.random.default_rng(seed).uniform(-40, 40, (9, 5, 4)).astype(np.float32)
     angular = np.array([True, True, True, False])
-    held = within_seen(found, exemplars, angular)
+    held = within_seen(found, seen_between(exemplars, angular))
     filled = (origin == Origin.FILLED) & angular
     np.testing.assert_array_equal(held.values[~filled], found.values[~filled])
     low, high = exemplars.min(axis=(0, 1)), exemplars.max(axis=(0, 1))
     turned = (held.values + 180.0) % 360.0 - 180.0
     assert (turned <= high + 0.26 * (high - low) + 5.0)[filled].all()
     assert (turned >= low - 0.26 * (high - low) - 5.0)[filled].all()
-    assert within_seen(found, exemplars[:0], angular) is found
+    assert within_seen(found, seen_between(exemplars[:0], angular)) is found
 
 
 def test_real_limits_that_a_dancer_breaks_are_named(data):

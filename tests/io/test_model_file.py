@@ -60,10 +60,10 @@ def model(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_flipped_bit_in_any_byte_is_noticed(model: Path) -> None:
+def test_every_flipped_bit_is_noticed(model: Path) -> None:
     whole = model.read_bytes()
     for at in range(len(whole)):
-        for bit in range(8) if at % 8 == 0 else [at % 8]:
+        for bit in range(8):
             damaged = bytearray(whole)
             damaged[at] ^= 1 << bit
             model.write_bytes(damaged)

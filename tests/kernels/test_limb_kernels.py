@@ -1,4 +1,6 @@
-"""Reaching, placing and counting of limbs, sums without pictures and inverses: each against NumPy."""
+"""Reaching, placing, counting and widths of limbs, sums without pictures and inverses: each against NumPy."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +12,13 @@ from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import BONES, DOFS, MOVES, Pose, advance, landmarks, standing
 from motionmend.bodies.surface import render
-from motionmend.kernels import dense, limbs, regions
+from motionmend.kernels import dense, limbs, regions, widths
+from motionmend.track.evidence import evidence_of
 from motionmend.track.limbs import LIMBS, limb_places
+from motionmend.track.observation import Observation
 from motionmend.track.reach import reach
+from motionmend.track.settings import settings_of
+from motionmend.track.view import view_of
 
 BODY = anatomy.average()
 
@@ -54,6 +60,37 @@ def test_pixels_are_counted_for_their_bones(rng):
     wanted = naive.shown_and_denied(seen, free, picture.depth, picture.bones, np.float32(0.05), len(BONES))
     np.testing.assert_array_equal(shown, wanted[0])
     np.testing.assert_array_equal(denied, wanted[1])
+
+
+def test_widths_are_told_by_the_matches_of_both_ways(rng):
+    pose = standing()
+    shift = np.concatenate(((0.05, -0.03, 0.02), rng.normal(0, 0.12, DOFS - 3)))
+    picture = render(BODY, advance(BODY, pose, shift), KINECT, 4)
+    depth = picture.depth.copy()
+    depth[rng.random(depth.shape) < 0.15] = np.nan
+    wish = replace(settings_of("default"), raster=4, every=1)
+    evidence = evidence_of(Observation(picture.camera, depth, np.isnan(picture.depth), 0.0), wish)
+    view = view_of(BODY, pose, evidence, 1)
+    reach_by, half, gate, scale, trust = 2, 2, 0.2, 0.05, 3.0
+    near = half, gate, evidence.apart, scale, trust
+    systems, shape = np.zeros((len(BONES), widths.ROW, widths.ROW)), (evidence.depth, evidence.free)
+    samples = view.pixels, view.samples, view.normals, view.bones
+    widths.from_model(*samples, view.placed, *shape, evidence.intrinsics, reach_by, *near, systems)
+    target, focal = evidence.camera.points(evidence.depth), evidence.camera.fx
+    wanted, hit, aside = naive.widths_from_model(
+        *samples, view.placed, target, evidence.free, focal, reach_by, half, gate, scale, trust
+    )
+    outside = evidence.free[tuple(view.pixels.T)].sum()
+    assert hit.sum() > 100
+    assert 20 < len(aside) < outside  # some are too far
+    np.testing.assert_allclose(systems, wanted, rtol=1e-7, atol=1e-7 * np.abs(wanted).max())
+    systems[:] = 0.0
+    carriers, seen = BODY.solids.arrays[0], (evidence.pixels, evidence.samples)
+    widths.from_seen(*seen, view.depth, view.solid, evidence.intrinsics, carriers, view.placed, *near, systems)
+    model, bones = evidence.camera.points(view.depth), np.append(carriers, -1)[view.solid]
+    wanted, hit = naive.widths_from_seen(*seen, model, bones, view.placed, half, gate, scale, trust)
+    assert 20 < hit.sum() < len(hit)
+    np.testing.assert_allclose(systems, wanted, rtol=1e-7, atol=1e-7 * np.abs(wanted).max())
 
 
 @given(seed=st.integers(0, 10_000), size=st.integers(1, 34))

@@ -20,13 +20,18 @@ from motionmend.track.view import view_of
 WISH = replace(settings_of("default"), raster=4)
 
 
-def test_cholesky_solves_and_refuses(rng):
-    root = rng.normal(size=(34, 40))
-    matrix, right = root @ root.T, rng.normal(size=34)
-    solved = right.copy()
-    assert dense.factor_and_solve(matrix.copy(), solved)
+@pytest.mark.parametrize("size", [1, 2, 5, 34])
+def test_cholesky_solves_and_refuses_and_reads_the_lower_half_only(rng, size):
+    root = rng.normal(size=(size, size + 6))
+    matrix, right = root @ root.T, rng.normal(size=size)
+    lower = np.where(np.tri(size, dtype=bool), matrix, np.nan)
+    solved, factor = right.copy(), lower.copy()
+    assert dense.factor_and_solve(lower, solved)
     np.testing.assert_allclose(matrix @ solved, right, atol=1e-8)
+    assert dense.factored(factor)
+    np.testing.assert_allclose(np.tril(factor), np.linalg.cholesky(matrix), rtol=1e-9, atol=1e-9)
     assert not dense.factor_and_solve(-matrix, right.copy())
+    assert not dense.factored(np.diag(np.append(np.ones(size), -1.0)))
 
 
 def test_the_turn_between_two_rotations(rng):

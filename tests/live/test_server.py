@@ -42,7 +42,7 @@ def hello_of(joint_set, fps=30.0):
 
 def alone(model, joint_set, positions, online=False):
     """The answers of the model itself, without any server."""
-    state = model.start(joint_set.names, 30.0, online)
+    state = model.start(joint_set.names, online)
     codes, found = np.full(len(joint_set.names), 2, np.uint8), []
     for k, joints in enumerate(positions):
         state, corrected = model.step(state, joints.astype(float), codes, k / 30.0)
@@ -403,3 +403,16 @@ def test_a_clock_that_goes_back_gets_what_was_owed_first(model):
         answers = [unpack(connection.recv(timeout=10)) for _ in range(6)]
     assert [one["seq"] for one in answers] == list(range(6))
     assert ["restarted" in one["flags"] for one in answers] == [False] * 5 + [True]
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_a_new_hello_brings_what_was_owed_first(model, good):
+    positions = moving(KINECT20, 3)
+    with running(model, look_ahead=0.1) as live, client(live.url) as connection:
+        for k, joints in enumerate(positions):
+            connection.send(pack(frame(k, joints)))
+        connection.send(pack(HELLO if good else {**HELLO, "v": 9}))
+        answers = [unpack(connection.recv(timeout=10)) for _ in range(3)]
+        assert [one["seq"] for one in answers] == [0, 1, 2]
+        if not good:
+            assert "error" in unpack(connection.recv(timeout=10))

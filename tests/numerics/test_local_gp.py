@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from scipy.linalg import cho_solve
 from scipy.optimize import check_grad
 
+from motionmend.kernels.learning import extend
 from motionmend.numerics.local_gp import (
     Hyper,
     budget,
     clusters,
     covariance,
     divergences,
-    extended,
     factor,
     fit_hyper,
     fit_mixture,
@@ -90,9 +90,11 @@ def test_the_order_of_samples_does_not_matter() -> None:
 @settings(max_examples=15)
 def test_extending_the_factor_is_refitting(seed: int, first: int) -> None:
     x, _ = samples(seed, 20)
-    lower = factor(x[:first], HYPER) if first else np.zeros((0, 0))
+    lower = np.zeros((len(x), len(x)))
+    if first:
+        lower[:first, :first] = factor(x[:first], HYPER)
     for k in range(first, len(x)):
-        lower = extended(lower, covariance(x[:k], x[k : k + 1], HYPER)[:, 0], HYPER.signal + HYPER.bias + HYPER.noise)
+        extend(x, lower, np.array(HYPER), k)
     np.testing.assert_allclose(lower, factor(x, HYPER), atol=1e-8)
 
 

@@ -11,8 +11,9 @@ from motionmend.bodies.performer import DOFS, LANDMARKS, Pose, advance, bone_fra
 from motionmend.bodies.surface import render
 from motionmend.errors import UsageError
 from motionmend.kernels import match
-from motionmend.track.certainty import certainty_of, explained_by_bone, trust_of
+from motionmend.track.certainty import certainty_of, shown_and_denied, trust_of
 from motionmend.track.database import PoseDatabase
+from motionmend.track.edge_term import EdgeTerm
 from motionmend.track.evidence import evidence_of
 from motionmend.track.freespace_term import FreespaceTerm
 from motionmend.track.girth import AXES_OF
@@ -72,20 +73,9 @@ def test_the_surface_term_is_linear_in_the_finite_differences_of_its_points(alon
     SurfaceTerm(evidence, plain).linearize(view, sums, 99)
     normal, right = sums.assembled(view)
     # The same sums from a Jacobian made of finite differences of points fixed to bones.
-    found, none = np.empty(len(view.pixels), np.int64), np.empty(0, np.float32)
-    match.nearest_in_window(
-        view.pixels,
-        view.samples,
-        evidence.depth,
-        evidence.intrinsics,
-        2,
-        np.inf,
-        evidence.apart,
-        none,
-        none[None],
-        0.0,
-        found,
-    )
+    near = evidence.depth, evidence.intrinsics, 2, np.inf, evidence.apart, np.nan, evidence.depth, 0.0
+    each = zip(view.pixels, view.samples.astype(float), strict=True)
+    found = np.array([match.nearest(*pixel, *point, *near) for pixel, point in each])
     frames = bone_frames(BODY, pose)
     ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
     local = np.einsum("nij,nj->ni", np.linalg.inv(frames)[view.bones], ones)
@@ -143,7 +133,7 @@ def test_all_steps_at_once_are_the_steps_one_by_one(monkeypatch, names):
     state = start(model, settings, DepthFrame(KINECT, seen(pose).depth, None, 0.0), BODY, pose)
     terms = terms_of(model, settings, state, evidence, begun)
     at_once = solve_pose(BODY, evidence, terms, begun, settings, 3)
-    monkeypatch.setattr("motionmend.track.solve.known", lambda _: False)
+    monkeypatch.setattr("motionmend.track.solve._at_once", lambda *_: None)
     singly = solve_pose(BODY, evidence, terms, begun, settings, 3)
     assert (at_once.iterations, at_once.converged) == (singly.iterations, singly.converged)
     assert off(at_once.state, singly.state).max() < 1e-6
@@ -151,6 +141,37 @@ def test_all_steps_at_once_are_the_steps_one_by_one(monkeypatch, names):
     assert at_once.system.costs == pytest.approx(singly.system.costs, rel=1e-6)
     assert at_once.system.inliers == singly.system.inliers
     assert at_once.system.samples == singly.system.samples
+
+
+def test_evidence_of_the_whole_width_can_be_written_to_as_any_other():
+    """Kernels are compiled anew for read-only images, in the frame in which somebody comes near."""
+    settings = settings_of("default", ("surface", "edge", "color"))
+    shapes = []
+    for distance in (0.9, 3.5):
+        pose = standing((0.0, 0.2, distance))
+        tones = np.full((KINECT.height, KINECT.width), 90.0, np.float32)
+        evidence = evidence_of(replace(seen(pose), intensity=tones), settings)
+        shapes.append(evidence.depth.shape)
+        for image in (evidence.depth, evidence.free, evidence.tones):
+            assert image.shape == shapes[-1]
+            assert image.flags.writeable
+            assert image.flags.c_contiguous
+    whole = KINECT.every(settings.raster).width
+    assert shapes[0][1] == whole
+    assert shapes[1][1] < 0.8 * whole
+
+
+def test_weights_are_evened_but_in_the_dissertation():
+    for preset in ("default", "paper"):
+        own = replace(settings_of(preset, ("surface", "edge")), raster=2)
+        for settings in (own, replace(own, preset="a name of its own")):
+            near, far = (evidence_of(seen(standing((0.0, 0.05, z))), settings) for z in (2.0, 4.0))
+            assert len(near.pixels) > 2 * len(far.pixels)
+            ratios = far.weight / near.weight, EdgeTerm(far, settings).weight / EdgeTerm(near, settings).weight
+            if preset == "paper":
+                assert ratios == (1.0, 1.0)
+            else:
+                assert min(ratios) > 1.3
 
 
 def test_a_body_rendered_from_its_own_pose_stays_put():
@@ -249,12 +270,12 @@ def test_a_limb_out_of_sight_is_held_and_less_and_less_sure():
     evidence = evidence_of(observation, settings)
     terms = terms_of(model, settings, state, evidence, pose)
     solution = solve_pose(BODY, evidence, terms, pose, settings)
-    share = explained_by_bone(BODY, solution.state, coarse_of(evidence), evidence.weight)
+    share, _ = shown_and_denied(BODY, solution.state, coarse_of(evidence), evidence.weight)
     _, visible = trust_of(share)
     assert not visible[wrist]
     assert visible[LANDMARKS.index("l_wrist")]
     hidden = [np.where(visible, 0.0, since) for since in (0.0, 0.2, 1.0)]
-    std = [certainty_of(BODY, solution.state, solution.system, h, np.zeros(16), 0.1)[1] for h in hidden]
+    std = [certainty_of(BODY, solution, h, np.zeros(16), 0.1)[1] for h in hidden]
     assert std[0][wrist] < std[1][wrist] < std[2][wrist]
     assert std[0][wrist] > 1.5 * std[0][LANDMARKS.index("l_wrist")]
 

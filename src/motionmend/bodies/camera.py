@@ -99,3 +99,16 @@ class DepthFrame:
             object.__setattr__(self, "color", frozen(self.color, np.uint8))
             if self.color.shape != (*size, 3):
                 raise MismatchError(f"this camera's colour images are {(*size, 3)}, came {self.color.shape}")
+
+    def every(self, step: int) -> "DepthFrame":
+        """Every `step`-th pixel of every `step`-th row, the first included, as `Camera.every` sees it.
+
+        Raises
+        ------
+        MismatchError : step is below 1.
+        """
+        if step == 1:
+            return self
+        camera = self.camera.every(step)
+        color = None if self.color is None else self.color[::step, ::step]
+        return DepthFrame(camera, self.depth[::step, ::step], color, self.time)

@@ -214,6 +214,11 @@ class Performer:
         return PARENTS.copy(), self.offsets.copy(), RESTS.copy(), FIRST.copy(), AXES.copy()
 
     @cached_property
+    def marks(self) -> tuple[Ints, Floats]:
+        """Copies of `LANDMARK_BONES` (16,) and `landmark_place` (16, 3) m, as kernels take points (see `chain`)."""
+        return LANDMARK_BONES.copy(), self.landmark_place.copy()
+
+    @cached_property
     def lengths(self) -> Floats:
         """(15,) m: how far it is along each bone to what hangs on its end; the pelvis's is the distance of the hips."""
         place = self.landmark_place

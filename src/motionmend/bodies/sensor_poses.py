@@ -12,7 +12,6 @@ from .performer import (
     AXES,
     BONES,
     DOFS,
-    LANDMARK_BONES,
     LANDMARKS,
     MOVES,
     Performer,
@@ -99,6 +98,7 @@ def poses_of_joints(postures: Postures, performer: Performer) -> Retargeted:
     translation, root = np.full((len(place), 3), np.nan), np.full((len(place), 3, 3), np.nan)
     joints = np.full((len(place), len(AXES)), np.nan)
     error = np.full(place.shape[:2], np.nan)
+    moves, limits = MOVES.copy(), performer.limits.copy()  # as kernels take arrays, see `Performer.chain`
     last: Pose | None = None
     for t, wanted in enumerate(place):
         seen = np.isfinite(wanted).all(axis=1)
@@ -111,13 +111,12 @@ def poses_of_joints(postures: Postures, performer: Performer) -> Retargeted:
             here, turn, angles = pose.translation.copy(), pose.root.copy(), pose.joints.copy()
             articulated.reach(
                 *performer.chain,
-                MOVES.copy(),
-                LANDMARK_BONES.copy(),
-                performer.landmark_place.copy(),
+                moves,
+                *performer.marks,
                 wanted,
                 trust * seen,
                 hold,
-                performer.limits.copy(),
+                limits,
                 ROUNDS,
                 here,
                 turn,

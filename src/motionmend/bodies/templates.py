@@ -136,6 +136,7 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
     hold[:3], hold[3:6] = 1e-6, HOLD_ROOT
     bones = np.concatenate((LANDMARK_BONES, TIP_BONES))
     local = np.concatenate((performer.landmark_place, performer.tip_place))
+    moves, limits = MOVES.copy(), performer.limits.copy()  # as kernels take arrays, see `Performer.chain`
     world = np.empty((len(bones), 3))
     frames = np.empty((len(BONES), 4, 4))
     error = np.full(wanted.shape[:2], np.nan)
@@ -145,13 +146,13 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
             continue
         articulated.reach(
             *performer.chain,
-            MOVES.copy(),
+            moves,
             bones,
             local,
             targets[t],
             weights,
             hold,
-            performer.limits.copy(),
+            limits,
             ROUNDS,
             translation[t],
             root[t],

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ..correct.corrector import CorrectorModel
 
 WRITTEN = (".csv", ".bvh", ".amc")
-USUAL_FPS = 30.0  # Hz, of a recording whose own rate is not known
 TIMED = 200  # frames corrected one by one to tell how long each takes
 WARM = 2  # of them, before which things are loaded
 DIGITS = 3  # significant digits of what .mend.json says of each joint
@@ -76,7 +75,7 @@ def correct(
     if look_ahead is not None and method != "default":
         raise UsageError(f"--look-ahead goes with the default method alone, came --method {method}")
     if look_ahead is not None:
-        _frames_ahead(look_ahead, USUAL_FPS)
+        frames_ahead(look_ahead)
     task = Correction(method=method, online=online, look_ahead=look_ahead, fps=fps, timed=as_json).knowing(model)
     ending = f".{format or 'csv'}"
     forms = Forms(
@@ -92,7 +91,13 @@ def correct(
     )
 
 
-def _frames_ahead(seconds: float, fps: float) -> int:
+def frames_ahead(seconds: float, fps: float = 30.0) -> int:
+    """Frames of a --look-ahead of so many seconds at a rate in Hz.
+
+    Raises
+    ------
+    UsageError : shorter than 0 s, or longer than what helps.
+    """
     from ..correct.look_ahead import frames_in
 
     try:
@@ -154,7 +159,7 @@ class Correction:
 
     def _ahead(self, sensor: "Postures") -> int | None:
         """Frames after each that it is corrected from; None for all."""
-        return None if self.look_ahead is None else _frames_ahead(self.look_ahead, rate_of(sensor))
+        return None if self.look_ahead is None else frames_ahead(self.look_ahead, rate_of(sensor))
 
     def _save(
         self,
@@ -313,12 +318,14 @@ def _spread(values: Any, names: tuple[str, ...], present: Any) -> dict[str, dict
 
 def rate_of(sensor: "Postures") -> float:
     """The recording's rate in Hz; a sensor's usual one where it is not known."""
+    from ..io.sensor_source import USUAL_FPS
+
     return sensor.fps if np.isfinite(sensor.fps) and sensor.fps > 0 else USUAL_FPS
 
 
 def live_seconds(model: "CorrectorModel", sensor: "Postures", look_ahead: int = 0) -> list[float]:
     """How long each of the recording's first frames takes when they come one by one, s."""
-    state = model.start(sensor.names, rate_of(sensor), look_ahead=look_ahead)
+    state = model.start(sensor.names, look_ahead=look_ahead)
     found = []
     for t in range(min(sensor.frames, TIMED)):
         start = perf_counter()

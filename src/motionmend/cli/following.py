@@ -146,7 +146,7 @@ def follow(
         done = perf_counter()
         read += there - begin
         log.add(estimate, bool(np.isfinite(frame.depth).any()), done - there)
-    return log.followed(recording, state.performer, read, calibrate, fitted, steady=settings.preset != "paper")
+    return log.followed(recording, state.performer, read, calibrate, fitted, steady=settings.steady)
 
 
 def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Floats:

@@ -64,13 +64,13 @@ def serve(
     skeletons. Try it with `motionmend stream FILE --to ws://127.0.0.1:8765`. Ctrl-C ends it; what has come is answered.
     """
     from ..live.address import udp_address, websocket_address
+    from .correct import frames_ahead
 
     address = websocket_address(listen, "--listen")
     avatar = None if vmc is None else udp_address(vmc, "--vmc")
     if lsl is not None and not lsl.strip():
         raise UsageError("--lsl: the name of a stream was wanted, came none")
-    if not 0 <= look_ahead <= 1:
-        raise UsageError(f"--look-ahead: 0 to 1 s was wanted, came {look_ahead}")
+    frames_ahead(look_ahead)
     need_live("serve")
     corrector = _corrector(model)
     from ..live.server import Server

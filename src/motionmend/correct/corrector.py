@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.postures import Postures
 from ..errors import MismatchError, UsageError
+from ..kernels import bones
 from ..numerics.factors import Factors
 from ..numerics.local_gp import Mixture
 from .anatomy import anatomy, following
@@ -25,7 +26,7 @@ from .pairing import Pair
 from .paper import learned_mixture, neighbour_inputs
 from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
-from .settling import OFFSET_SECONDS, followed_slowly, settled_frame, unborn
+from .settling import OFFSET_SECONDS, settled_frame, unborn
 from .spatial import Committee, fit_committee, shape_features
 from .state import Corrected, CorrectorState
 from .watching import Sight, Watcher, believable, fresh, look, rows_of
@@ -134,25 +135,20 @@ class CorrectorModel:
         """What looks at frames."""
         return self.knowledge.watcher
 
-    def start(
-        self, names: Sequence[str], fps: float = 30.0, online: bool = False, look_ahead: int = 0
-    ) -> CorrectorState:
+    def start(self, names: Sequence[str], online: bool = False, look_ahead: int = 0) -> CorrectorState:
         """The state before a client's first frame.
 
         Parameters
         ----------
         names : of the client's joints.
-        fps : Hz, nominal.
         online : learn from the client's own frames.
         look_ahead : frames after each that are waited for; the latency of `feed` in frames.
 
         Raises
         ------
         MismatchError : the joints have too little in common with the model's.
-        UsageError : fps is not above 0, or look_ahead below 0.
+        UsageError : look_ahead is below 0.
         """
-        if not fps > 0:
-            raise UsageError(f"a rate above 0 Hz was wanted, came {fps}")
         if look_ahead < 0:
             raise UsageError(f"frames to wait for were wanted, came {look_ahead}")
         joining = joined(names, self.watcher.body)
@@ -164,7 +160,7 @@ class CorrectorModel:
         nothing = np.full((len(self.names), 3), np.nan)
         waiting = Waiting(look_ahead) if look_ahead else None
         return CorrectorState(
-            joining, float(fps), fresh(self.watcher), shown, nothing, memory, waiting, self.knowledge.hinges(joining)
+            joining, fresh(self.watcher), shown, nothing, memory, waiting, self.knowledge.hinges(joining)
         )
 
     def step(
@@ -201,8 +197,9 @@ class CorrectorModel:
         if state.waiting is None:
             return self.step(state, positions, states, time)
         sight, given = self._seen(state, positions, states, time)
-        state = replace(state, sight=sight, waiting=state.waiting.with_frame(sight, given))
-        return self._first(state) if state.waiting is not None and state.waiting.full else (state, None)
+        waiting = state.waiting.with_frame(sight, given)
+        state = replace(state, sight=sight, waiting=waiting)
+        return self._first(state) if waiting.full else (state, None)
 
     def rest(self, state: CorrectorState) -> tuple[CorrectorState, tuple[Corrected, ...]]:
         """The frames that still wait, corrected: no more will come."""
@@ -234,7 +231,7 @@ class CorrectorModel:
         """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known."""
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None])
-        offset = followed_slowly(state.offset, offsets[0], time - state.shown.time, OFFSET_SECONDS)
+        offset = bones.followed_slowly(state.offset, offsets[0], time - state.shown.time, OFFSET_SECONDS)
         moved = (posture + offset)[None]
         learned = moved
         inputs = neighbour_inputs(posture[None], body)[0] if memory is not None else np.zeros((0, 0))
@@ -268,8 +265,11 @@ class CorrectorModel:
 
         Raises
         ------
-        UsageError : unknown method, or one that is not for looking ahead.
+        MismatchError : the joints have too little in common with the model's.
+        UsageError : unknown method, or one that is not for looking ahead; look_ahead is below 0.
         """
+        if look_ahead is not None and look_ahead < 0:
+            raise UsageError(f"frames to wait for were wanted, came {look_ahead}")
         if look_ahead is not None and method != "default":
             raise UsageError(f"only the default method looks ahead, came {method!r}")
         if method not in METHODS:
@@ -291,7 +291,7 @@ class CorrectorModel:
             return by_learner(self.knowledge, postures, method)
 
     def _as_live(self, postures: Postures, online: bool, look_ahead: int) -> Postures:
-        state = self.start(postures.names, postures.fps if postures.fps > 0 else 30.0, online, look_ahead)
+        state = self.start(postures.names, online, look_ahead)
         found, sights = [], []
         for t in range(postures.frames):
             told = None if postures.state is None else postures.state[t]
@@ -299,11 +299,13 @@ class CorrectorModel:
             sights.append(state.sight)
             found += [] if one is None else [one]
         found += self.rest(state)[1]
-        positions, std, reliable = (
-            np.stack([getattr(one, of) for one in found]) for of in ("positions", "std", "reliability")
+        return replace(
+            postures,
+            positions=np.stack([one.positions for one in found]),
+            std=np.stack([one.std for one in found]),
+            reliability=np.stack([one.reliability for one in found]),
+            source=noted(postures.source, sights),
         )
-        source = noted(postures.source, sights)
-        return replace(postures, positions=positions, std=std, reliability=reliable, source=source)
 
     @property
     def mixture(self) -> Mixture:

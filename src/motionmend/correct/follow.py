@@ -31,7 +31,6 @@ class Followed:
     jerk : (J,) running size of second differences, by the usual one.
     posture : (J, 3) with the joints that fail where they are expected.
     std : (J,) of a coordinate of `posture`.
-    features : (J, F) the evidence.
     met : (J,) s, how long the joint was seen going well.
     """
 
@@ -42,7 +41,6 @@ class Followed:
     jerk: Floats
     posture: Floats
     std: Floats
-    features: Floats
     met: Floats
 
 
@@ -58,7 +56,6 @@ def begin(factors: Factors) -> Followed:
         zero,
         factors.mean,
         zero,
-        np.zeros((count, 8)),
         zero,
     )
 
@@ -88,7 +85,7 @@ def follow(
     bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
     told : (J, 3) one where the sensor says inferred, not tracked, tracked.
     """
-    mean, cov, own, failing, chance, jerk, posture, std, features, met = kernel.follow(
+    mean, cov, own, failing, chance, jerk, posture, std, met = kernel.follow(
         factors.mean,
         factors.loadings,
         factors.noise,
@@ -108,4 +105,4 @@ def follow(
         best_bone,
         told,
     )
-    return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, features, met)
+    return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, met)

@@ -15,8 +15,13 @@ def judged_again(sights: Sequence[Sight]) -> Floats:
     """(T, J) the probability that each joint fails, by what came before and after."""
     forecasts = np.stack([one.followed.forecast for one in sights])
     filtered = np.stack([one.followed.failing for one in sights])
+    return chain_backward(forecasts, filtered, gaps_between(sights))
+
+
+def gaps_between(sights: Sequence[Sight]) -> Floats:
+    """(T,) s since the frame before, 0 for the first; a clock that goes back stands still."""
     times = np.array([one.time for one in sights], dtype=np.float64)
-    return chain_backward(forecasts, filtered, np.diff(times, prepend=times[0]))
+    return np.maximum(np.diff(times, prepend=times[0]), 0.0)
 
 
 def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> tuple[Floats, Floats]:
@@ -32,8 +37,7 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
     trust = trusted(sights, failing)
     own = _own_shapes(sights, trust)
     values = less_own(factors, sights, own)
-    times = np.array([one.time for one in sights], dtype=np.float64)
-    gaps = np.diff(times, prepend=times[0])
+    gaps = gaps_between(sights)
     beliefs: list[Belief] = []
     for t, gap in enumerate(gaps):
         known = t > 0 and gap <= PATIENCE

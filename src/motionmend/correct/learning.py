@@ -12,7 +12,7 @@ from ..errors import MismatchError
 from ..numerics import factors as process
 from ..numerics.factors import Factors, fit_factors
 from .anatomy import Anatomy, anatomy, matched
-from .normalise import Placement, Standard, bone_lengths, facing, origins, sizes, turns, upright
+from .normalise import Placement, Standard, bone_lengths, placed, sizes, upright
 from .pairing import Pair
 from .reliability import Detector
 from .spatial import mirrored_postures
@@ -81,17 +81,17 @@ def lessons(pairs: Sequence[Pair], body: Anatomy) -> tuple[list[Lesson], Standar
     usual = _medians(np.stack(medians))
     usual = np.where(np.isfinite(usual), usual, np.nanmean(usual) if np.isfinite(usual).any() else 1.0)
     standard = Standard(usual, np.zeros((len(body.names), 3)))
-    placed = []
+    places = []
     for _ in range(2):  # the trunk's mean places need placements, which need the trunk
-        placed = [_placed(raw, standard, body) for raw, _, _ in raws]
-        every = np.concatenate([place.inward(raw) for place, (raw, _, _) in zip(placed, raws, strict=True)])
+        places = [_placed(raw, standard, body) for raw, _, _ in raws]
+        every = np.concatenate([place.inward(raw) for place, (raw, _, _) in zip(places, raws, strict=True)])
         if not np.isfinite(every).any():
             raise MismatchError("the pairs' sensor recordings hold no positions: give others")
         mean = np.nan_to_num(_medians(np.concatenate([every, mirrored_postures(every, body)])))
         standard = Standard(usual, mean - mean[body.trunk].mean(axis=0))
-    placed = [_placed(raw, standard, body) for raw, _, _ in raws]
+    places = [_placed(raw, standard, body) for raw, _, _ in raws]
     taught = []
-    for place, (raw, truth, times) in zip(placed, raws, strict=True):
+    for place, (raw, truth, times) in zip(places, raws, strict=True):
         taught.append(Lesson(place.inward(raw), place.turned(truth - raw), times, place, raw))
     return taught, standard
 
@@ -101,8 +101,7 @@ def _placed(raw: Floats, standard: Standard, body: Anatomy) -> Placement:
     weights = np.asarray(present, dtype=np.float64)
     lengths = bone_lengths(raw, body)
     scale = np.full(len(raw), sizes(lengths, standard, np.isfinite(lengths)))
-    turn = turns(facing(raw, weights, body))
-    return Placement(turn, origins(raw, weights, turn, scale, standard, body), scale)
+    return placed(raw, weights, scale, standard, body)
 
 
 def going_well(taught: Sequence[Lesson], least: float = 0.06) -> list[Bools]:

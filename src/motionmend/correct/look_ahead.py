@@ -88,10 +88,10 @@ def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats
     beliefs: list[Belief] = []
     before = waiting.belief
     for t, gap in enumerate(gaps):
-        goes_on = before is not None and gap <= PATIENCE
-        forecast = process.ahead(factors, before, float(gap)) if before is not None and goes_on else None
+        goes_on = before if gap <= PATIENCE else None
+        forecast = process.start(factors) if goes_on is None else process.ahead(factors, goes_on, float(gap))
         precision = np.where(trust[t] > 0.02, trust[t], 0.0) / _open(factors, sights[t])
-        before = process.seen(factors, forecast or process.start(factors), values[t], precision)
+        before = process.seen(factors, forecast, values[t], precision)
         beliefs.append(before)
     later = beliefs[-1]
     for t in range(len(sights) - 2, -1, -1):

@@ -132,6 +132,12 @@ def origins(
     return np.asarray((trusted[..., None] * says).sum(axis=1) / total[:, None])
 
 
+def placed(positions: Floats, weights: Floats, scale: Floats, standard: Standard, body: Anatomy) -> Placement:
+    """Where people of known sizes stand and which way they face, frame by frame; parameters as of `origins`."""
+    turn = turns(facing(positions, weights, body))
+    return Placement(turn, origins(positions, weights, turn, scale, standard, body), scale)
+
+
 def bone_lengths(positions: Floats, body: Anatomy) -> Floats:
     """(T, B) m, NaN where an end is missing."""
     apart = positions[:, body.bones[:, 1]] - positions[:, body.bones[:, 0]]

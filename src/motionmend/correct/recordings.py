@@ -12,13 +12,13 @@ from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
 from .limits import Hinges, hinges_of
-from .normalise import Placement, facing, origins, turns
+from .normalise import Placement, placed
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, settled_recording, smoothed
 from .spatial import Committee, shape_features
-from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, usual_lengths
+from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
@@ -158,10 +158,8 @@ def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight],
     turn_up = np.eye(3) if begun.upright is None else begun.upright
     rows = given @ turn_up.T
     weights = np.asarray(np.isfinite(rows).all(axis=2), dtype=np.float64)
-    _, size = usual_lengths(watcher, begun.lengths)
-    scale = np.full(len(rows), size)
-    turn = turns(facing(rows, weights, watcher.body))
-    placement = Placement(turn, origins(rows, weights, turn, scale, watcher.standard, watcher.body), scale)
+    scale = np.full(len(rows), size_of(watcher, begun.lengths))
+    placement = placed(rows, weights, scale, watcher.standard, watcher.body)
     standard = placement.inward(rows)
     standard = np.where(np.isfinite(standard), standard, watcher.factors.mean)
     sights = [

@@ -19,7 +19,6 @@ from .anatomy import Anatomy
 STATE_TRUST = {TRACKED: 1.0, INFERRED: 0.5, NOT_TRACKED: 0.0}
 LENGTH_TOLERANCE = 0.1  # a bone's relative change at which kinematic reliability falls to exp(-1/2)
 STEADY = 0.005  # m; smaller displacements than this have no direction to speak of
-FEATURES = ("misplaced", "expected", "own bone", "best bone", "jerky", "inferred", "untracked", "tracked")
 FAILING_SECONDS, HONEST_SECONDS = 1.0, 8.0  # how long a failure lasts, how long a joint goes well
 
 
@@ -72,7 +71,9 @@ class Detector:
 
     Attributes
     ----------
-    weights : (F + 1,) of the `FEATURES` and, last, a constant: the log-likelihood ratio of failing to going well.
+    weights : (F + 1,) of the features and, last, a constant: the log-likelihood ratio of failing to going well. The
+        features, in order: misplaced by what all others say, by what was forecast, own bone off, best bone off, jerky,
+        inferred, not tracked, tracked.
     bone_spread : (B,) usual standard deviation of the logarithm of each bone's length in a recording.
     jerk : (J,) usual size of the second difference, standard metres.
     """
@@ -85,10 +86,6 @@ class Detector:
         for name in ("weights", "bone_spread", "jerk"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
-    def evidence(self, features: Floats) -> Floats:
-        """(J,) log-likelihood ratio of failing to going well, from (J, F) features."""
-        return np.asarray(np.clip(features @ self.weights[:-1] + self.weights[-1], -8.0, 8.0))
-
     def to_arrays(self) -> dict[str, Any]:
         """What `from_arrays` needs."""
         return {name: np.asarray(getattr(self, name)) for name in self.__dataclass_fields__}
@@ -99,31 +96,12 @@ class Detector:
         return cls(**{name: arrays[name] for name in cls.__dataclass_fields__})
 
 
-def chain_forward(failing: Floats, evidence: Floats, seconds: float) -> tuple[Floats, Floats]:
-    """Belief that joints fail, one frame on.
-
-    Parameters
-    ----------
-    failing : (J,) probability a frame ago.
-    evidence : (J,) log-likelihood ratio of failing now.
-    seconds : since the frame before.
-
-    Returns
-    -------
-    forecast (J,) before and (J,) after the evidence.
-    """
-    into, out = 1.0 - np.exp(-seconds / HONEST_SECONDS), 1.0 - np.exp(-seconds / FAILING_SECONDS)
-    forecast = np.clip(failing * (1.0 - out) + (1.0 - failing) * into, 1e-6, 1.0 - 1e-6)
-    odds = np.log(forecast / (1.0 - forecast)) + evidence
-    return forecast, 1.0 / (1.0 + np.exp(-odds))
-
-
 def chain_backward(forecasts: Floats, filtered: Floats, seconds: Floats) -> Floats:
     """(T, J) belief that joints fail once the whole recording is known.
 
     Parameters
     ----------
-    forecasts, filtered : (T, J) of `chain_forward`.
+    forecasts, filtered : (T, J) of `Followed`: `forecast` and `failing`.
     seconds : (T,) since the frame before.
     """
     smoothed = np.array(filtered)

@@ -16,18 +16,14 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
+from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS
 from ..numerics.whittaker import whittaker
 from .limits import Hinges
 
 STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
-LIVE_STEADY = 0.25  # the same live, where only the past steadies
-SLOW, SLOW_SECONDS = 33.0, 0.16  # of how joints give way: half passes at 2 Hz; live, 1 / (2 pi 1 Hz): half the smoother
+SLOW = 33.0  # the same of how joints give way: half passes at 2 Hz
 OFFSET, OFFSET_SECONDS = 2.3, 0.08  # and of learned offsets: 4 Hz, live 2 Hz
-ROUNDS = 20  # of relaxation
 TURNS = 2  # of relaxing and smoothing
-LOOSE = 4.0  # how much more a joint moves that is not trusted
-BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
-ACQUAINTED = 600.0  # frames after which lengths no longer follow
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,31 +130,10 @@ def settled_frame(
         body.earlier,
         body.lengths,
         body.yielded,
-        LIVE_STEADY,
-        BREAK_STEPS,
-        ACQUAINTED,
-        LOOSE,
-        SLOW_SECONDS,
-        ROUNDS,
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
     return Body(placed, body.last, time, body.time, sums, yielded), placed
-
-
-def followed_slowly(before: Floats, now: Floats, seconds: float, lasting: float) -> Floats:
-    """A correction (J, 3) that follows what is asked for, smoothly.
-
-    Parameters
-    ----------
-    before : as it was; NaN = not known.
-    now : what is asked for.
-    seconds : since then; NaN = not known.
-    lasting : s, in which all but a share of 1 / e of a change is followed.
-    """
-    share = 1.0 - np.exp(-max(seconds, 0.0) / lasting) if seconds < 1.0 else 1.0
-    slow = before + share * (now - before)
-    return np.where(np.isfinite(slow), slow, now)
 
 
 def smoothed(values: Floats, times: Floats, weight: float) -> Floats:

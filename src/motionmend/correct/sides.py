@@ -13,7 +13,6 @@ from ..arrays import Bools, Floats, Ints
 from ..kernels import sighting as kernel
 from .anatomy import Anatomy
 
-OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
 MEMORY = 0.5  # s; after a longer break the trunk may face anywhere
 
 
@@ -24,12 +23,11 @@ def trunk_turned(positions: Floats, before: Floats, seconds: float, body: Anatom
     ----------
     positions : (J, 3) m, upright.
     before : (2,) horizontal direction from right to left; zero = not known.
-    seconds : since then.
+    seconds : since somebody was seen.
     """
-    length = float(np.hypot(before[0], before[1]))
-    if not len(body.across) or length <= 0 or seconds > MEMORY:
+    if seconds > MEMORY:
         return np.zeros(len(body.across), dtype=np.bool_)
-    return np.asarray(kernel.turned_around(positions, before, body.across, OPPOSED))
+    return np.asarray(kernel.turned_around(positions, before, body.across))
 
 
 def changed(positions: Any, pairs: Ints) -> Any:

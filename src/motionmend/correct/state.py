@@ -18,7 +18,6 @@ class CorrectorState:
     Attributes
     ----------
     joining : how the client's joints go with the model's.
-    fps : Hz, nominal.
     sight : what is known of the sensor's posture.
     shown : what was put out.
     offset : (J of model, 3) by which the last posture was moved, standard form; NaN = none.
@@ -28,7 +27,6 @@ class CorrectorState:
     """
 
     joining: Joining
-    fps: float
     sight: Sight
     shown: Body
     offset: Floats

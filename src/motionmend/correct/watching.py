@@ -15,6 +15,7 @@ from .reliability import Detector
 from .sides import changed, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
+POINT = 1e-3  # m; joints that are all within this are no person either
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
 NO_STATES = np.zeros(0, dtype=np.uint8)
 LIVELY = 1.5  # how much more than usual one person's second differences are
@@ -38,8 +39,9 @@ class Sight:
     ----------
     upright : (3, 3) rotation of the sensor's axes that brings its up to y; None before a person was seen.
     time : s, of the frame; None before the first.
+    seen : s, of the last frame in which somebody was; -inf before that.
     rows : (J, 3) m, the frame's positions upright, NaN = missing.
-    recent : the two frames before, as standard postures in this frame's placement would be; (2, J, 3) m upright.
+    recent : (2, J, 3) m, this frame and the one before, upright, for the next one's second differences.
     placement : of this frame alone.
     direction : (2,) where the trunk points from right to left.
     lengths : (2, B) trusted lengths summed in m, and how many.
@@ -50,6 +52,7 @@ class Sight:
 
     upright: Floats | None
     time: float | None
+    seen: float
     rows: Floats
     recent: Floats
     placement: Placement
@@ -71,6 +74,7 @@ def fresh(watcher: Watcher) -> Sight:
     return Sight(
         None,
         None,
+        -np.inf,
         np.full((joints, 3), np.nan),
         np.full((2, joints, 3), np.nan),
         Placement(np.eye(3)[None], np.zeros((1, 3)), np.ones(1)),
@@ -128,15 +132,15 @@ def _some(values: Floats, otherwise: Floats) -> Floats:
     return known if len(known) else otherwise
 
 
-def usual_lengths(watcher: Watcher, lengths: Floats) -> tuple[Floats, float]:
-    """(B,) m the person's bones as far as they are known, and the size by that of the standard body.
+def size_of(watcher: Watcher, lengths: Floats) -> float:
+    """The person's size by that of the standard body; 1 when no bone is known.
 
     Parameters
     ----------
     lengths : (2, B) sums and counts.
     """
     usual = np.array(watcher.standard.lengths)
-    return usual, kernel.usual_lengths(lengths, watcher.standard.lengths, usual) or 1.0
+    return float(kernel.usual_lengths(lengths, watcher.standard.lengths, usual)) or 1.0
 
 
 def look(
@@ -150,23 +154,22 @@ def look(
 
     Parameters
     ----------
-    positions : (J, 3) m in the sensor's axes by the model's joints, NaN = missing.
+    positions : (J, 3) m of `believable`, in the sensor's axes by the model's joints, NaN = missing.
     states : (J,) or None.
     time : s.
     """
     body = watcher.body
-    rows = believable(positions)
-    turn_up = sight.upright
+    rows, turn_up = positions, sight.upright
     if turn_up is None and len(body.upper) and len(body.lower):
         seen = np.isfinite(rows[body.upper]).any() and np.isfinite(rows[body.lower]).any()
         turn_up = upright(rows[None], body) if seen else None
     if turn_up is not None:
         rows = rows @ turn_up.T
-    seconds = 0.0 if sight.time is None else max(time - sight.time, 0.0)
+    seconds, away = 0.0 if sight.time is None else max(time - sight.time, 0.0), time - sight.seen
     before = sight.followed
-    if seconds > PATIENCE or sight.time is None:
+    if away > PATIENCE:
         before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
-    turned = trunk_turned(rows, sight.direction, seconds, body)
+    turned = trunk_turned(rows, sight.direction, away, body)
     swapped = np.zeros(len(rows), dtype=np.bool_)
     if turned.any():
         rows, states = changed_sides(rows, states, body.across[turned])
@@ -210,6 +213,7 @@ def look(
     return Sight(
         turn_up,
         time,
+        time if np.isfinite(rows).any() else sight.seen,
         rows,
         np.stack([rows, sight.recent[0]]),
         Placement(placed[0][None], placed[1][None], np.array([placed[2]])),
@@ -224,10 +228,14 @@ def look(
 def believable(positions: Floats) -> Floats:
     """Positions (..., J, 3) in m, all NaN where no person can be.
 
-    That is what is not finite, far away, or at the sensor itself, where some recordings put what they miss.
+    That is what is not finite, far away, or at the sensor itself, where some recordings put what they miss; and
+    whole postures in one point.
     """
-    there = (np.abs(positions) < FAR).all(axis=-1) & positions.any(axis=-1)
-    return np.where(np.asarray(there)[..., None], positions, np.nan)
+    there = np.asarray((np.abs(positions) < FAR).all(axis=-1) & positions.any(axis=-1))[..., None]
+    low = np.where(there, positions, np.inf).min(axis=-2, keepdims=True, initial=np.inf)
+    high = np.where(there, positions, -np.inf).max(axis=-2, keepdims=True, initial=-np.inf)
+    point = (high - low < POINT).all(axis=-1, keepdims=True) & (there.sum(axis=-2, keepdims=True) > 2)
+    return np.where(there & ~point, positions, np.nan)
 
 
 def changed_sides(rows: Floats, states: Bytes | None, pairs: Ints) -> tuple[Floats, Bytes | None]:

@@ -191,7 +191,7 @@ def _swap(
     known = sided or swapped <= (MOST, MOST_AT_END, 0.0)[ends] * len(frames)
     known = known and stretch.last - stretch.first + 1 >= _SHORTEST
     log_odds = stretch.log_odds
-    if stretch.first <= frames[0] and stretch.last >= frames[-1]:
+    if swapped == len(frames):
         # Where markers were put is the same in every frame: however many there are, they are one observation.
         log_odds = min(log_odds, float(np.median(evidence[frames])))
     return Swap(pair, stretch.first, stretch.last, log_odds, bool(known and log_odds >= SURE))

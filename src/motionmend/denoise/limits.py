@@ -71,14 +71,14 @@ def brought_inside(values: Floats, std: Floats, origin: Bytes, limits: Floats, m
 def within_body_limits(outcome: Repaired[Motion], seen: Floats | None = None) -> Repaired[Motion]:
     """Hold repaired and filled joint angles within the skeleton's limits, and say so.
 
+    Deviations stay as they were: a value at its limit is no further from a truth within than the value beyond it was.
+    A skeleton without limits changes nothing.
+
     Parameters
     ----------
     outcome : of a repair.
     seen : (D, 2) degrees, between which the clips of a library lie, NaN = not known. Clean clips go beyond the limits
         that files state often enough; where they do, the limits are wrong.
-
-    Deviations stay as they were: a value at its limit is no further from a truth within than the value beyond it was.
-    A skeleton without limits changes nothing.
     """
     motion = outcome.recording
     skeleton = motion.skeleton
@@ -113,16 +113,15 @@ def seen_between(exemplars: Singles, angular: Bools) -> Floats:
     return found
 
 
-def within_seen(found: ChannelRepair, exemplars: Singles, angular: Bools) -> ChannelRepair:
+def within_seen(found: ChannelRepair, seen: Floats) -> ChannelRepair:
     """Hold filled angles within what the clips of a library do, and a margin.
 
     Parameters
     ----------
     found : (T, C) degrees.
-    exemplars : (N, M, C) windows of the clips.
-    angular : (C,) True for the angles that are held.
+    seen : (C, 2) degrees, of `seen_between`.
     """
-    low, high = seen_between(exemplars, angular).T
+    low, high = seen.T
     margin = np.maximum(BEYOND_SEEN * (high - low), BEYOND_SEEN_LEAST)
     limits = np.stack([low - margin, high + margin], axis=1)
     held = limits[:, 1] - limits[:, 0] < 360.0  # not where nothing is known

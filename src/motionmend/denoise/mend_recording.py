@@ -77,14 +77,14 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     channels = to_channels(recording, known.layout)
     if isinstance(recording, Motion):
         mended = _mended(channels.values, recording, channels, known)
-        found, seen = mended.found, np.full((recording.q.shape[1], 2), np.nan)
+        found, done = mended.found, np.full((recording.q.shape[1], 2), np.nan)
         if known.library is not None:
             held = _held(recording, channels)
-            seen[channels.columns[held]] = seen_between(known.library.exemplars, held)[held]
-            if not doubtful(mended):
-                found = within_seen(found, known.library.exemplars, held)
+            seen = seen_between(known.library.exemplars, held)
+            done[channels.columns[held]] = seen[held]
+            found = found if doubtful(mended) else within_seen(found, seen)
         return within_body_limits(
-            repaired_recording(recording, known.layout, channels, found, "adaptive", mended.noise), seen
+            repaired_recording(recording, known.layout, channels, found, "adaptive", mended.noise), done
         )
     assert isinstance(recording, Markers)
     mended = _mended(channels.values, recording, channels, known)

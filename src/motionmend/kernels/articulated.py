@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from .compile import compiled
+from .dense import factor_and_solve
 
 _SMALL = 1e-4  # rad; below, series to the fourth order are exact to rounding
 
@@ -202,38 +203,6 @@ def _orthonormal(rotation: Floats) -> None:
 
 
 @compiled
-def solve(matrix: Floats, wanted: Floats, solution: Floats) -> bool:
-    """Solve matrix · solution = wanted by Cholesky's method; False, and 0, if the matrix is not positive definite.
-
-    Only the lower half of `matrix` (N, N) is read; it is overwritten by its factor.
-    """
-    count = matrix.shape[0]
-    for i in range(count):
-        for k in range(i + 1):
-            total = matrix[i, k]
-            for j in range(k):
-                total -= matrix[i, j] * matrix[k, j]
-            if i > k:
-                matrix[i, k] = total / matrix[k, k]
-            elif total > 0.0:
-                matrix[i, i] = sqrt(total)
-            else:
-                solution[:] = 0.0
-                return False
-    for i in range(count):
-        total = wanted[i]
-        for j in range(i):
-            total -= matrix[i, j] * solution[j]
-        solution[i] = total / matrix[i, i]
-    for i in range(count - 1, -1, -1):
-        total = solution[i]
-        for j in range(i + 1, count):
-            total -= matrix[j, i] * solution[j]
-        solution[i] = total / matrix[i, i]
-    return True
-
-
-@compiled
 def reach(
     parents: Ints,
     offsets: Floats,
@@ -284,14 +253,14 @@ def reach(
         if now < cost:
             saved = cost - now
             cost = now
-            keep(translation, root, joints, away, held_translation, held_root, held_joints, held_away)
+            _keep(translation, root, joints, away, held_translation, held_root, held_joints, held_away)
             damping = max(damping * 0.1, 1e-9)
             if step == iterations or saved < 1e-7 * cost + 1e-14:
                 break
             twists(parents, rests, first, axes, joints, placed, moving)
             normal_equations(moves, moving, bones, world, wanted, weights, rest_weights, away, hessian, gradient)
         else:
-            keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
+            _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
             if step == iterations or damping > 1e6:
                 break
             damping *= 10.0
@@ -304,7 +273,9 @@ def reach(
             for e in range(d + 1):
                 lifted[d, e] = 0.0 if held[d] or held[e] else hessian[d, e]
             lifted[d, d] += damping * (1e-3 + hessian[d, d]) + (1.0 if held[d] else 0.0)
-        solve(lifted, downhill, change)
+        change[:] = downhill
+        if not factor_and_solve(lifted, change):
+            change[:] = 0.0
         size = 0.0
         for d in range(dofs):
             size += change[d] * change[d]
@@ -316,7 +287,7 @@ def reach(
                 change[d] = min(max(change[d], low), high)
             away[d] += change[d]
         advance(translation, root, joints, change)
-    keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
+    _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
     return cost
 
 
@@ -340,7 +311,7 @@ def _missed_start(away: Floats, rest_weights: Floats) -> float:
 
 
 @compiled
-def keep(
+def _keep(
     translation: Floats, root: Floats, joints: Floats, away: Floats, to0: Floats, to1: Floats, to2: Floats, to3: Floats
 ) -> None:
     """Copy a pose and how far it has gone."""

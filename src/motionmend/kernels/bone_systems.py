@@ -34,7 +34,7 @@ def pull(
     """Add to a bone's 6 x 6 system that its point (x, y, z) should move by (rx, ry, rz), all in m.
 
     `along` of the residual counts along the normal (nx, ny, nz), the rest in all directions. Returns the robust cost,
-    Geman and McClure's s² r² / (s² + r²) times `weight`, with an infinite squared scale plain r²; and r², m².
+    s² r² / (s² + r²) times `weight` (Geman and McClure 1987), with an infinite squared scale plain r²; and r², m².
     """
     into = rx * nx + ry * ny + rz * nz
     free = 1.0 - along

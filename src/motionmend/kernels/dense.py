@@ -7,17 +7,12 @@ from .compile import compiled
 
 
 @compiled
-def factor_and_solve(matrix: Floats, right: Floats) -> bool:
-    """Solve a symmetric positive definite system by Cholesky, both arguments being overwritten.
-
-    Parameters
-    ----------
-    matrix : (D, D); its lower triangle becomes the factor.
-    right : (D,) becomes the solution.
+def factored(matrix: Floats) -> bool:
+    """Cholesky's factor of a symmetric positive definite matrix (D, D), in its lower triangle: only that is read.
 
     Returns
     -------
-    False when the matrix is not positive definite; `right` is then spoilt.
+    False when the matrix is not positive definite; its lower triangle is then spoilt.
     """
     size = matrix.shape[0]
     for j in range(size):
@@ -31,6 +26,25 @@ def factor_and_solve(matrix: Floats, right: Floats) -> bool:
                 matrix[j, j] = sqrt(value)
             else:
                 matrix[i, j] = value / matrix[j, j]
+    return True
+
+
+@compiled
+def factor_and_solve(matrix: Floats, right: Floats) -> bool:
+    """Solve a symmetric positive definite system by Cholesky, both arguments being overwritten.
+
+    Parameters
+    ----------
+    matrix : (D, D), of which only the lower triangle is read; it becomes the factor.
+    right : (D,) becomes the solution.
+
+    Returns
+    -------
+    False when the matrix is not positive definite; `right` is then spoilt.
+    """
+    if not factored(matrix):
+        return False
+    size = matrix.shape[0]
     for i in range(size):
         for k in range(i):
             right[i] -= matrix[i, k] * right[k]
@@ -70,19 +84,9 @@ def inverted(matrix: Floats, inverse: Floats) -> bool:
     -------
     False when the matrix is not positive definite; `inverse` is then spoilt.
     """
+    if not factored(matrix):
+        return False
     size = matrix.shape[0]
-    for j in range(size):
-        pivot = matrix[j, j]
-        for k in range(j):
-            pivot -= matrix[j, k] * matrix[j, k]
-        if not pivot > 0.0:
-            return False
-        matrix[j, j] = sqrt(pivot)
-        for i in range(j + 1, size):
-            value = matrix[i, j]
-            for k in range(j):
-                value -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] = value / matrix[j, j]
     # Rows of the inverse of the factor, each from those before it; then the product with its own transpose.
     for i in range(size):
         for k in range(size):

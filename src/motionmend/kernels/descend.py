@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints, Singles
-from . import articulated, bone_systems, dense, match, rendered
+from . import articulated, bone_systems, dense, match, raycast, rendered
 from .compile import compiled
 
 _advance = articulated.advance
@@ -29,10 +29,10 @@ WISHES = np.dtype(
 )  # fmt: skip
 """What is asked of a frame: `every` of rows and columns that become samples; `half` of the surface's window, px, and
 by how much `wide`r it is at first; whether observed points draw `two_way`; `edge_half` of the edges' window; `reach`
-to a pixel that is not free, px; most `iterations`; `gate`, `apart`, m, see `match`; shares `along` the normal, forth
-and `back`; `scale`, m; weights of `surface`, `edge`, `free` space and `limits`, and whether there is a `prior`, 0 =
-none; `jump` of an edge and `free_scale`, m; `damping` relative to the diagonal; `tolerance` and `longest` of a step's
-components, m and rad."""
+to a pixel that is not free, px, at the depth of the pose begun from, however far it then moves; most `iterations`;
+`gate`, `apart`, m, see `match`; shares `along` the normal, forth and `back`; `scale`, m; weights of `surface`, `edge`,
+`free` space and `limits`, and whether there is a `prior`, 0 = none; `jump` of an edge and `free_scale`, m; `damping`
+relative to the diagonal; `tolerance` and `longest` of a step's components, m and rad."""
 
 SURFACE, EDGE, FREE, SMOOTH, LIMITS, PRIOR = range(6)
 
@@ -95,7 +95,7 @@ def descend(
     wish = wishes[0]
     bones, dofs = len(parents), len(right)
     frames, moving = np.empty((bones, 4, 4)), np.empty((dofs, 6))
-    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), 18))
+    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
     depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
     edge = np.empty(seen.shape, np.float32)
     most = (seen.shape[0] // wish.every + 1) * (seen.shape[1] // wish.every + 1)

@@ -40,7 +40,7 @@ def follow(
     best_bone: Floats,
     told: Floats,
 ) -> Any:
-    """One frame of `correct.follow.follow`.
+    """One frame of `correct.follow.follow`: failing (section 4.4) as a hidden Markov chain, the factors by Kalman.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def follow(
     Returns
     -------
     mean (2K,), covariance (2K, 2K), own (J, 3), failing (J,), its forecast (J,), jerk (J,), posture (J, 3), std (J,),
-    features (J, F), met (J,).
+    met (J,).
     """
     joints = mean.shape[0]
     present = np.empty(joints, dtype=np.bool_)
@@ -121,7 +121,7 @@ def follow(
         unsure = (there_cov[j, 0, 0] + there_cov[j, 1, 1] + there_cov[j, 2, 2]) / 3.0 + own_variance[j]
         std[j] = failing[j] * sqrt(unsure)
         known[j] = met[j] + passed * good
-    return after_mean, after_cov, ours, failing, forecast, jerk, posture, std, features, known
+    return after_mean, after_cov, ours, failing, forecast, jerk, posture, std, known
 
 
 @compiled

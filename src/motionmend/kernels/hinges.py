@@ -28,6 +28,10 @@ def bend_back(positions: Floats, trust: Floats, joints: Ints, limits: Floats, be
     Returns
     -------
     (T, J, 3).
+
+    Source
+    ------
+    The turn is by Rodrigues' formula.
     """
     bent = positions.copy()
     u, v, n = np.empty(3), np.empty(3), np.empty(3)

@@ -48,10 +48,10 @@ def learn(
                 x[s] = x[s + 1]
                 outputs[j, q, s] = outputs[j, q, s + 1]
             for s in range(lost, count):
-                _extend(x, lower, hyper[j, q], s)
+                extend(x, lower, hyper[j, q], s)
         x[count] = samples[j]
         outputs[j, q, count] = values[j]
-        _extend(x, lower, hyper[j, q], count)
+        extend(x, lower, hyper[j, q], count)
         counts[j, q] = count + 1
         _solve(lower, outputs[j, q], weights[j, q], count + 1)
         for d in range(x.shape[1]):
@@ -79,8 +79,14 @@ def _place_for(centres: Floats, counts: Ints, hyper: Floats, sample: Floats, sim
 
 
 @compiled
-def _extend(x: Floats, lower: Floats, hyper: Floats, count: int) -> None:
-    """Row `count` of the Cholesky factor of the noisy covariance, the rows before it being there (eq. 15-17)."""
+def extend(x: Floats, lower: Floats, hyper: Floats, count: int) -> None:
+    """Row `count` of the Cholesky factor of the noisy covariance in O(N^2), the rows before it being there (eq. 15-17).
+
+    Parameters
+    ----------
+    x : (N, D) samples; hyper : (4,) as in `numerics.local_gp.Hyper`.
+    lower : (N, N), the row is written.
+    """
     signal, bias, width, noise = hyper[0], hyper[1], hyper[2], hyper[3]
     own = signal + bias + noise
     left = own

@@ -76,7 +76,7 @@ def limb_costs(
     height, width = seen.shape
     tried = joints.copy()
     frames = np.empty((len(parents), 4, 4))
-    placed, parts = np.empty((count, 3, 4)), np.empty((count, 18))
+    placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
     depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
     turn, rested = np.empty((3, 3)), np.empty((3, 3))
     _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)

@@ -13,6 +13,8 @@ from .bone_systems import pull
 from .compile import compiled
 from .raycast import outward
 
+HALF = 0.41  # of the squared scale: at such a squared residual a match counts half, for (1 + 0.41)^-2 = 0.5
+
 
 @compiled
 def nearest(
@@ -30,10 +32,25 @@ def nearest(
     target_tones: Singles,
     tone_weight: float,
 ) -> int:
-    """The pixel of a depth image whose point is nearest to (x, y, z), as row * W + column; -1 = none.
+    """The pixel of a depth image whose point is nearest to one, within a window about its pixel (section 3.4.1).
 
-    The window about (row, column) is searched ring by ring and left when no farther ring can hold anything nearer.
-    Arguments are as of `nearest_in_window`, for one point; a `tone` of NaN is not known.
+    The window is searched ring by ring and left when no farther ring can hold anything nearer.
+
+    Parameters
+    ----------
+    row, column : px, where the point is seen, to half a pixel.
+    x, y, z : m, the point.
+    target : (H, W) m, depths where to look, NaN = no point.
+    camera : (4,) fx, fy, cx, cy of that image, px.
+    half : the window is 2 half + 1 pixels wide and high; 0 matches along the ray (projective).
+    gate : m; points farther than this are not found.
+    apart : a point at depth 1 that is seen one pixel from a ray is at least so far from it, m.
+    tone, target_tones : intensity of the point, NaN = not known, and (H, W); read when `tone_weight` > 0.
+    tone_weight : m per unit of intensity, added to the distance. An unknown (NaN) intensity adds nothing.
+
+    Returns
+    -------
+    row * W + column, or -1 where there is none.
     """
     height, width = target.shape
     over_x, over_y, cx, cy = 1.0 / camera[0], 1.0 / camera[1], camera[2], camera[3]
@@ -65,50 +82,6 @@ def nearest(
 
 
 @compiled
-def nearest_in_window(
-    pixels: Ints,
-    points: Singles,
-    target: Singles,
-    camera: Floats,
-    half: int,
-    gate: float,
-    apart: float,
-    tones: Singles,
-    target_tones: Singles,
-    tone_weight: float,
-    found: Ints,
-) -> int:
-    """For each point the nearest one of a depth image within a window about its pixel (section 3.4.1).
-
-    Parameters
-    ----------
-    pixels : (N, 2) row and column at which the points are seen, to half a pixel.
-    points : (N, 3) m.
-    target : (H, W) m, depths where to look, NaN = no point.
-    camera : (4,) fx, fy, cx, cy of that image, px.
-    half : the window is 2 half + 1 pixels wide and high; 0 matches along the ray (projective).
-    gate : m; points farther than this are not found.
-    apart : a point at depth 1 that is seen one pixel from a ray is at least so far from it, m.
-    tones, target_tones : (N,) and (H, W) intensities, read when `tone_weight` > 0.
-    tone_weight : m per unit of intensity, added to the distance. An unknown (NaN) intensity adds nothing.
-    found : (N,) gets row * W + column, or -1.
-
-    Returns
-    -------
-    How many were found.
-    """
-    count, tone = 0, np.nan
-    for i in range(pixels.shape[0]):
-        if tone_weight > 0.0:
-            tone = np.float64(tones[i])
-        x, y, z = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
-        row, column = pixels[i, 0], pixels[i, 1]
-        found[i] = nearest(row, column, x, y, z, target, camera, half, gate, apart, tone, target_tones, tone_weight)
-        count += found[i] >= 0
-    return count
-
-
-@compiled
 def draw_to_seen(
     pixels: Ints,
     points: Singles,
@@ -133,7 +106,7 @@ def draw_to_seen(
     Parameters
     ----------
     pixels, points, normals, bones : (N, 2), (N, 3), (N, 3), (N,) of the model.
-    seen, camera, half .. tone_weight : where to look, see `nearest_in_window`.
+    seen, camera, half .. tone_weight : where to look, see `nearest`; tones (N,), seen_tones (H, W).
     along, scale, weight : see `pull`; scale in m.
     hessian, gradient : (B, 6, 6), of which the upper triangle, and (B, 6), are added to.
 
@@ -160,7 +133,7 @@ def draw_to_seen(
             bones[i], x, y, z, rx, ry, far - z, nx, ny, nz, along, squared_scale, weight, hessian, gradient
         )
         cost += one
-        inliers += squared < 0.41 * squared_scale  # (1 + 0.41)^-2 = one half
+        inliers += squared < HALF * squared_scale
     return cost, inliers
 
 
@@ -192,7 +165,7 @@ def draw_from_seen(
     pixels, samples : (N, 2) row and column and (N, 3) m of what is seen.
     depth, solid, camera : (H, W), (H, W) and (4,) of the model's picture, or of those of its pixels that count.
     placed .. carriers : of the solids, as for `rendered.sampled`.
-    half, gate, apart : see `nearest_in_window`. along, scale, weight, hessian, gradient : as above.
+    half, gate, apart : see `nearest`. along, scale, weight, hessian, gradient : as above.
 
     Returns
     -------
@@ -217,7 +190,7 @@ def draw_from_seen(
             along, squared_scale, weight, hessian, gradient,
         )  # fmt: skip
         cost += one
-        inliers += squared < 0.41 * squared_scale
+        inliers += squared < HALF * squared_scale
     return cost, inliers
 
 

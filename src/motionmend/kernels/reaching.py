@@ -4,13 +4,14 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from . import articulated
-from .articulated import keep, missed, normal_equations
+from .articulated import missed, normal_equations
 from .compile import compiled
+from .dense import factor_and_solve
 
 LONGEST = 0.5  # rad or m in one step: beyond it the straight continuation of an arc is no longer it
 
 _frames, _twists, _points = articulated.frames, articulated.twists, articulated.points
-_advance, _solve = articulated.advance, articulated.solve
+_advance = articulated.advance
 
 
 @compiled
@@ -46,7 +47,7 @@ def reach_within(
     """
     bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
     placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
-    begun, away, kept, step = joints.copy(), np.zeros(dofs), np.empty(dofs), np.empty(dofs)
+    begun, away, step = joints.copy(), np.zeros(dofs), np.empty(dofs)
     hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
     place, turn, angles = translation.copy(), root.copy(), joints.copy()
     _frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
@@ -61,13 +62,15 @@ def reach_within(
                 for e in range(d + 1):
                     lifted[d, e] = hessian[d, e]
                 lifted[d, d] += damping
-            _solve(lifted, gradient, step)
+            step[:] = gradient
+            if not factor_and_solve(lifted, step):
+                step[:] = 0.0
             size = 0.0
             for d in range(dofs):
                 size = max(size, abs(step[d]))
             for d in range(dofs):
                 step[d] *= -min(1.0, LONGEST / max(size, 1e-12))
-            keep(translation, root, joints, away, place, turn, angles, kept)
+            place[:], turn[:], angles[:] = translation, root, joints
             _advance(place, turn, angles, step)
             now = 0.0
             for j in range(dofs - 6):
@@ -83,7 +86,7 @@ def reach_within(
             damping *= 8.0
         if not better:
             break
-        keep(place, turn, angles, away, translation, root, joints, kept)
+        translation[:], root[:], joints[:] = place, turn, angles
         gained, cost, damping = cost - now, now, damping / 4.0
         if gained < 1e-5 * cost + 1e-9:
             break

@@ -42,7 +42,7 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
     out : (H, W) m, written.
     """
     height, width = depth.shape
-    window = np.empty((2 * radius + 1) ** 2, np.float32)
+    window = np.empty(max((2 * radius + 1) ** 2, 8), np.float32)  # also the ring about a hole
     filled = depth.copy()
     for r in range(height):
         for c in range(width):
@@ -69,7 +69,10 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
 
 @compiled
 def _filling(depth: Singles, r: int, c: int, enough: int, jump: float, ring: Singles) -> float:
-    """What fills a hole of one pixel, as `mend` says; NaN where it is no such hole. `ring` (9,) is overwritten."""
+    """What fills a hole of one pixel, as `mend` says; NaN where it is no such hole.
+
+    `ring`, (8,) or more, is overwritten.
+    """
     height, width = depth.shape
     if 0 < r < height - 1 and 0 < c < width - 1:
         across = np.isnan(depth[r, c - 1]) + np.isnan(depth[r, c + 1])

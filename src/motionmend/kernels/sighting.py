@@ -14,6 +14,8 @@ LONGEST = 300.0  # frames after which older lengths fade
 LENGTHS_OFF = 50.0  # z-score of a bone's length beyond which it says nothing more
 SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
+OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
+WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
 
@@ -132,8 +134,9 @@ def _met(rows: Floats, bones: Ints, standard_lengths: Floats, usual: Floats) -> 
     """As `usual_lengths` of a person just met: by the median of this frame's bones."""
     ratios, known = np.empty(len(usual)), 0
     for b in range(len(usual)):
-        ratio = _length(rows, bones[b, 0], bones[b, 1]) / standard_lengths[b]
-        if isfinite(ratio):
+        length = _length(rows, bones[b, 0], bones[b, 1])
+        if length > 0.0 and standard_lengths[b] > 0.0:  # not NaN either
+            ratio = length / standard_lengths[b]
             at = known
             while at > 0 and ratios[at - 1] > ratio:  # a handful: by insertion
                 ratios[at] = ratios[at - 1]
@@ -335,19 +338,18 @@ def given_back(
 
 
 @compiled
-def turned_around(rows: Floats, before: Floats, across: Ints, opposed: float) -> Bools:
+def turned_around(rows: Floats, before: Floats, across: Ints) -> Bools:
     """(P,) which left-right pairs of the trunk face against where it faced a moment ago.
 
     Parameters
     ----------
     rows : (J, 3) m, y up, NaN = missing.
-    before : (2,) horizontal direction from right to left.
+    before : (2,) horizontal direction from right to left; zero = not known: none does.
     across : (P, 2) left and right joints.
-    opposed : cosine below which they do.
     """
     found = np.zeros(across.shape[0], dtype=np.bool_)
     for p in range(across.shape[0]):
         x, z = rows[across[p, 0], 0] - rows[across[p, 1], 0], rows[across[p, 0], 2] - rows[across[p, 1], 2]
         size = hypot(x, z)
-        found[p] = size > 0.05 and x * before[0] + z * before[1] < opposed * size * hypot(before[0], before[1])
+        found[p] = size > WIDE and x * before[0] + z * before[1] < OPPOSED * size * hypot(before[0], before[1])
     return found

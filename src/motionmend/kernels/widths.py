@@ -47,9 +47,9 @@ def stretch_row(
     row[9] = residual
     shrink = 1.0 / (1.0 + (residual / scale) ** 2)
     weight = trust * shrink * shrink
-    for i in range(10):
+    for i in range(ROW):
         part = weight * row[i]
-        for k in range(10):
+        for k in range(ROW):
             system[i, k] += part * row[k]
 
 
@@ -78,10 +78,10 @@ def from_model(
     pixels .. bones : (N, ...) of the model, as `rendered.sampled` writes them. frames : (B, 4, 4) camera from bone.
     seen, free, camera : (H, W) m and True where nobody is, and (4,).
     reach : px, farther sideways is not looked.
-    half, gate, apart : see `match.nearest_in_window`. scale, trust : see `stretch_row`.
+    half, gate, apart : see `match.nearest`. scale, trust : see `stretch_row`.
     systems : (B, 10, 10), added to.
     """
-    row, width = np.empty(10), seen.shape[1]
+    row, width = np.empty(ROW), seen.shape[1]
     for i in range(pixels.shape[0]):
         r, c, b = pixels[i, 0], pixels[i, 1], bones[i]
         x, y, z = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
@@ -126,7 +126,7 @@ def from_seen(
     depth, solid, camera : (H, W), (H, W) and (4,) of the model's picture. carriers : (P,) the bone of each solid.
     frames, half .. systems : as above.
     """
-    row, width = np.empty(10), depth.shape[1]
+    row, width = np.empty(ROW), depth.shape[1]
     for i in range(pixels.shape[0]):
         r, c = pixels[i, 0], pixels[i, 1]
         if not np.isnan(depth[r, c]):

@@ -72,9 +72,9 @@ async def answer_messages(
         late = ("dropped",) if mailbox.dropped > told else ()
         told = mailbox.dropped
         reply = await desk.reply(client, *item, late, listener.wants(client))
-        if reply.hello is not None:
-            listener.opened(client, reply.hello)
         for one in (*reply.before, reply):
+            if one.hello is not None:
+                listener.opened(client, one.hello)
             if one.data is not None:
                 try:
                     await connection.send(one.data)

@@ -111,9 +111,14 @@ def replied(
     try:
         fields, _ = decode(message)
         if is_hello(fields):
-            session = None  # whatever comes of it, the one before has ended
-            session = opened(model, read_hello(fields), online, look_ahead)
-            return session, Reply(None, hello=session.hello)
+            # Whatever comes of it, the one before has ended, and what it owed is answered first.
+            owed = () if session is None else tuple(_reply(*one, whole) for one in rested(model, session)[1])
+            session = None
+            try:
+                session = opened(model, read_hello(fields), online, look_ahead)
+            except MessageError as error:
+                return None, Reply(encode_error(error, text), error=True, before=owed)
+            return session, Reply(None, hello=session.hello, before=owed)
         if is_end(fields):
             if session is None:
                 return session, Reply(None)
@@ -151,7 +156,7 @@ def opened(model: "CorrectorModel", hello: Hello, online: bool = False, look_ahe
 
     try:
         frames = frames_in(look_ahead, hello.fps)
-        state = model.start(hello.names, hello.fps, online, frames)
+        state = model.start(hello.names, online, frames)
         return Session(
             hello, state, online=online, look_ahead=look_ahead, latency_ms=round(1000.0 * frames / hello.fps, 3)
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import cho_solve
 from scipy.optimize import minimize
 
 from ..arrays import Floats, Ints, frozen
@@ -113,24 +113,6 @@ def factor(inputs: Floats, hyper: Hyper) -> Floats:
     noisy = covariance(inputs, inputs, hyper)
     noisy[np.diag_indices(len(inputs))] += hyper.noise
     return np.asarray(np.linalg.cholesky(noisy), dtype=np.float64)
-
-
-def extended(lower: Floats, cross: Floats, own: float) -> Floats:
-    """The Cholesky factor when one sample joins, in O(N^2) (eq. 15-17).
-
-    Parameters
-    ----------
-    lower : (N, N) of the samples so far.
-    cross : (N,) covariance of the new sample with them.
-    own : its noisy variance.
-    """
-    count = len(lower)
-    row = solve_triangular(lower, cross, lower=True) if count else np.zeros(0)
-    grown = np.zeros((count + 1, count + 1))
-    grown[:count, :count] = lower
-    grown[count, :count] = row
-    grown[count, count] = np.sqrt(max(own - float(row @ row), 1e-12 * own))
-    return grown
 
 
 def budget(inputs: Floats, outputs: Floats, hyper: Hyper, keep: int, tolerance: float = 0.0) -> Ints:

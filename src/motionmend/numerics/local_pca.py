@@ -18,40 +18,37 @@ class LocalPca:
     mean : (n,).
     basis : (n, e) orthonormal, strongest first.
     variances : (n,) of all n directions, strongest first; beyond the basis they are what is left out.
-    directions : (n, n), the basis first.
     """
 
     mean: Floats
     basis: Floats
     variances: Floats
-    directions: Floats
 
     def rest(self) -> Floats:
         """I - U Uᵀ (n, n): takes a difference from the mean to the part the basis cannot explain (eq. 3.12)."""
         return np.eye(len(self.mean)) - self.basis @ self.basis.T
 
 
-def local_pca(samples: Floats, energy: float = 0.95, weights: Floats | None = None) -> LocalPca:
+def local_pca(samples: Floats, energy: float = 0.95) -> LocalPca:
     """Principal components of `samples` (N, n) that hold at least `energy` of the variance (eq. 3.10-3.11).
 
     Parameters
     ----------
     samples : (N, n), at least one.
     energy : share, in (0, 1].
-    weights : (N,) of the samples, not negative; equal when not given.
     """
-    mean, covariance = moments(samples, weights)
+    mean, covariance = moments(samples)
     values, vectors = np.linalg.eigh(covariance)
     values, vectors = np.maximum(values[::-1], 0.0), vectors[:, ::-1]
     total = values.sum()
     # Rounding may leave the whole sum a hair under the share asked for.
     kept = 0 if total <= 0 else int(np.searchsorted(np.cumsum(values) / total, energy - 1e-12) + 1)
     kept = min(kept, len(values))
-    return LocalPca(mean, np.ascontiguousarray(vectors[:, :kept]), values, np.ascontiguousarray(vectors))
+    return LocalPca(mean, np.ascontiguousarray(vectors[:, :kept]), values)
 
 
 def moments(samples: Floats, weights: Floats | None = None) -> tuple[Floats, Floats]:
-    """Mean (n,) and covariance (n, n) of samples (N, n), weighted as for `local_pca`."""
+    """Mean (n,) and covariance (n, n) of samples (N, n) by weights (N,), not negative; equal when not given."""
     if weights is None:
         mean = samples.mean(axis=0)
         centred = samples - mean

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.performer import BONES, FIRST, LANDMARK_BONES, PARENTS, Performer, Pose, landmarks, twists
-from ..numerics.least_squares import System, inverse
+from ..numerics.least_squares import Solution
 from .evidence import STANDARD
 from .limbs import COARSE, Coarse, cast_parts
 from .view import BONES_MOVED, MOVED_FIRST
@@ -17,11 +17,6 @@ STRAY = 0.20  # m/s, how fast a joint that is not seen may leave where the prior
 DENIED = 0.3  # share of a bone's samples that noise and clothes deny
 LIMB, BODY = 0.4, 0.8  # m, where all of a limb or of the body is denied
 REACH = 0.25  # m, about as far as it gets
-
-
-def explained_by_bone(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> Floats:
-    """(B,) standard samples of each bone that are seen where the pose puts them."""
-    return shown_and_denied(performer, pose, coarse, weight)[0]
 
 
 def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> tuple[Floats, Floats]:
@@ -66,24 +61,24 @@ def astray(shown: Floats, denied: Floats, wrong: float, usual: float) -> Floats:
 
 
 def certainty_of(
-    performer: Performer, pose: Pose, system: System, hidden: Floats, doubt: Floats, wrong: float
+    performer: Performer, solution: Solution[Pose], hidden: Floats, doubt: Floats, wrong: float
 ) -> tuple[Floats, Floats]:
     """Covariance (34, 34) of the degrees of freedom, and standard deviations (16,) in m of the joints.
 
     Parameters
     ----------
-    system : as solved; its surface cost is in m² per standard sample.
+    solution : of the frame; its surface cost is in m² per standard sample.
     hidden : (16,) s since each joint was seen.
     doubt : (16,) m, how far other poses of the limb that explain the frame as well have the joint.
     wrong : share of pixels explained wrongly.
     """
     from ..kernels.bone_systems import spreads
 
-    residual = system.costs.get("surface", 0.0) / (2.0 * STANDARD)
+    residual = solution.system.costs.get("surface", 0.0) / (2.0 * STANDARD)
     variance = CLUMP * (residual + SHAPE**2) * (1.0 + 4.0 * wrong)
-    covariance = variance * inverse(system.normal)
+    covariance = solution.covariance(variance)
     std = np.empty(len(LANDMARK_BONES))
-    place, moving = landmarks(performer, pose), twists(performer, pose)
+    place, moving = landmarks(performer, solution.state), twists(performer, solution.state)
     spreads(covariance, moving, MOVED_FIRST, BONES_MOVED, LANDMARK_BONES, place, std)
     stray = REACH * (1.0 - np.exp(-STRAY * hidden / REACH))
     return covariance, np.sqrt(std**2 + stray**2 + doubt**2)

@@ -9,6 +9,8 @@ from .surface_term import drawn_from
 from .terms import Share, cost_of
 from .view import Sums, View
 
+STANDARD = 250.0  # edge points, about as many as a body 3 m away has
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -21,9 +23,9 @@ class EdgeTerm:
 
     @property
     def weight(self) -> float:
-        """Of one edge point: all together count the same, however many there are, but in the dissertation."""
+        """Of one edge point: where weights are `evened` all together count as much as `STANDARD`."""
         wish = self.settings
-        return wish.edge if wish.preset == "paper" else wish.edge * 250.0 / max(len(self.evidence.edge_pixels), 1)
+        return wish.edge * STANDARD / max(len(self.evidence.edge_pixels), 1) if wish.evened else wish.edge
 
     def residual(self, view: View) -> float:
         """The weighted cost at a pose."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints, Singles
 from ..bodies.camera import Camera
+from ..bodies.surface import intrinsics
 from .observation import Observation
 from .settings import TrackSettings
 
@@ -54,7 +55,17 @@ def raster_step(settings: TrackSettings, camera: Camera) -> int:
 
 
 def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence | None:
-    """The evidence in one frame; None when the person has no pixel."""
+    """The evidence in one frame; None when the person has no pixel.
+
+    Parameters
+    ----------
+    observation : (H, W) m, the whole frame.
+    settings : the raster, which pixels of it are samples, and which terms want edges and tones.
+
+    Returns
+    -------
+    On the pixels of the raster that are within `MARGIN` m of the person's, h x w of them.
+    """
     seen = observation.every(raster_step(settings, observation.camera))
     box = _box(seen)
     if box is None:
@@ -62,18 +73,18 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
     top, bottom, left, right = box
     cam = seen.camera
     camera = Camera(right - left, bottom - top, cam.fx, cam.fy, cam.cx - left, cam.cy - top)
-    depth = np.ascontiguousarray(seen.depth[top:bottom, left:right])
-    free = np.ascontiguousarray(seen.free[top:bottom, left:right])
+    # Copies, for a box as wide as the image is contiguous and would stay read-only: kernels are compiled for one kind.
+    depth, free = seen.depth[top:bottom, left:right].copy(), seen.free[top:bottom, left:right].copy()
     tones = np.empty((0, 0), np.float32)
     if "color" in settings.terms and seen.intensity is not None:
-        tones = np.ascontiguousarray(seen.intensity[top:bottom, left:right])
-    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
-    pixels, samples = _listed(depth, intrinsics, settings.every)
+        tones = seen.intensity[top:bottom, left:right].copy()
+    numbers = intrinsics(camera)
+    pixels, samples = _listed(depth, numbers, settings.every)
     edge_pixels, edge_samples = np.empty((0, 2), np.int64), np.empty((0, 3), np.float32)
     if "edge" in settings.terms:
         edges = edges_of(depth, settings.canny, ~free & np.isnan(depth))
-        edge_pixels, edge_samples = _listed(edges, intrinsics, settings.edge_every)
-    weight = 1.0 if settings.preset == "paper" else STANDARD / max(len(pixels), 1)
+        edge_pixels, edge_samples = _listed(edges, numbers, settings.edge_every)
+    weight = STANDARD / max(len(pixels), 1) if settings.evened else 1.0
     corners = (
         [(u - camera.cx) / camera.fx for u in (0, camera.width)],
         [(v - camera.cy) / camera.fy for v in (0, camera.height)],
@@ -82,7 +93,7 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
     apart = 1.0 / (max(camera.fx, camera.fy) * np.sqrt(widest))
     return Evidence(
         camera,
-        intrinsics,
+        numbers,
         depth,
         free,
         pixels,

@@ -136,7 +136,7 @@ def weighed(
     other, trust, share = follow(replace(state, trust=facing.trust, wrong=facing.wrong, before=None), begun)
     score = IMAGE * (wrong - share) - 2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
     if len(search.samples):
-        score += STRANGE * (strange(search, pose, state.trust) - strange(search, other.state, trust))
+        score += STRANGE * (_strange(search, pose, state.trust) - _strange(search, other.state, trust))
     odds, looks = FADES * facing.odds + score, facing.looks + 1
     if not faces_otherwise(pose, other.state):
         return Facing(backwards=-AGAIN), None  # both have become one
@@ -161,11 +161,11 @@ def unlikeliness(search: Neighbors, pose: Pose, wrong: float, new: bool) -> floa
     """
     against = FRONT if new and float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
     if len(search.samples):
-        against += STRANGE * strange(search, pose, np.ones(DOFS - 6))
+        against += STRANGE * _strange(search, pose, np.ones(DOFS - 6))
     return wrong + against / IMAGE
 
 
-def strange(search: Neighbors, pose: Pose, trust: Floats) -> float:
+def _strange(search: Neighbors, pose: Pose, trust: Floats) -> float:
     """rad, root mean square of how far what is seen of a pose is from the library's nearest; trust (28,) 0 to 1."""
     weights = np.maximum(trust, 0.02)
     _, distance = search.nearest(pose.joints, 5, weights)

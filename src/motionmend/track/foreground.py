@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.camera import Camera, DepthFrame
+from ..bodies.surface import intrinsics
 from ..errors import MismatchError
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of
 
@@ -43,7 +44,6 @@ class Foreground:
     depth : (H, W) float32 m, holes of one pixel filled, smoothed by a median; NaN everywhere but on the person.
     found : False for a frame with nobody in it; `depth` is then NaN throughout.
     place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
-    cut : pixels on the border of the image over the square root of all: a body that is partly out of view.
     free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
         recording whose background was taken away, nothing is. Dropout in a room is neither person nor free.
     """
@@ -51,7 +51,6 @@ class Foreground:
     depth: Singles
     found: bool
     place: Floats
-    cut: float
     free: Bools
 
     def __post_init__(self) -> None:
@@ -86,17 +85,34 @@ def clean(depth: Singles, radius: int = 1) -> Singles:
 
 
 def mended(part: Singles, radius: int) -> Singles:
-    """As `clean`, of a part of an image that has nothing measured on its border, or the image's own."""
+    """As `clean`, of a part of an image that has nothing measured on its border, or the image's own.
+
+    Parameters
+    ----------
+    part : (h, w) m, NaN = no return; not changed.
+    radius : of the median's window, px; at most 3.
+
+    Returns
+    -------
+    (h, w) float32 m.
+    """
     from ..kernels import regions
 
     out = np.empty(part.shape, np.float32)
     if part.size:
-        regions.mend(np.ascontiguousarray(part), radius, 6, JUMP_NEAR, out)
+        regions.mend(part.copy(), radius, 6, JUMP_NEAR, out)
     return out
 
 
 def about(box: Ints, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
-    """Rows and columns of a box (first and last row and column) and a margin, within an image."""
+    """Rows and columns of a box and a margin about it, as far as they are within an image.
+
+    Parameters
+    ----------
+    box : (4,) px, first and last row, first and last column, as `regions.extent` writes it; (0, -1, 0, -1) = empty.
+    shape : (H, W) px, of the image.
+    margin : px on every side; an empty box has none.
+    """
     if box[1] < box[0]:
         return slice(0, 0), slice(0, 0)
     return (
@@ -138,15 +154,15 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     from ..kernels import regions
 
     depth = _sized(scene, frame)
-    intrinsics = _intrinsics(frame.camera)
+    numbers = intrinsics(frame.camera)
     before = np.empty(depth.shape, np.bool_)
-    regions.before_scene(depth, intrinsics, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
+    regions.before_scene(depth, numbers, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
     measures = np.empty((count, 13))
     moved = (before & np.isfinite(scene.background)).view(np.uint8)
-    regions.measures(depth, labels, moved, intrinsics, measures)
-    mask = _body(depth, labels, measures, _known(depth, labels, measures, scene.person), intrinsics, last)
+    regions.measures(depth, labels, moved, numbers, measures)
+    mask = _body(depth, labels, measures, _known(depth, labels, measures, scene.person), numbers, last)
     if mask is None:
         return _nobody(np.isfinite(depth))
     mask |= _enclosed(depth, mask, scene, frame.camera)
@@ -154,13 +170,10 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     rows, columns = np.nonzero(np.isfinite(person))
     some = slice(None, None, 1 + len(rows) // 2000)
     z = person[rows[some], columns[some]].astype(np.float64)
-    x = (columns[some] - intrinsics[2]) * z / intrinsics[0]
-    y = (rows[some] - intrinsics[3]) * z / intrinsics[1]
+    x = (columns[some] - numbers[2]) * z / numbers[0]
+    y = (rows[some] - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
-    height, width = depth.shape
-    border = (rows == 0) | (columns == 0) | (rows == height - 1) | (columns == width - 1)
-    free = _free(depth, before, mask, np.isfinite(person))
-    return Foreground(person, True, middle, float(border.sum() / np.sqrt(len(rows))), free)
+    return Foreground(person, True, middle, _free(depth, before, mask, np.isfinite(person)))
 
 
 def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
@@ -199,7 +212,7 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
 
 
 def _nobody(free: Bools) -> Foreground:
-    return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), 0.0, free)
+    return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), free)
 
 
 def _free(depth: Singles, before: Bools, mask: Bools, person: Bools) -> Bools:
@@ -238,19 +251,11 @@ def _sized(scene: Scene, frame: DepthFrame) -> Singles:
     return np.ascontiguousarray(frame.depth, np.float32)
 
 
-def _intrinsics(camera: Camera) -> Floats:
-    return np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float64)
-
-
 def _box(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
     """Rows and columns that hold all of `inside`, and a margin."""
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
-    if not len(rows):
-        return slice(0, 0), slice(0, 0)
-    return (
-        slice(max(rows[0] - margin, 0), min(rows[-1] + margin + 1, shape[0])),
-        slice(max(columns[0] - margin, 0), min(columns[-1] + margin + 1, shape[1])),
-    )
+    box = (rows[0], rows[-1], columns[0], columns[-1]) if len(rows) else (0, -1, 0, -1)
+    return about(np.array(box), shape, margin)
 
 
 def _known(depth: Singles, labels: Labels, measures: Floats, person: Singles | None) -> Floats:

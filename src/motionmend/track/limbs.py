@@ -109,7 +109,18 @@ def coarse_of(evidence: Evidence) -> Coarse:
 def cast_parts(
     performer: Performer, pose: Pose, coarse: Coarse, without: Limb | None = None
 ) -> tuple[Singles, NDArray[np.int16]]:
-    """Depth and solid of the performer on the coarse raster, without one limb (solids numbered anew) if wanted."""
+    """The performer on the coarse raster, without one limb if wanted.
+
+    Parameters
+    ----------
+    performer, pose : what is cast.
+    coarse : for its intrinsics and its shape (h, w).
+    without : a limb that is left out; the solids that stay are numbered anew.
+
+    Returns
+    -------
+    depth : (h, w) float32 m, NaN = nothing there. solid : (h, w) int16, -1 = nothing there.
+    """
     solids = performer.solids
     chosen = solids.arrays if without is None else _chosen(solids, without.bones)
     frames, count = np.empty((len(performer.bones), 4, 4)), len(chosen[0])

@@ -55,7 +55,7 @@ def measure_person(
     detections = []
     last = None
     for k, frame in enumerate(frames):
-        frame = _narrow(frame, 320)
+        frame = frame.every(max(1, round(frame.camera.width / 320)))
         room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
         person = find_person(room, frame, last)
         scene = remember(room, frame, person)
@@ -84,10 +84,3 @@ def measure_person(
         return [(frame, found) for _, frame, found in kept]
 
     return calibrated(begin, follow, passes)
-
-
-def _narrow(frame: DepthFrame, width: int) -> DepthFrame:
-    n = max(1, round(frame.camera.width / width))
-    if n == 1:
-        return frame
-    return DepthFrame(frame.camera.every(n), np.ascontiguousarray(frame.depth[::n, ::n]), None, frame.time)

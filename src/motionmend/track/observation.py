@@ -50,10 +50,6 @@ class Observation:
         """Every `step`-th pixel of every `step`-th row, with the camera that would have taken it."""
         if step == 1:
             return self
-        cam = self.camera
         depth, free = self.depth[::step, ::step], self.free[::step, ::step]
-        camera = Camera(
-            depth.shape[1], depth.shape[0], cam.fx / step, cam.fy / step, cam.cx / step, cam.cy / step
-        )  # pixel u of the small image is pixel step * u of the large one
         intensity = None if self.intensity is None else self.intensity[::step, ::step]
-        return Observation(camera, depth, free, self.time, intensity)
+        return Observation(self.camera.every(step), depth, free, self.time, intensity)

@@ -26,10 +26,10 @@ def limb_offers(
     coarse: Coarse,
     shapes: Sequence[Floats] = (),
     most: int = 3,
-) -> tuple[tuple[int, Floats], ...]:
-    """Limbs (of `LIMBS`) and other joint coordinates (n,) for them, the likeliest first; none as a rule.
+) -> list[Pose]:
+    """The pose with one of its limbs elsewhere, for each place where the frame shows one, the likeliest first.
 
-    They are to be refined, and kept if they explain the frame better.
+    None as a rule. They are to be refined, and kept if they explain the frame better.
 
     Parameters
     ----------
@@ -43,10 +43,10 @@ def limb_offers(
     step = max(1, round(seen.camera.width / 80))
     verdict = judge(performer, pose, seen.every(step))
     if verdict.area < UNEXPLAINED:
-        return ()
+        return []
     detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time))
     hints = limb_hints(performer, pose, detection, verdict, 0.8 * APART)
-    offers: list[tuple[float, int, Floats]] = []
+    offers: list[tuple[float, Pose]] = []
     here = landmarks(performer, pose)
     doubtful = _doubtful(performer, pose, verdict) if len(shapes) and verdict.area > MUCH else ()
     rng = np.random.default_rng(0)
@@ -61,8 +61,8 @@ def limb_offers(
             best = int(np.argmin(costs[1:]))
             moved = with_limb(pose, limb, way[best])
             if np.linalg.norm(landmarks(performer, moved)[end] - here[end]) > APART:
-                offers.append((float(costs[1 + best] - costs[0]), number, way[best]))
-    return tuple((number, way) for _, number, way in sorted(offers, key=lambda offer: offer[0])[:most])
+                offers.append((float(costs[1 + best] - costs[0]), moved))
+    return [moved for _, moved in sorted(offers, key=lambda offer: offer[0])[:most]]
 
 
 def _doubtful(performer: Performer, pose: Pose, verdict: Verdict) -> tuple[int, ...]:

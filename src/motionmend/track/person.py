@@ -43,8 +43,7 @@ def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice]) -> Fore
     free[box] = cv2.morphologyEx(on.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)) == 0
     rows, columns = np.nonzero(np.isfinite(depth[::4, ::4]))
     if not len(rows):
-        return Foreground(depth, False, np.full(3, np.nan), 0.0, free)
+        return Foreground(depth, False, np.full(3, np.nan), free)
     z = depth[::4, ::4][rows, columns].astype(np.float64)
     points = frame.camera.every(4).unproject(np.column_stack((columns, rows)), z)
-    border = sum(np.isfinite(side).sum() for side in (depth[0], depth[-1], depth[:, 0], depth[:, -1]))
-    return Foreground(depth, True, np.median(points, axis=0), float(border / np.sqrt(on.sum())), free)
+    return Foreground(depth, True, np.median(points, axis=0), free)

@@ -6,7 +6,6 @@ from ..arrays import Bools, Floats
 from ..bodies.performer import (
     DOFS,
     FACING,
-    LANDMARK_BONES,
     LANDMARKS,
     MOVES,
     Performer,
@@ -66,14 +65,13 @@ def reach(
         return pose, 0.0
     loose = np.ones(DOFS, bool) if free is None else np.asarray(free)
     translation, root, joints = pose.arrays
-    stiff, limits = np.full(DOFS, stiffness), performer.limits.copy()
+    stiff = np.full(DOFS, stiffness)
     stiff[:6] = 0.0
-    limits[~loose] = -np.inf, np.inf  # what may not change stays, wherever it is
+    limits = np.where(loose[:, None], performer.limits, (-np.inf, np.inf))  # what may not change stays, wherever it is
     reaching.reach_within(
         *performer.chain,
         MOVES & loose,
-        LANDMARK_BONES.copy(),
-        performer.landmark_place.copy(),
+        *performer.marks,
         wanted,
         np.sqrt(weight),
         stiff,

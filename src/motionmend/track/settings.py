@@ -24,6 +24,9 @@ class TrackSettings:
     every : every n-th pixel of that raster is a sample of the surface.
     edge_every : every n-th row and column is looked at for observed edges.
     window, edge_window : side of the square in which the nearest point is looked for, px of the raster.
+    evened : all samples of the surface, or of its edges, weigh the same together, however many a frame has; else each
+        weighs one, as in the dissertation.
+    steady : poses of a whole recording are made steady at the end.
     two_way : observed points look for the model's too, not only the model's for observed ones.
     along_normal, along_back : share of a surface residual that counts along the model's normal only, of rendered
         points and of observed ones.
@@ -50,6 +53,8 @@ class TrackSettings:
     edge_every: int = 1
     window: int = 9
     edge_window: int = 11
+    evened: bool = True
+    steady: bool = True
     two_way: bool = True
     along_normal: float = 1.0
     along_back: float = 0.9
@@ -83,6 +88,8 @@ PRESETS = {
         every=4,
         window=15,
         edge_window=21,
+        evened=False,
+        steady=False,
         two_way=False,
         along_normal=0.0,
         canny=True,

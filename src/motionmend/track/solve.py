@@ -17,7 +17,7 @@ from .settings import TrackSettings
 from .smooth_term import SmoothTerm
 from .surface_term import WIDER, SurfaceTerm
 from .terms import Term
-from .view import BONES_MOVED, MOVED_FIRST, Canvas, Sums, view_of
+from .view import BONES_MOVED, MOVED_FIRST, Sums, view_of
 
 TOLERANCE = 5e-3  # m and rad; below what a depth sensor tells
 LONGEST = 0.35  # m and rad, of one step
@@ -50,14 +50,12 @@ def solve_pose(
     """
 
     most = settings.iterations if iterations is None else iterations
-    if known(terms):
-        solution = _at_once(performer, evidence, terms, pose, settings, most)
-        if solution is not None:
-            return solution
-    canvas = Canvas(evidence.depth.shape, settings.every, len(performer.solids))
+    solution = _at_once(performer, evidence, terms, pose, settings, most)
+    if solution is not None:
+        return solution
 
     def linearize(at: Pose, iteration: int) -> System:
-        view = view_of(performer, at, evidence, settings.every, canvas)
+        view = view_of(performer, at, evidence, settings.every)
         sums = Sums()
         costs, inliers, samples = {}, {}, 0.0
         for term in terms:
@@ -75,29 +73,26 @@ def solve_pose(
     return gauss_newton(linearize, pose, move, most, settings.damping, TOLERANCE, LONGEST)
 
 
-def known(terms: Sequence[Term]) -> bool:
-    """Whether the kernel `descend` knows all of the terms: neither colour nor Canny's edges."""
-    surface, smooth = _of(terms, SurfaceTerm), _of(terms, SmoothTerm)
-    edge = _of(terms, EdgeTerm)
-    others = EdgeTerm, FreespaceTerm, LimitsTerm, PriorTerm
-    return (
-        surface is not None
-        and surface.before is None
-        and smooth is not None
-        and not (edge is not None and edge.settings.canny)
-        and all(isinstance(term, (SurfaceTerm, SmoothTerm, *others)) for term in terms)
-    )
-
-
 def _at_once(
     performer: Performer, evidence: Evidence, terms: Sequence[Term], pose: Pose, settings: TrackSettings, most: int
 ) -> Solution[Pose] | None:
-    """The same by one kernel; None where a system is singular."""
+    """The same by one kernel; None where a system is singular, or for terms it does not know: colour, Canny's edges."""
     from ..kernels import descend
 
-    smooth, limits, prior = _of(terms, SmoothTerm), _of(terms, LimitsTerm), _of(terms, PriorTerm)
-    edge, free = _of(terms, EdgeTerm), _of(terms, FreespaceTerm)
-    assert smooth is not None
+    order = {
+        SurfaceTerm: descend.SURFACE,
+        EdgeTerm: descend.EDGE,
+        FreespaceTerm: descend.FREE,
+        SmoothTerm: descend.SMOOTH,
+        LimitsTerm: descend.LIMITS,
+        PriorTerm: descend.PRIOR,
+    }
+    surface, smooth, limits = _of(terms, SurfaceTerm), _of(terms, SmoothTerm), _of(terms, LimitsTerm)
+    edge, free, prior = _of(terms, EdgeTerm), _of(terms, FreespaceTerm), _of(terms, PriorTerm)
+    if surface is None or smooth is None or any(type(term) not in order for term in terms):
+        return None
+    if surface.before is not None or (edge is not None and edge.settings.canny):
+        return None
     wish = np.zeros(1, descend.WISHES)
     wish["every"], wish["two_way"] = settings.every, settings.two_way
     wish["half"], wish["wide"] = settings.window // 2, WIDER if settings.two_way else 0
@@ -146,8 +141,7 @@ def _at_once(
     )
     if not taken:
         return None
-    order = SurfaceTerm, EdgeTerm, FreespaceTerm, SmoothTerm, LimitsTerm, PriorTerm
-    number = {term.name: order.index(type(term)) for term in terms}
+    number = {term.name: order[type(term)] for term in terms}
     shown = {name: int(counts[i, 0]) for name, i in number.items() if counts[i, 1]}
     system = System(
         normal, right, {name: float(costs[i]) for name, i in number.items()}, shown, float(counts[:, 1].sum())

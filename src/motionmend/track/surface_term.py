@@ -97,13 +97,22 @@ def drawn_from(
     weight: float,
     sums: Sums,
 ) -> tuple[float, int]:
-    """Observed points draw the model's nearest ones to themselves: cost and inliers.
+    """Observed points draw the model's nearest ones to themselves.
 
     Parameters
     ----------
+    view : the model, h x w px.
     model : (h, w) m, the view's depth, or NaN but for those of its pixels that count.
     points : rows and columns (N, 2) and places (N, 3) in m of what is observed.
-    seen, wish : of the frame. half, along, weight : of this term. sums : added to.
+    seen, wish : of the frame.
+    half : px, the window is 2 half + 1 wide and high.
+    along : share of a residual that counts along the model's normal only, 0 to 1.
+    weight : of one point, per m².
+    sums : added to.
+
+    Returns
+    -------
+    The weighted cost, and how many matches count for at least half.
     """
     bone, kind, _, _, size, taper = view.performer.solids.arrays
     cost, inliers = match.draw_from_seen(

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Bools, Floats, Singles, frozen
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import DOFS, Performer, Pose, landmarks
+from ..bodies.surface import intrinsics
 from ..errors import UsageError
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
@@ -16,7 +17,7 @@ from .evidence import Evidence, evidence_of
 from .facing import Facing, either, faces_otherwise, unlikeliness
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
-from .limbs import LIMBS, Coarse, coarse_of, disagreement, with_limb
+from .limbs import Coarse, coarse_of, disagreement
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .objective import PAUSE, expected_pose, terms_of
@@ -197,16 +198,17 @@ def step(
     restarts = 0
     doubt = np.zeros(16)
     if settings.search:
-        solution, restarts, doubt = mend_limbs(model, settings, state, evidence, coarse, terms, expected, solution)
+        solution, wrong, restarts, doubt = mend_limbs(
+            model, settings, state, evidence, coarse, terms, expected, solution
+        )
         clock.lap("limbs")
-    wrong = disagreement(state.performer, solution.state, coarse)
+    else:
+        wrong = disagreement(state.performer, solution.state, coarse)
     doubtful = wrong > 1.15 * state.wrong + 0.01 and state.searched >= EVERY
     state = replace(state, searched=0 if doubtful else state.searched + 1)
     if settings.search and model.detector is not None and doubtful:
-        body = state.performer
-        here = solution.state
-        for number, values in limb_offers(model.detector, body, here, observation, coarse, model.limb_shapes):
-            offered = with_limb(here, LIMBS[number], values)
+        body, here = state.performer, solution.state
+        for offered in limb_offers(model.detector, body, here, observation, coarse, model.limb_shapes):
             trial = solve_pose(state.performer, evidence, terms, offered, settings, 5)
             after = disagreement(state.performer, trial.state, coarse)
             if after < wrong - OFFER:
@@ -305,7 +307,7 @@ def _tracked(
     trust, seen = trust_of(shown)
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
-    covariance, std = certainty_of(performer, pose, solution.system, hidden, doubt, wrong)
+    covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     lost = _is_lost(state, wrong) and settings.search
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
@@ -315,8 +317,7 @@ def _tracked(
     if "color" in settings.terms and observation.intensity is not None:
         from ..bodies.performer import bone_frames
 
-        cam = observation.camera
-        before = bone_frames(performer, pose), observation.intensity, np.array([cam.fx, cam.fy, cam.cx, cam.cy])
+        before = bone_frames(performer, pose), observation.intensity, intrinsics(observation.camera)
     girth = state.girth
     if girth is not None and girth.frames < FRAMES and not (lost or recovered or restarts) and elapsed > 0.0:
         girth = learned(girth, performer, pose, evidence, settings)
@@ -371,11 +372,7 @@ def _nobody(state: TrackState, elapsed: float, flags: tuple[str, ...], clock: St
 
 def _worked(frame: DepthFrame) -> DepthFrame:
     """The frame at no more than about 320 x 240 pixels."""
-    n = max(1, round(frame.camera.width / 320.0)) if frame.camera.width > WORKED else 1
-    if n == 1:
-        return frame
-    color = None if frame.color is None else frame.color[::n, ::n]
-    return DepthFrame(frame.camera.every(n), np.ascontiguousarray(frame.depth[::n, ::n]), color, frame.time)
+    return frame.every(max(1, round(frame.camera.width / 320.0)) if frame.camera.width > WORKED else 1)
 
 
 def _tones(frame: DepthFrame, settings: TrackSettings) -> Singles | None:

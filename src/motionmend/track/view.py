@@ -65,21 +65,7 @@ class Sums:
         return normal, right
 
 
-@final
-class Canvas:
-    """What views of one raster are drawn on, kept from one to the next: a view lasts until the next one is drawn."""
-
-    def __init__(self, shape: tuple[int, int], every: int, solids: int) -> None:
-        # No larger than needed: large arrays come from the system page by page, each time anew.
-        most = -(-shape[0] // every) * -(-shape[1] // every)
-        self.placed, self.twists = np.empty((len(PARENTS), 4, 4)), np.empty((DOFS, 6))
-        self.solid_placed, self.parts = np.empty((solids, 3, 4)), np.empty((solids, raycast.PARTS))
-        self.depth, self.solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
-        self.pixels, self.bones = np.empty((most, 2), np.int64), np.empty(most, np.int64)
-        self.samples, self.normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
-
-
-def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int, canvas: Canvas | None = None) -> View:
+def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) -> View:
     """Cast the performer onto the raster of the evidence.
 
     Parameters
@@ -87,9 +73,15 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int, ca
     performer, pose : what is cast.
     evidence : of the frame: intrinsics, and depth (H, W) for the shape.
     every : every so-many-th row's and column's pixel is a sample (section 3.6: every fourth).
-    canvas : to be drawn over, made for this raster, `every` and as many solids; a new one when not given.
     """
-    on = Canvas(evidence.depth.shape, every, len(performer.solids)) if canvas is None else canvas
+    shape, solids = evidence.depth.shape, len(performer.solids)
+    # No larger than needed: large arrays come from the system page by page, each time anew.
+    most = -(-shape[0] // every) * -(-shape[1] // every)
+    placed, moving = np.empty((len(PARENTS), 4, 4)), np.empty((DOFS, 6))
+    solid_placed, parts = np.empty((solids, 3, 4)), np.empty((solids, raycast.PARTS))
+    depth, solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
+    pixels, bones = np.empty((most, 2), np.int64), np.empty(most, np.int64)
+    samples, normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
     bone, kind, center, turn, size, taper = performer.solids.arrays
     count = rendered.sampled(
         *performer.chain,
@@ -102,27 +94,27 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int, ca
         taper,
         evidence.intrinsics,
         every,
-        on.placed,
-        on.twists,
-        on.solid_placed,
-        on.parts,
-        on.depth,
-        on.solid,
-        on.pixels,
-        on.samples,
-        on.normals,
-        on.bones,
+        placed,
+        moving,
+        solid_placed,
+        parts,
+        depth,
+        solid,
+        pixels,
+        samples,
+        normals,
+        bones,
     )
     return View(
         pose,
-        on.placed,
-        on.twists,
-        on.depth,
-        on.solid,
-        on.solid_placed,
+        placed,
+        moving,
+        depth,
+        solid,
+        solid_placed,
         performer,
-        on.pixels[:count],
-        on.samples[:count],
-        on.normals[:count],
-        on.bones[:count],
+        pixels[:count],
+        samples[:count],
+        normals[:count],
+        bones[:count],
     )

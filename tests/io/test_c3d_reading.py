@@ -1,0 +1,190 @@
+"""C3D files read: every value, unit, event and computed point, as ezc3d and py-c3d see them too."""
+
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+import pytest
+from c3d_files import (
+    FILES,
+    PY_C3D_REFUSES,
+    markers,
+    py_c3d,
+    real,
+    some_markers,
+    written_by_ezc3d,
+)
+
+from motionmend.errors import FileError
+from motionmend.io.c3d import read_c3d, write_c3d
+from motionmend.io.c3d_layout import frames_of, parse
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_reads_what_ezc3d_reads(data: Path, name: str) -> None:
+    path = real(data, name)
+    raw = path.read_bytes()
+    layout = parse(raw, name)
+    frames, _ = frames_of(raw, layout, name)
+    ours = layout.coordinates(layout.rows(raw, frames)).astype(float)
+    theirs = ezc3d.c3d(str(path))["data"]["points"][:3].T
+    missing = layout.fourth_words(layout.rows(raw, frames)) < 0
+    ours[missing] = np.nan
+    np.testing.assert_allclose(ours, theirs, rtol=1e-6)
+    read = read_c3d(path)
+    chosen = list(read.source.markers)
+    np.testing.assert_allclose(read.positions, theirs[:, chosen] * 0.001, rtol=1e-6)
+    assert read.fps == ezc3d.c3d(str(path))["parameters"]["POINT"]["RATE"]["value"][0]
+
+
+@pytest.mark.parametrize("name", sorted(set(FILES) - set(PY_C3D_REFUSES)))
+def test_residuals_are_those_of_the_standard(data: Path, name: str) -> None:
+    read = read_c3d(real(data, name))
+    theirs = py_c3d(real(data, name))[:, list(read.source.markers), 3]
+    known = theirs >= 0
+    np.testing.assert_array_equal(read.residuals >= 0, read.present)
+    np.testing.assert_allclose(read.residuals[known & read.present], theirs[known & read.present] * 0.001, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "markers", "up", "said"),
+    [
+        ("cmu_02_01", 41, "z", ""),
+        ("cmu_05_13", 41, "z", "289 of 330 points set aside as computed"),
+        ("hdm05_bd_01-02_01_120", 41, "z", "3 of 44 points set aside as without a label (*0, *1, *2)"),
+        ("sfu_0018_Moonwalk001", 53, "y", "up is taken as +y"),
+        ("gt_squat", 53, "y", "up is taken as +y"),
+        ("emory_SoccerHeader", 39, "y", ""),
+    ],
+)
+def test_markers_of_real_files(data: Path, name: str, markers: int, up: str, said: str) -> None:
+    read = read_c3d(real(data, name))
+    assert len(read.names) == markers
+    assert read.up["xyz".index(up)] == 1.0
+    assert any(said in guess for guess in read.guesses) or not said
+    assert 1.0 < np.nanmax(read.positions[0] @ read.up) < 2.5, "metres, and the head is up"
+
+
+def test_real_gaps_are_missing(data: Path) -> None:
+    read = read_c3d(real(data, "sfu_0018_Moonwalk001"))
+    assert (~read.present).mean() == pytest.approx(0.0301, abs=1e-4)
+
+
+def test_contradicting_file_is_one_clear_line(data: Path) -> None:
+    with pytest.raises(FileError, match=r"golfswing.*agrees with itself, POINT:DATA_START is 0 and the header says 7"):
+        read_c3d(real(data, "c3dorg_golfswing"))
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Millimeters", 0.001)])
+def test_units_are_converted_there_and_back(tmp_path: Path, rng, unit: str, metres: float) -> None:
+    points = rng.normal(size=(4, 3, 3)) + 3
+    path = written_by_ezc3d(tmp_path / "a.c3d", points, ["a", "b", "c"], unit)
+    read = read_c3d(path)
+    np.testing.assert_allclose(read.positions, points * metres, rtol=1e-6)
+    assert not any("UNITS" in guess for guess in read.guesses)
+    write_c3d(tmp_path / "b.c3d", read.with_positions(read.positions * 2))
+    np.testing.assert_allclose(ezc3d.c3d(str(tmp_path / "b.c3d"))["data"]["points"][:3].T, points * 2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("metres", [0.001, 0.01, 1.0])
+def test_unknown_unit_is_guessed_and_said(tmp_path: Path, rng, metres: float) -> None:
+    body = rng.random((6, 8, 3)) * [0.5, 0.4, 1.7]
+    read = read_c3d(written_by_ezc3d(tmp_path / "a.c3d", body / metres, [f"m{k}" for k in range(8)], "furlong"))
+    np.testing.assert_allclose(read.positions, body, rtol=1e-5)
+    assert any("'furlong'" in guess for guess in read.guesses)
+
+
+def test_more_than_255_points_keep_their_names(tmp_path: Path, rng) -> None:
+    labels = [f"p{k}" for k in range(300)]
+    points = rng.normal(size=(3, 300, 3)) * 100
+    read = read_c3d(written_by_ezc3d(tmp_path / "a.c3d", points, labels))
+    assert list(read.names) == labels
+    np.testing.assert_allclose(read.positions, points * 0.001, rtol=1e-5)
+
+
+def test_what_is_no_marker_is_set_aside_and_kept(tmp_path: Path, rng) -> None:
+    labels = [
+        "S:LANK",
+        "S:LHipAngles",
+        "*7",
+        "S:RANK",
+        "PELO",
+        "PELA",
+        "PELL",
+        "PELP",
+        "uname*3",
+        "odd",
+        "",
+        "LHJC",
+        "RPOP",
+    ]
+    points = rng.normal(size=(5, len(labels), 3)) * 100
+    path = written_by_ezc3d(tmp_path / "a.c3d", points, labels, ANGLES=["S:LHipAngles"], SCALARS=["odd"])
+    read = read_c3d(path)
+    assert read.names == ("S:LANK", "S:RANK", "RPOP")
+    assert any("7 of 13 points set aside as computed" in guess for guess in read.guesses)
+    assert any("3 of 13 points set aside as without a label" in guess for guess in read.guesses)
+    write_c3d(tmp_path / "b.c3d", read.with_positions(read.positions + 0.1))
+    after = ezc3d.c3d(str(tmp_path / "b.c3d"))["data"]["points"][:3].T
+    others = [k for k in range(len(labels)) if k not in read.source.markers]
+    np.testing.assert_allclose(after[:, others], points[:, others], rtol=1e-6)
+    np.testing.assert_allclose(
+        after[:, list(read.source.markers)], points[:, list(read.source.markers)] + 100, rtol=1e-5
+    )
+
+
+def test_a_marker_between_seen_ones_is_a_marker_whatever_its_residuals(tmp_path: Path, rng) -> None:
+    made = replace(some_markers(rng, count=4), residuals=np.tile([0.001, 0.0, 0.001, 0.0], (20, 1)))
+    made = made.with_positions(np.nan_to_num(made.positions, nan=0.3))
+    write_c3d(tmp_path / "a.c3d", made)
+    assert read_c3d(tmp_path / "a.c3d").names == ("M0", "M1", "M2")
+
+
+def test_same_label_twice_is_told_apart(tmp_path: Path, rng) -> None:
+    read = read_c3d(written_by_ezc3d(tmp_path / "a.c3d", rng.normal(size=(3, 3, 3)), ["a", "a", "b"], "m"))
+    assert read.names == ("a", "a#2", "b")
+    assert any("more than once" in guess for guess in read.guesses)
+    write_c3d(tmp_path / "b.c3d", read)
+    assert (tmp_path / "b.c3d").read_bytes() == (tmp_path / "a.c3d").read_bytes()
+
+
+@pytest.mark.parametrize("frames", [65_536, 70_000, 131_073])
+def test_longer_than_the_format_is_refused(tmp_path: Path, frames: int) -> None:
+    points = np.ones((frames, 1, 3)) * np.arange(1, frames + 1)[:, None, None]
+    path = written_by_ezc3d(tmp_path / "long.c3d", points, ["a"])
+    with pytest.raises(FileError, match=rf"{frames} frames, the header 65535"):
+        read_c3d(path)
+    made = markers(np.ones((frames, 1, 3)))
+    with pytest.raises(FileError, match=rf"up to 65535 frames, came {frames}"):
+        write_c3d(tmp_path / "out.c3d", made)
+    assert not (tmp_path / "out.c3d").exists()
+
+
+@pytest.mark.parametrize("frames", [32_768, 65_535])
+def test_the_longest_files_are_whole(tmp_path: Path, frames: int) -> None:
+    positions = np.ones((frames, 1, 3)) * np.arange(1, frames + 1)[:, None, None]
+    write_c3d(tmp_path / "a.c3d", markers(positions))
+    assert read_c3d(tmp_path / "a.c3d").frames == frames
+    theirs = ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"][0, 0]
+    theirs = theirs[:frames]  # at 65,535 ezc3d takes the zeros of the last block for frames
+    np.testing.assert_allclose(theirs, positions[:, 0, 0] * 1000, rtol=1e-6)
+
+
+def test_promises_beyond_the_format_are_refused(tmp_path: Path, rng) -> None:
+    path = written_by_ezc3d(tmp_path / "a.c3d", rng.normal(size=(4, 2, 3)), ["a", "b"], LONG_FRAMES=[70_000.0])
+    with pytest.raises(FileError, match="LONG_FRAMES says 70000 frames, the header 4"):
+        read_c3d(path)
+
+
+def test_file_without_a_rate(tmp_path: Path, rng) -> None:
+    path = tmp_path / "a.c3d"
+    write_c3d(path, some_markers(rng))
+    raw = path.read_bytes()
+    path.write_bytes(raw.replace(struct.pack("<f", 100.0), bytes(4)))
+    with pytest.raises(FileError, match="--fps"):
+        read_c3d(path)
+    read = read_c3d(path, 50.0)
+    assert read.fps == 50.0
+    assert any("50 Hz as given" in guess for guess in read.guesses)
