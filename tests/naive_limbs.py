@@ -109,3 +109,23 @@ def widths_from_seen(pixels, samples, model, bones, frames, half, gate, scale, t
     away = samples[hit] - points
     size = np.linalg.norm(away, axis=1)
     return width_systems(points, away / size[:, None], size, bones.ravel()[index[hit]], frames, scale, trust), hit
+
+
+def judged(seen, free, rendered, bones, gate, count):
+    """Whole images: wrongness, pixels left over, of bones, denied, and how many of person, body, either, these two."""
+    person, model = np.isfinite(seen), bones >= 0
+    both = person & model
+    apart = np.zeros(seen.shape)
+    apart[both] = seen[both].astype(float) - rendered[both]
+    near = both & (np.abs(apart) < gate)
+    loose = person & ~_beside(near) & ~near
+    denied = (model & ~person & free & ~_beside(person)) | (both & (apart > gate))
+    either = person | (model & free)
+    off = np.where(both, np.minimum(np.abs(apart) / gate, 1.0), 1.0)[either].sum()
+    parts = [np.bincount(bones[where], minlength=count) for where in (model, denied)]
+    return off, np.argwhere(loose), *parts, [person.sum(), model.sum(), either.sum(), loose.sum(), denied.sum()]
+
+
+def _beside(mask):
+    wide = np.pad(mask, 1)
+    return wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]

@@ -12,7 +12,7 @@ from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import BONES, DOFS, MOVES, Pose, advance, landmarks, standing
 from motionmend.bodies.surface import render
-from motionmend.kernels import dense, limbs, regions, widths
+from motionmend.kernels import dense, judging, limbs, regions, widths
 from motionmend.track.evidence import evidence_of
 from motionmend.track.limbs import LIMBS, limb_places
 from motionmend.track.observation import Observation
@@ -48,6 +48,22 @@ def test_places_of_a_limb_are_those_of_the_whole_body(rng):
         np.testing.assert_allclose(
             limb_places(BODY, pose, limb, tried), naive.limb_places(BODY, pose, limb, tried), atol=1e-9
         )
+
+
+def test_a_body_is_judged_pixel_by_pixel(rng):
+    picture = render(BODY, standing(), KINECT, 4)
+    seen = np.roll(picture.depth, 2, axis=1) + rng.normal(0, 0.06, picture.depth.shape).astype(np.float32)
+    seen[rng.random(seen.shape) < 0.1] = np.nan
+    free = np.isnan(seen) & (rng.random(seen.shape) < 0.5)
+    loose, counts = np.empty((seen.size, 2), np.int64), np.empty(5, np.int64)
+    visible, denied = np.zeros((2, len(BONES)))
+    bone = BODY.solids.arrays[0]
+    off = judging.judged(seen, free, picture.depth, picture.solid, bone, 0.1, loose, visible, denied, counts)
+    wanted = naive.judged(seen, free, picture.depth, picture.bones, 0.1, len(BONES))
+    assert off == pytest.approx(wanted[0])
+    for found, twin in zip((loose[: counts[3]], visible, denied, counts), wanted[1:], strict=True):
+        np.testing.assert_array_equal(found, twin)
+    assert counts.min() > 0
 
 
 def test_pixels_are_counted_for_their_bones(rng):

@@ -48,7 +48,17 @@ def reach_within(
     bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
     placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
     begun, away, step = joints.copy(), np.zeros(dofs), np.empty(dofs)
-    hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
+    # What moves nothing stays: the systems are of the others only.
+    loose, free = np.empty(dofs, np.int64), 0
+    for d in range(dofs):
+        for b in range(bodies):
+            if moves[b, d]:
+                loose[free] = d
+                free += 1
+                break
+    hessian, gradient = np.empty((dofs, dofs)), np.empty(dofs)
+    lifted, taken = np.empty((free, free)), np.empty(free)
+    step[:] = 0.0
     place, turn, angles = translation.copy(), root.copy(), joints.copy()
     _frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
     _points(placed, bones, local, world)
@@ -58,18 +68,18 @@ def reach_within(
         normal_equations(moves, moving, bones, world, wanted, weights, stiffness, away, hessian, gradient)
         better, now = False, cost
         for _attempt in range(6):
-            for d in range(dofs):
-                for e in range(d + 1):
-                    lifted[d, e] = hessian[d, e]
-                lifted[d, d] += damping
-            step[:] = gradient
-            if not factor_and_solve(lifted, step):
-                step[:] = 0.0
+            for i in range(free):
+                for k in range(i + 1):
+                    lifted[i, k] = hessian[loose[i], loose[k]]
+                lifted[i, i] += damping
+                taken[i] = gradient[loose[i]]
+            if not factor_and_solve(lifted, taken):
+                taken[:] = 0.0
             size = 0.0
-            for d in range(dofs):
-                size = max(size, abs(step[d]))
-            for d in range(dofs):
-                step[d] *= -min(1.0, LONGEST / max(size, 1e-12))
+            for i in range(free):
+                size = max(size, abs(taken[i]))
+            for i in range(free):
+                step[loose[i]] = -taken[i] * min(1.0, LONGEST / max(size, 1e-12))
             place[:], turn[:], angles[:] = translation, root, joints
             _advance(place, turn, angles, step)
             now = 0.0

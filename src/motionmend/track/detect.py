@@ -136,37 +136,35 @@ def fit_detector(
     return Detector(forest, mass, hit, _far_apart(poses.joints, EXAMPLES))
 
 
-def detect(detector: Detector, frame: DepthFrame) -> Detection:
+def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detection:
     """The joints in one image of a person without background.
 
     Parameters
     ----------
     detector : fitted.
     frame : its depth is NaN wherever the person is not (see `foreground.find_person`).
+    pixels : looked at, about.
 
     Returns
     -------
     Detection : all NaN and 0 for an image with nobody in it.
     """
-    places, masses, facing = _modes(detector.forest, frame)
+    places, masses, facing = _modes(detector.forest, frame, pixels)
     strength = np.array([np.interp(masses[j], detector.mass[j], detector.hit[j]) for j in range(JOINTS)])
     strength[~np.isfinite(places[..., 0])] = 0.0
     return Detection(places[:, 0], strength[:, 0], places, strength, facing)
 
 
-def _modes(forest: PartForest, frame: DepthFrame) -> tuple[Floats, Floats, float]:
+def _modes(forest: PartForest, frame: DepthFrame, wanted: int = PIXELS) -> tuple[Floats, Floats, float]:
     """Heaviest places (16, 3, 3) of each joint's votes, their masses (16, 3) m^2, and the share of facing."""
     from ..kernels import forest as kernel
 
     camera = frame.camera
     places, masses = np.full((JOINTS, PLACES, 3), np.nan), np.zeros((JOINTS, PLACES))
-    rows, columns = np.nonzero(np.isfinite(frame.depth))
-    if not len(rows):
-        return places, masses, 0.5
+    shown = np.isfinite(frame.depth)
     # Every n-th pixel of every n-th row, so that what one stands for is the same everywhere.
-    step = max(1, round(np.sqrt(len(rows) / PIXELS)))
-    kept = (rows % step == 0) & (columns % step == 0)
-    pixels = np.column_stack([rows[kept], columns[kept]]).astype(np.int32)
+    step = max(1, round(np.sqrt(np.count_nonzero(shown) / wanted)))
+    pixels = (step * np.argwhere(shown[::step, ::step])).astype(np.int32)
     if not len(pixels):
         return places, masses, 0.5
     reached = leaves(forest, frame.depth, pixels, (camera.fx, camera.fy))

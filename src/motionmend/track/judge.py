@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Bools, Floats, frozen
+from ..arrays import Floats, frozen
 from ..bodies.performer import BONES, Performer, Pose
 from ..bodies.surface import render
 from .observation import Observation
@@ -25,7 +25,6 @@ class Verdict:
     Attributes
     ----------
     cost : 0 to 1, mean over all pixels that the person or the model covers of how far apart they are, at most the gate.
-    residual : m, median distance along z where both are.
     unexplained : share of the person's pixels with nothing of the model near them.
     unseen : share of the model's pixels where the person surely is not, or is clearly behind.
     visible : (15,) pixels of each bone.
@@ -35,7 +34,6 @@ class Verdict:
     """
 
     cost: float
-    residual: float
     unexplained: float
     unseen: float
     visible: Floats
@@ -57,42 +55,33 @@ def judge(performer: Performer, pose: Pose, seen: Observation, gate: float = GAT
     seen : the person's depth and where the person surely is not.
     gate : m, farther apart along z is not explained.
     """
+    from ..kernels import judging
+
     drawn = render(performer, pose, seen.camera)
-    person, model = np.isfinite(seen.depth), np.isfinite(drawn.depth)
-    both = person & model
-    apart = np.zeros(person.shape, np.float64)
-    apart[both] = seen.depth[both].astype(np.float64) - drawn.depth[both]
-    near = both & (np.abs(apart) < gate)
-    # At the outline of either a pixel of the raster may fall beside: a neighbour will do.
-    only_seen = person & ~_beside(near) & ~near
-    denied = (model & ~person & seen.free & ~_beside(person)) | (both & (apart > gate))
-    union = int((person | (model & seen.free)).sum())
-    off = (
-        np.minimum(np.abs(apart[both]) / gate, 1.0).sum()
-        + (person & ~model).sum()
-        + (model & ~person & seen.free).sum()
+    loose, counts = np.empty((seen.depth.size, 2), np.int64), np.empty(5, np.int64)
+    visible, denied = np.zeros((2, len(BONES)))
+    # Copies, for what is kept of a frame is read-only: kernels are compiled for one kind of arrays.
+    off = judging.judged(
+        seen.depth.copy(),
+        seen.free.copy(),
+        drawn.depth,
+        drawn.solid,
+        performer.solids.arrays[0],
+        gate,
+        loose,
+        visible,
+        denied,
+        counts,
     )
-    bones = drawn.bones[model]
-    rows, columns = np.nonzero(only_seen)
+    person, model, union, left, missing = (int(count) for count in counts)
+    rows, columns = loose[:left].T
     z = seen.depth[rows, columns].astype(np.float64)
-    loose = seen.camera.unproject(np.column_stack([columns, rows]), z)
     return Verdict(
         cost=float(off / union) if union else 1.0,
-        residual=float(np.median(np.abs(apart[both]))) if both.any() else float("inf"),
-        unexplained=float(only_seen.sum() / max(person.sum(), 1)),
-        unseen=float(denied.sum() / max(model.sum(), 1)),
-        visible=np.bincount(bones, minlength=len(BONES)).astype(np.float64),
-        denied=np.bincount(drawn.bones[denied], minlength=len(BONES)).astype(np.float64),
-        loose=loose,
+        unexplained=left / max(person, 1),
+        unseen=missing / max(model, 1),
+        visible=visible,
+        denied=denied,
+        loose=seen.camera.unproject(np.column_stack([columns, rows]), z),
         area=float((z**2).sum() / (seen.camera.fx * seen.camera.fy)),
     )
-
-
-def _beside(mask: Bools) -> Bools:
-    """Pixels with one of the mask among their four neighbours."""
-    out = np.zeros_like(mask)
-    out[1:] |= mask[:-1]
-    out[:-1] |= mask[1:]
-    out[:, 1:] |= mask[:, :-1]
-    out[:, :-1] |= mask[:, 1:]
-    return out

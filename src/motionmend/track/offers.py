@@ -16,6 +16,7 @@ from .settle import limb_hints, searched
 UNEXPLAINED = 0.006  # m^2, about a hand: with less the frame raises no question
 MUCH = 0.02  # m^2, half a forearm: with more a limb is not where the pose has it
 APART = 0.12  # m, a joint detected nearer to where the pose has it says nothing new
+PIXELS = 450  # of the person the detector looks at: it is asked for a place to begin from, no more
 
 
 def limb_offers(
@@ -44,7 +45,7 @@ def limb_offers(
     verdict = judge(performer, pose, seen.every(step))
     if verdict.area < UNEXPLAINED:
         return []
-    detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time))
+    detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time), PIXELS)
     hints = limb_hints(performer, pose, detection, verdict, 0.8 * APART)
     offers: list[tuple[float, Pose]] = []
     here = landmarks(performer, pose)
