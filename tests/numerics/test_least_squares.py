@@ -34,6 +34,26 @@ def test_damping_and_the_longest_step_shorten_steps(rng):
     assert not short.converged
 
 
+def test_a_step_that_promises_little_is_the_last(rng):
+    jacobian, wanted = rng.normal(size=(50, 7)), 5.0 + rng.normal(size=50)
+    best = np.linalg.lstsq(jacobian, wanted, rcond=None)[0]
+
+    def half_steps(x, _):  # a linear problem whose matrix is doubled: each step halves what is left
+        left = wanted - jacobian @ x
+        return System(2.0 * jacobian.T @ jacobian, jacobian.T @ left, {"only": float(left @ left)})
+
+    lengths = {}
+    for share in (1e-2, 1e-4, 1e-6):
+        found = gauss_newton(half_steps, np.zeros(7), np.add, 50, settled=share)
+        assert found.converged
+        last = float(found.system.right @ np.linalg.solve(found.system.normal, found.system.right))
+        assert last < share * found.system.cost
+        lengths[share] = found.iterations
+        assert np.linalg.norm(found.state - best) == pytest.approx(np.linalg.norm(best) / 2**found.iterations, rel=1e-6)
+    assert lengths[1e-2] < lengths[1e-4] < lengths[1e-6]
+    assert gauss_newton(half_steps, np.zeros(7), np.add, 12).iterations == 12
+
+
 def test_what_nothing_is_known_of_stays(rng):
     jacobian = np.zeros((20, 4))
     jacobian[:, :3] = rng.normal(size=(20, 3))

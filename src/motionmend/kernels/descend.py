@@ -23,7 +23,7 @@ WISHES = np.dtype(
         (name, np.float64)
         for name in (
             "gate", "apart", "along", "back", "scale", "surface", "jump", "edge", "free_scale", "free", "limits",
-            "prior", "damping", "tolerance", "longest",
+            "prior", "damping", "tolerance", "longest", "settled",
         )
     ]
 )  # fmt: skip
@@ -32,7 +32,8 @@ by how much `wide`r it is at first; whether observed points draw `two_way`; `edg
 to a pixel that is not free, px, at the depth of the pose begun from, however far it then moves; most `iterations`;
 `gate`, `apart`, m, see `match`; shares `along` the normal, forth and `back`; `scale`, m; weights of `surface`, `edge`,
 `free` space and `limits`, and whether there is a `prior`, 0 = none; `jump` of an edge and `free_scale`, m; `damping`
-relative to the diagonal; `tolerance` and `longest` of a step's components, m and rad."""
+relative to the diagonal; `tolerance` and `longest` of a step's components, m and rad; `settled`, see
+`least_squares.gauss_newton`."""
 
 SURFACE, EDGE, FREE, SMOOTH, LIMITS, PRIOR = range(6)
 
@@ -90,7 +91,8 @@ def descend(
 
     Returns
     -------
-    Steps taken, and whether the last one was shorter than the tolerance. No steps, when a system is singular.
+    Steps taken, and whether the last one was as short, or promised as little, as asked. No steps, when a system is
+    singular.
     """
     wish = wishes[0]
     bones, dofs = len(parents), len(right)
@@ -158,13 +160,16 @@ def descend(
             lifted[d, d] += wish.damping * normal[d, d] + 1e-12 * largest
         if not dense.factor_and_solve(lifted, step):
             return 0, False
-        size = 0.0
+        size, promised, total = 0.0, 0.0, 0.0
         for d in range(dofs):
             size = max(size, abs(step[d]))
+            promised += step[d] * right[d]
+        for k in range(len(costs)):
+            total += costs[k]
         if size > wish.longest:
             for d in range(dofs):
                 step[d] *= wish.longest / size
         _advance(translation, root, joints, step)
-        if size < wish.tolerance:
+        if size < wish.tolerance or promised < wish.settled * total:
             return taken, True
     return wish.iterations, False

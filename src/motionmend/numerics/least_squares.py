@@ -47,7 +47,7 @@ class Solution(Generic[State]):
     state : the last one.
     system : linearised at the state before the last step.
     iterations : steps taken.
-    converged : the last step was shorter than the tolerance.
+    converged : the last step was as short, or promised as little, as asked.
     """
 
     state: State
@@ -68,6 +68,7 @@ def gauss_newton(
     damping: float = 0.0,
     tolerance: float = 0.0,
     longest: float = float("inf"),
+    settled: float = 0.0,
 ) -> Solution[State]:
     """Step by step to a minimum of a sum of squares whose terms may be matched anew at every step.
 
@@ -80,15 +81,17 @@ def gauss_newton(
     damping : added to the diagonal, relative to it (Levenberg and Marquardt's).
     tolerance : a step whose largest component is shorter ends the search.
     longest : a step whose largest component would be longer is shortened to it.
+    settled : so does a step that promises, to first order, to save a smaller share of the cost than this: the square
+        of Newton's decrement beside the cost.
     """
     for taken in range(1, max(iterations, 1) + 1):
         system = linearize(state, taken - 1)
         step = solve(system.normal, system.right, damping)  # eq. 3.16
-        size = float(np.abs(step).max())
+        size, promised = float(np.abs(step).max()), float(step @ system.right)
         if size > longest:
             step = step * (longest / size)
         state = move(state, step)
-        if size < tolerance:
+        if size < tolerance or promised < settled * system.cost:
             return Solution(state, system, taken, True)
     return Solution(state, system, taken, False)
 

@@ -40,6 +40,8 @@ class TrackSettings:
     spread : rad, of a pose about its neighbours' that costs nothing much; 0 = the dissertation's projection.
     velocity : share of the last change of pose that is expected again.
     damping : of Levenberg-Marquardt, relative to the diagonal.
+    settled : share of the cost that a step must promise to save, or it is the last one. Matches change at every step,
+        so that steps hardly ever become short; but what they save soon becomes noise.
     girth : the person's widths are learned while they are followed.
     search : limbs that do not fit are looked for among other poses of theirs.
     """
@@ -74,6 +76,7 @@ class TrackSettings:
     spread: float = 0.1
     velocity: float = 0.5
     damping: float = 1e-3
+    settled: float = 0.01
     girth: bool = True
     search: bool = True
 
@@ -102,6 +105,7 @@ PRESETS = {
         spread=0.0,
         velocity=0.0,
         damping=0.0,
+        settled=0.0,
         girth=False,
         search=False,
     ),

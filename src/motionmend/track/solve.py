@@ -70,7 +70,7 @@ def solve_pose(
     def move(at: Pose, step: Floats) -> Pose:
         return advance(performer, at, step)
 
-    return gauss_newton(linearize, pose, move, most, settings.damping, TOLERANCE, LONGEST)
+    return gauss_newton(linearize, pose, move, most, settings.damping, TOLERANCE, LONGEST, settings.settled)
 
 
 def _at_once(
@@ -104,6 +104,7 @@ def _at_once(
     wish["free"] = 0.0 if free is None else settings.freespace * evidence.weight
     wish["limits"], wish["prior"] = 0.0 if limits is None else limits.weight, prior is not None
     wish["damping"], wish["tolerance"], wish["longest"] = settings.damping, TOLERANCE, LONGEST
+    wish["settled"] = settings.settled
     translation, root, joints = pose.arrays
     normal, right = np.empty((DOFS, DOFS)), np.empty(DOFS)
     costs, counts = np.zeros(6), np.zeros((6, 2), np.int64)
