@@ -7,7 +7,7 @@ from . import articulated, raycast
 from .compile import compiled
 
 _frames, _frame = articulated.frames, articulated.frame
-_place, _prepare, _cast = raycast.place, raycast.prepare, raycast.cast
+_place, _prepare, _cast, _cast_onto = raycast.place, raycast.prepare, raycast.cast, raycast.cast_onto
 
 
 @compiled
@@ -46,7 +46,7 @@ def limb_costs(
     columns: Ints,
     candidates: Floats,
     limb: Ints,
-    bones: Ints,
+    carriers: Ints,
     kinds: Bytes,
     centers: Floats,
     turns: Floats,
@@ -55,39 +55,74 @@ def limb_costs(
     camera: Floats,
     seen: Singles,
     free: Bools,
-    base: Singles,
     most: float,
     costs: Floats,
 ) -> None:
-    """Change of the disagreement when a limb is added to a picture of the rest of the body.
+    """The disagreement of a body with each of many poses of one limb.
 
     Parameters
     ----------
     parents .. axes, translation, root, joints : as for `articulated.frames`.
     columns, candidates : (n,) joint coordinates of the limb and (C, n) their values to be tried.
     limb : bones of the limb, parents first.
-    bones .. tapers : of the limb's solids only, as in `Solids`.
+    carriers .. tapers : of the body's solids, as in `rendered.picture`.
     camera : (4,) of the images.
-    seen, free, base : (H, W) what is observed, where nobody is, and the rest of the body as rendered.
+    seen, free : (H, W) what is observed, and where nobody is.
     most : m, see `unlikeness`.
     costs : (C,) is written.
     """
-    count = len(bones)
     height, width = seen.shape
-    tried = joints.copy()
     frames = np.empty((len(parents), 4, 4))
-    placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
-    depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
-    turn, rested = np.empty((3, 3)), np.empty((3, 3))
     _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
+    # The limb's solids apart from all others, which are cast only once.
+    moves = np.zeros(len(parents), np.bool_)
+    for b in limb:
+        moves[b] = True
+    own = np.empty(len(carriers), np.int64)
+    count = 0
+    for s in range(len(carriers)):
+        if moves[carriers[s]]:
+            own[count] = s
+            count += 1
+    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
+    _place(frames, carriers, centers, turns, placed)
+    _prepare(placed, kinds, sizes, tapers, camera, width, height, parts)
+    for i in range(count):
+        parts[own[i], 15] = -1.0  # nothing is seen in an empty box
+    base, depth, solid = (
+        np.empty(seen.shape, np.float32),
+        np.empty(seen.shape, np.float32),
+        np.empty(seen.shape, np.int16),
+    )
+    _cast(parts, base, solid)
+    below = np.empty(seen.shape)
+    rest = 0.0
+    for row in range(height):
+        for column in range(width):
+            below[row, column] = unlikeness(seen[row, column], free[row, column], base[row, column], most)
+            rest += below[row, column]
+            depth[row, column] = np.nan
+    bones, shapes = np.empty(count, np.int64), np.empty(count, np.uint8)
+    middles, axles = np.empty((count, 3)), np.empty((count, 3, 3))
+    extents, slopes = np.empty((count, 3)), np.empty(count)
+    for i in range(count):
+        s = own[i]
+        bones[i], shapes[i], slopes[i] = carriers[s], kinds[s], tapers[s]
+        for k in range(3):
+            middles[i, k], extents[i, k] = centers[s, k], sizes[s, k]
+            for m in range(3):
+                axles[i, k, m] = turns[s, k, m]
+    placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
+    tried = joints.copy()
+    turn, rested = np.empty((3, 3)), np.empty((3, 3))
     for c in range(candidates.shape[0]):
         for k in range(len(columns)):
             tried[columns[k]] = candidates[c, k]
         for b in limb:
             _frame(b, parents, offsets, rests, first, axes, tried, turn, rested, frames)
-        _place(frames, bones, centers, turns, placed)
-        _prepare(placed, kinds, sizes, tapers, camera, width, height, parts)
-        _cast(parts, depth, solid)
+        _place(frames, bones, middles, axles, placed)
+        _prepare(placed, shapes, extents, slopes, camera, width, height, parts)
+        _cast_onto(parts, depth, solid)
         top, bottom, left, right = float(height), -1.0, float(width), -1.0
         for s in range(count):
             if parts[s, 15] >= parts[s, 14] and parts[s, 17] >= parts[s, 16]:
@@ -96,12 +131,15 @@ def limb_costs(
         total = 0.0
         for row in range(int(top), int(bottom) + 1):
             for column in range(int(left), int(right) + 1):
-                z, below = depth[row, column], base[row, column]
-                if np.isnan(z) or z >= below:
+                z = depth[row, column]
+                if np.isnan(z):
+                    continue
+                depth[row, column] = np.nan  # empty for the next
+                if z >= base[row, column]:
                     continue
                 total += unlikeness(seen[row, column], free[row, column], z, most)
-                total -= unlikeness(seen[row, column], free[row, column], below, most)
-        costs[c] = total
+                total -= below[row, column]
+        costs[c] = rest + total
 
 
 @compiled

@@ -151,6 +151,12 @@ def cast(parts: Floats, depth: Singles, solid: np.ndarray) -> None:
         for u in range(depth.shape[1]):
             depth[v, u] = np.nan
             solid[v, u] = -1
+    cast_onto(parts, depth, solid)
+
+
+@compiled
+def cast_onto(parts: Floats, depth: Singles, solid: np.ndarray) -> None:
+    """The same onto a picture that is empty, or has other solids already: what is nearer stays."""
     for s in range(parts.shape[0]):
         part = parts[s]
         kx, ky, kw, taper, cone = part[9], part[10], part[11], part[12], part[13] > 0.5

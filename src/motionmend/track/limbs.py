@@ -1,14 +1,13 @@
 """A limb that does not fit is looked for among other poses of its own, while the rest of the body stays."""
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.performer import AXES, BONES, FIRST, LANDMARK_BONES, LANDMARKS, Performer, Pose
-from ..bodies.solids import Solids
 from ..bodies.surface import intrinsics
 from ..kernels import limbs, raycast, rendered
 from .database import PoseDatabase
@@ -106,27 +105,23 @@ def coarse_of(evidence: Evidence) -> Coarse:
     return Coarse(intrinsics(evidence.camera.every(COARSE)), seen, free, int(np.isfinite(seen).sum()))
 
 
-def cast_parts(
-    performer: Performer, pose: Pose, coarse: Coarse, without: Limb | None = None
-) -> tuple[Singles, NDArray[np.int16]]:
-    """The performer on the coarse raster, without one limb if wanted.
+def cast_parts(performer: Performer, pose: Pose, coarse: Coarse) -> tuple[Singles, NDArray[np.int16]]:
+    """The performer on the coarse raster.
 
     Parameters
     ----------
     performer, pose : what is cast.
     coarse : for its intrinsics and its shape (h, w).
-    without : a limb that is left out; the solids that stay are numbered anew.
 
     Returns
     -------
     depth : (h, w) float32 m, NaN = nothing there. solid : (h, w) int16, -1 = nothing there.
     """
     solids = performer.solids
-    chosen = solids.arrays if without is None else _chosen(solids, without.bones)
-    frames, count = np.empty((len(performer.bones), 4, 4)), len(chosen[0])
+    frames, count = np.empty((len(performer.bones), 4, 4)), len(solids)
     placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
     depth, solid = np.empty(coarse.seen.shape, np.float32), np.empty(coarse.seen.shape, np.int16)
-    bones, kinds, centers, turns, sizes, tapers = chosen
+    bones, kinds, centers, turns, sizes, tapers = solids.arrays
     rendered.picture(
         *performer.chain,
         *pose.arrays,
@@ -146,14 +141,6 @@ def cast_parts(
     return depth, solid
 
 
-def _chosen(solids: Solids, without: tuple[int, ...] = (), only: tuple[int, ...] = ()) -> tuple[Any, ...]:
-    """Bones, kinds, centres, turns, sizes and tapers of the solids of some bones, or of all the others."""
-    wanted = np.full(len(BONES), not only)
-    wanted[list(only or without)] = bool(only)
-    chosen = wanted[solids.bone]
-    return tuple(values[chosen] for values in solids.arrays)
-
-
 def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
     """Share of the person's pixels that a pose explains wrongly, 0 (none) to 1 and, with too much body, beyond."""
     wrong = limbs.disagreement(coarse.seen, coarse.free, cast_parts(performer, pose, coarse)[0], MOST)
@@ -162,9 +149,8 @@ def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
 
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
     """(C,) what `disagreement` says of the pose with each of `candidates` (C, n), rad, for the limb's n coordinates."""
-    bones, kinds, centers, turns, sizes, tapers = _chosen(performer.solids, only=limb.bones)
-    base, _ = cast_parts(performer, pose, coarse, limb)
     costs = np.empty(len(candidates))
+    bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
     limbs.limb_costs(
         *performer.chain,
         *pose.arrays,
@@ -180,12 +166,10 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
         coarse.intrinsics,
         coarse.seen,
         coarse.free,
-        base,
         MOST,
         costs,
     )
-    rest = limbs.disagreement(coarse.seen, coarse.free, base, MOST)
-    return np.asarray((rest + costs) / max(coarse.pixels, 1))
+    return np.asarray(costs / max(coarse.pixels, 1))
 
 
 def limb_places(performer: Performer, pose: Pose, limb: Limb, candidates: Floats) -> Floats:
