@@ -37,7 +37,7 @@ def seen() -> Postures:
 def model(seen: Postures, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("live") / "sensor.mend"
     clean = Postures(seen.names, np.nan_to_num(seen.positions), seen.times)
-    save_model(file, Corrector(members=1, size=30).fit([Pair(clean, clean.with_positions(clean.positions + 0.02))]))
+    save_model(file, Corrector(points=30).fit([Pair(clean, clean.with_positions(clean.positions + 0.02))]))
     return file
 
 

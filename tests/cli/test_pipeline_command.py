@@ -51,7 +51,7 @@ def takes(clip: Motion, sensor: Postures, tmp_path_factory: pytest.TempPathFacto
     write(folder / "takes" / "day" / "marked.c3d", samples.markers(clip))
     write(folder / "takes" / "day" / "body.amc", clip)
     clean = Postures(sensor.names, np.nan_to_num(sensor.positions), sensor.times)
-    model = Corrector(members=1, size=30).fit([Pair(clean, clean.with_positions(clean.positions + 0.02))])
+    model = Corrector(points=30).fit([Pair(clean, clean.with_positions(clean.positions + 0.02))])
     save_model(folder / "sensor.mend", model)
     (folder / "all.toml").write_text('[correct]\nmodel = "sensor.mend"\n[denoise]\nmethod = "adaptive"\n')
     return folder

@@ -46,7 +46,7 @@ def pair(action: str, seed: int, seconds: float = 2.0) -> Pair:
 def fitted() -> CorrectorModel:
     """A corrector that has seen six people walk, reach and jump."""
     actions = ("walk", "reach", "jump") if {"walk", "reach", "jump"} <= set(samples.ACTIONS) else samples.ACTIONS[:3]
-    return Corrector(size=300).fit([pair(action, seed) for seed in range(3) for action in actions])
+    return Corrector(points=150).fit([pair(action, seed) for seed in range(3) for action in actions])
 
 
 def error(postures: Postures, true: Floats) -> float:

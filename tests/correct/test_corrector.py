@@ -233,7 +233,7 @@ def test_a_model_comes_back_from_its_file_and_says_the_same(model: CorrectorMode
 
 def test_the_same_pairs_make_the_same_model() -> None:
     pairs = [pair("walk", seed, 2.0) for seed in range(3)]
-    one, other = (Corrector(size=60).fit(pairs).to_arrays() for _ in range(2))
+    one, other = (Corrector(points=60).fit(pairs).to_arrays() for _ in range(2))
     assert one[1] == other[1]
     for name in one[0]:
         np.testing.assert_array_equal(one[0][name], other[0][name])
@@ -247,7 +247,7 @@ def test_failures_among_the_lessons_do_not_spoil_the_model() -> None:
     ]
     true = truth("walk", 9)
     raw = recording(sensed(true, 9))
-    assert error(Corrector(size=200).fit(spoilt).correct(raw), true) < 0.6 * error(raw, true)
+    assert error(Corrector(points=100).fit(spoilt).correct(raw), true) < 0.6 * error(raw, true)
 
 
 def test_mistakes_are_said(model: CorrectorModel) -> None:

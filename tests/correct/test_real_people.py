@@ -35,7 +35,7 @@ def folder(data: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def model(folder: Path) -> CorrectorModel:
-    return Corrector(size=300).fit(paired(folder, LEARNED))
+    return Corrector(points=150).fit(paired(folder, LEARNED))
 
 
 def test_people_not_learned_from_come_out_nearer_to_the_truth(model: CorrectorModel, folder: Path) -> None:

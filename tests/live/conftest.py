@@ -13,7 +13,7 @@ from motionmend.correct import Corrector, CorrectorModel, Pair
 @pytest.fixture(scope="session")
 def model() -> CorrectorModel:
     rng = np.random.default_rng(5)
-    return Corrector(members=2, size=60).fit([_pair(action, rng) for action in ("walk", "reach")])
+    return Corrector(points=60).fit([_pair(action, rng) for action in ("walk", "reach")])
 
 
 def _pair(action: str, rng: np.random.Generator) -> Pair:

@@ -27,7 +27,7 @@ from .paper import learned_mixture, neighbour_inputs
 from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
-from .spatial import Committee, fit_committee, shape_features
+from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
 from .watching import Sight, Watcher, believable, fresh, look, rows_of
 
@@ -40,18 +40,18 @@ class Corrector:
 
     Attributes
     ----------
-    members : Gaussian processes of the committee.
-    size : samples of each.
-    seed : of the choice of samples.
+    points : postures that offsets are told by, half of them mirrored.
+    frames : that those are learned from, at most.
+    seed : of the choice of points and frames.
     """
 
-    members: int = 1
-    size: int = 800
+    points: int = 400
+    frames: int = 4000
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.members < 1 or self.size < 2:
-            raise UsageError(f"a committee needs members with samples, came {self.members} with {self.size}")
+        if self.points < 2 or self.frames < 1:
+            raise UsageError(f"two points and a frame are the least, came {self.points} and {self.frames}")
 
     def fit(self, pairs: Sequence[Pair]) -> "CorrectorModel":
         """Learn from pairs of a sensor's recordings and the truth.
@@ -66,18 +66,18 @@ class Corrector:
         samples, offsets = offset_samples(taught)
         if not len(samples):
             raise MismatchError("wanted frames with all of the sensor's joints and some truth, came none")
-        committee = fit_committee(samples, offsets, body, self.members, self.size, self.seed)
+        processes = fit_processes(samples, offsets, body, self.points, self.frames, self.seed)
         paired = np.isfinite(offsets).all(axis=2).mean(axis=0) > 0.05
         kept = np.linspace(0, len(samples) - 1, min(len(samples), KEPT)).astype(int)
         some = samples[:: max(len(samples) // 500, 1)]
-        moved = some + following(body.names, paired) @ committee.predict(shape_features(some, body))[0]
+        moved = some + following(body.names, paired) @ processes.predict(shape_features(some, body))[0]
         return CorrectorModel(
             self,
             body.names,
             standard,
             learned_factors(taught, good, body),
             usual_unsteadiness(taught, good, body),
-            committee,
+            processes,
             np.append(bone_lengths(moved, body).mean(axis=0), np.nan),
             paired,
             Samples(_rounded(samples[kept]), _rounded(offsets[kept])),
@@ -98,7 +98,7 @@ class CorrectorModel:
     standard : the body that others are brought to.
     factors : how the sensor sees people stand and move.
     detector : how its failures look.
-    committee : the offsets.
+    processes : the offsets.
     bones : (B + 1,) mean lengths of corrected bones in standard metres, the last NaN.
     paired : (J,) joints of which some truth was known.
     samples : some of what it was learned from, for the methods it is compared with.
@@ -111,7 +111,7 @@ class CorrectorModel:
     standard: Standard
     factors: Factors
     detector: Detector
-    committee: Committee
+    processes: Processes
     bones: Floats
     paired: Bools
     samples: Samples
@@ -121,7 +121,7 @@ class CorrectorModel:
 
     def __post_init__(self) -> None:
         watcher = Watcher(anatomy(self.names), self.standard, self.factors, self.detector)
-        knowledge = Knowledge(watcher, self.committee, following(self.names, self.paired), self.samples, self.limits)
+        knowledge = Knowledge(watcher, self.processes, following(self.names, self.paired), self.samples, self.limits)
         object.__setattr__(self, "_knowledge", knowledge)
 
     @property
@@ -329,13 +329,13 @@ class CorrectorModel:
         arrays["samples.offsets"] = self.samples.offsets.astype(np.float32)
         arrays |= {f"factors.{name}": getattr(self.factors, name) for name in ("mean", "loadings", "rates", "noise")}
         arrays |= {f"detector.{name}": value for name, value in self.detector.to_arrays().items()}
-        arrays |= {f"committee.{name}": value for name, value in self.committee.to_arrays().items()}
+        arrays |= {f"processes.{name}": value for name, value in self.processes.to_arrays().items()}
         header = {
             "names": list(self.names),
             "pairs": self.pairs,
             "frames": self.frames,
-            "members": self.settings.members,
-            "size": self.settings.size,
+            "points": self.settings.points,
+            "most_frames": self.settings.frames,
             "seed": self.settings.seed,
         }
         return arrays, header
@@ -348,18 +348,18 @@ class CorrectorModel:
             return {name[len(prefix) :]: value for name, value in arrays.items() if name.startswith(prefix)}
 
         return cls(
-            Corrector(header["members"], header["size"], header["seed"]),
+            Corrector(header["points"], header["most_frames"], header["seed"]),
             tuple(header["names"]),
             Standard(arrays["standard.lengths"], arrays["standard.trunk"]),
             Factors(**below("factors.")),
             Detector.from_arrays(below("detector.")),
-            Committee.from_arrays(below("committee.")),
+            Processes.from_arrays(below("processes.")),
             arrays["bones"],
             arrays["paired"],
             Samples(arrays["samples.postures"].astype(np.float64), arrays["samples.offsets"].astype(np.float64)),
             header["pairs"],
             header["frames"],
-            arrays["limits"] if "limits" in arrays else np.full((len(header["names"]), 2), np.nan),  # of older files
+            arrays["limits"],
         )
 
 

@@ -17,7 +17,7 @@ from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, settled_recording, smoothed
-from .spatial import Committee, shape_features
+from .spatial import Processes, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
@@ -32,14 +32,14 @@ class Knowledge:
     Attributes
     ----------
     watcher : looks at frames.
-    committee : the offsets.
+    processes : the offsets.
     following : (J, J) how joints without a truth take their offset from their neighbours.
     samples : for the methods to compare with.
     limits : (J, 2) rad, how far joints bend; NaN = not known.
     """
 
     watcher: Watcher
-    committee: Committee
+    processes: Processes
     following: Floats
     samples: Samples
     limits: Floats
@@ -50,12 +50,12 @@ class Knowledge:
 
     def offsets(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
         """(T, J, 3) from postures to corrected ones, in standard form, and (T, J) the standard deviation of those."""
-        offsets, variance = self.committee.predict(shape_features(posture, self.watcher.body))
+        offsets, variance = self.processes.predict(shape_features(posture, self.watcher.body))
         return self.following @ offsets, np.sqrt(variance + unsure**2)
 
 
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
-    """Followed through failures, seen again from the end, moved by the committee's offsets, settled."""
+    """Followed through failures, seen again from the end, moved by the learned offsets, settled."""
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)

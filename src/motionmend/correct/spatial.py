@@ -2,104 +2,115 @@
 
 The paper predicts each joint's offset from the positions of its neighbours (section 4.1). People who were not seen in
 training differ in size and stance, and positions relative to a root carry the root's own error into every joint; the
-directions and lengths of all bones do not, and they say more of how a sensor sees a posture. So a committee of Gaussian
-processes looks at those. Sensors err alike on both sides of the body, hence every sample counts twice, once mirrored;
-and a share of the truth is wrong (a lost marker, the other leg), hence outliers weigh little (Student's t).
+directions and lengths of bones do not, and they say more of how a sensor sees a posture. A joint's Gaussian process
+looks at all bones, the less the further they are from the joint: a leg's offset hardly depends on the arms, and who
+compares whole postures finds none alike among a few people. Sensors err alike on both sides of the body, hence every
+sample counts twice, once mirrored; and a share of the truth is wrong (a lost marker, the other leg), hence outliers
+weigh little (Student's t). A frame says little that the frame before did not say: thousands of them are brought down to
+some hundred points (subset of regressors; Quinonero-Candela and Rasmussen, JMLR 6, 2005, section 3).
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ..arrays import Floats, frozen
+from ..arrays import Floats, Ints, frozen
 from .anatomy import Anatomy
 
-DIRECTION = 0.25  # weight of a bone's unit direction beside its length (in standard metres)
-NOISE = 0.3  # variance of an offset that posture does not tell, by that which it does
-REACH = 1.5  # length of the kernel by the spread of all features together
-SCOUTS = 150  # samples that tell how well known a posture is
+DIRECTION = 0.15  # weight of a bone's unit direction beside its length (in standard metres)
+NEAR = 2.0  # bones from a joint within which the weight of a bone falls to 1 / e
+NOISE = 1.0  # variance of a frame's offset that posture does not tell, by that which it does
+REACH = 1.5  # length of the kernel by the spread of the weighted features together
+SCOUTS = 150  # points that tell how well known a posture is
 FREEDOM = 4.0  # degrees of freedom of the offsets' Student-t distribution
+SCOUTED = 0.3  # variance of what a point tells
+ROUNDS = 3  # of reweighting against outliers
+SHARES = 3  # parts of the samples, each judged by what the others teach
+AT_ONCE = 64  # frames
 
 
 @dataclass(frozen=True, eq=False)
-class Committee:
-    """Gaussian processes with one kernel, each on samples of its own; what they say is averaged.
+class Processes:
+    """A Gaussian process for each joint whose truth was known, all on the same points.
 
     Attributes
     ----------
-    centre : (D,) mean of the features.
-    length : of the kernel.
-    inputs : (M, N, D) features of each member's samples, less the centre.
-    weights : (M, N, J*3).
-    mean : (J, 3) standard metres, the offset far from all samples.
-    norms : (M, N) squared lengths of the features.
-    scouts : (M, S, S) inverse covariances of the first S samples, for the variance.
-    spread : (J,) variance of an offset's coordinate, standard metres squared: what posture tells, far from all samples.
-    floor : (J,) variance that stays however near the samples are.
+    told : (K,) those joints.
+    centre : (B, 4) mean of the bones' features.
+    points : (M, B, 4) features less the centre.
+    share : (K, B) inverse squared length of each joint's kernel along each bone's features.
+    weights : (K, M, 3).
+    mean : (J, 3) standard metres, the offset far from all points.
+    whole : (1, B) inverse squared length of a kernel of the whole posture, for the variance.
+    scouts : (S, S) inverse covariance of the first S points under it.
+    spread : (J,) variance of an offset's coordinate, standard metres squared: what posture tells, far from all points.
+    floor : (J,) variance that stays however near the points are, as samples left out tell it.
     """
 
+    told: Ints
     centre: Floats
-    length: float
-    inputs: Floats
+    points: Floats
+    share: Floats
     weights: Floats
     mean: Floats
-    norms: Floats
+    whole: Floats
     scouts: Floats
     spread: Floats
     floor: Floats
 
     def __post_init__(self) -> None:
-        for name in ("centre", "inputs", "weights", "mean", "norms", "scouts", "spread", "floor"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in self.__dataclass_fields__:
+            object.__setattr__(self, name, frozen(getattr(self, name), np.int64 if name == "told" else np.float64))
+
+    @cached_property
+    def norms(self) -> Floats:
+        """(K, M) squared lengths of the points under each kernel."""
+        return squares(self.share, self.points)
+
+    @cached_property
+    def near(self) -> tuple[Floats, Floats]:
+        """The scouts (S, B, 4) and their squared lengths (1, S) under the kernel of the whole posture."""
+        few = self.points[: len(self.scouts)]
+        return few, squares(self.whole, few)
 
     def predict(self, features: Floats) -> tuple[Floats, Floats]:
         """Offsets (T, J, 3) and the variance (T, J) of a coordinate, standard units.
 
         Parameters
         ----------
-        features : (T, D) of `shape_features`.
+        features : (T, B, 4) of `shape_features`.
         """
-        queries = features - self.centre
-        square = (queries**2).sum(axis=1)
-        total = np.zeros((len(queries), self.weights.shape[2]))
-        unknown = np.zeros(len(queries))
-        for inputs, norms, weights, scouts in zip(self.inputs, self.norms, self.weights, self.scouts, strict=True):
-            apart = queries @ inputs.T
-            apart *= 2.0
-            apart -= norms
-            apart -= square[:, None]
-            np.minimum(apart, 0.0, out=apart)
-            apart *= 0.5 / self.length**2
-            cross = np.exp(apart, out=apart)
-            total += cross @ weights
-            near = cross[:, : len(scouts)]
-            unknown += 1.0 - ((near @ scouts) * near).sum(axis=1)
-        members = len(self.inputs)
-        offsets = self.mean + (total / members).reshape(len(queries), -1, 3)
-        return offsets, np.maximum(unknown / members, 0.0)[:, None] * self.spread + self.floor
+        offsets = np.tile(self.mean, (len(features), 1, 1))
+        unknown = np.empty(len(features))
+        for first in range(0, len(features), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            queries = features[some] - self.centre
+            offsets[some, self.told] += (
+                covariances(self.share, queries, self.points, self.norms) @ self.weights
+            ).swapaxes(0, 1)
+            like = covariances(self.whole, queries, *self.near)[0]
+            unknown[some] = 1.0 - ((like @ self.scouts) * like).sum(axis=1)
+        return offsets, np.maximum(unknown, 0.0)[:, None] * self.spread + self.floor
 
     def to_arrays(self) -> dict[str, Any]:
         """What `from_arrays` needs."""
         return {name: np.asarray(getattr(self, name)) for name in self.__dataclass_fields__}
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, Any]) -> "Committee":
-        """The committee that `to_arrays` took apart."""
-        return cls(
-            **{name: arrays[name] for name in cls.__dataclass_fields__ if name != "length"},
-            length=float(arrays["length"]),
-        )
+    def from_arrays(cls, arrays: Mapping[str, Any]) -> "Processes":
+        """The processes that `to_arrays` took apart."""
+        return cls(**{name: arrays[name] for name in cls.__dataclass_fields__})
 
 
 def shape_features(standard: Floats, body: Anatomy) -> Floats:
-    """(T, 4B) directions and lengths of the bones of postures (T, J, 3) in standard form."""
+    """(T, B, 4) directions and lengths of the bones of postures (T, J, 3) in standard form."""
     bones = standard[:, body.bones[:, 1]] - standard[:, body.bones[:, 0]]
-    length = np.sqrt((bones**2).sum(axis=2))
-    unit = DIRECTION * bones / np.maximum(length, 1e-9)[..., None]
-    return np.hstack([unit.reshape(len(standard), -1), length])
+    length = np.sqrt((bones**2).sum(axis=2))[..., None]
+    return np.concatenate([DIRECTION * bones / np.maximum(length, 1e-9), length], axis=2)
 
 
 def mirrored_postures(standard: Floats, body: Anatomy) -> Floats:
@@ -107,95 +118,120 @@ def mirrored_postures(standard: Floats, body: Anatomy) -> Floats:
     return np.asarray(standard[:, body.mirror] * np.array([-1.0, 1.0, 1.0]))
 
 
-def fit_committee(
-    standard: Floats, offsets: Floats, body: Anatomy, members: int = 1, size: int = 800, seed: int = 0, rounds: int = 3
-) -> Committee:
-    """Learn a committee.
+def fit_processes(
+    standard: Floats, offsets: Floats, body: Anatomy, points: int = 400, frames: int = 4000, seed: int = 0
+) -> Processes:
+    """Learn the offsets.
 
     Parameters
     ----------
-    standard : (N, J, 3) what the sensor said, in standard form, complete.
+    standard : (N, J, 3) what the sensor said, in standard form, complete; recordings of one person stand together.
     offsets : (N, J, 3) truth less that, standard units; NaN where the truth is not known.
     body : the joint set.
-    members : M, Gaussian processes.
-    size : samples of each, half of them mirrored.
-    seed : of the choice of samples.
-    rounds : of reweighting against outliers.
+    points : M, half of them mirrored.
+    frames : to learn from at most.
+    seed : of the choice of points and frames.
     """
     rng = np.random.default_rng(seed)
+    chosen = rng.permutation(len(standard))[:frames]
     mean = _robust_mean(offsets, body)
-    features = shape_features(standard, body), shape_features(mirrored_postures(standard, body), body)
-    centre = 0.5 * (features[0].mean(axis=0) + features[1].mean(axis=0))
-    length = REACH * float(np.sqrt(0.5 * (features[0].var(axis=0) + features[1].var(axis=0)).sum())) or 1.0
-    half = min(size // 2, len(standard))
-    known = np.asarray(np.isfinite(offsets).all(axis=2))
-    targets = np.where(known[..., None], offsets, mean) - mean
-    parts: dict[str, list[Floats]] = {"inputs": [], "weights": [], "norms": [], "scouts": [], "left": [], "heard": []}
-    for chosen in _shares(len(standard), members, half, rng):
-        inputs = np.vstack([features[0][chosen], features[1][chosen]]) - centre
-        output = np.vstack([targets[chosen], mirrored_postures(targets[chosen], body)])
-        have = np.vstack([known[chosen], known[chosen][:, body.mirror]])
-        kernel = np.exp(-0.5 * _squares(inputs) / length**2)
-        weights, left = _robust_weights(kernel, output, have, rounds)
-        parts["inputs"].append(inputs)
-        parts["weights"].append(weights)
-        parts["norms"].append((inputs**2).sum(axis=1))
-        few = min(SCOUTS, len(inputs))
-        parts["scouts"].append(np.asarray(np.linalg.inv(kernel[:few, :few] + NOISE * np.eye(few)), dtype=np.float64))
-        parts["left"].append(left)
-        parts["heard"].append((kernel @ weights).reshape(output.shape).var(axis=(0, 2)))
-    floor = np.mean(parts["left"], axis=0)
-    return Committee(
-        centre,
-        length,
-        np.stack(parts["inputs"]),
-        np.stack(parts["weights"]),
-        mean,
-        np.stack(parts["norms"]),
-        np.stack(parts["scouts"]),
-        floor / NOISE,
-        floor,
-    )
+    mirrored = mirrored_postures(standard[chosen], body)
+    features = np.concatenate([shape_features(standard[chosen], body), shape_features(mirrored, body)])
+    centre = features.mean(axis=0)
+    features -= centre
+    known = np.asarray(np.isfinite(offsets[chosen]).all(axis=2))
+    less = np.where(known[..., None], offsets[chosen] - mean, 0.0)
+    targets = np.concatenate([less, mirrored_postures(less, body)])
+    have = np.concatenate([known, known[:, body.mirror]])
+    half = min(points // 2, len(chosen))
+    at = features[np.r_[:half, len(chosen) : len(chosen) + half]]
+    varied = (features**2).mean(axis=0).sum(axis=1)
+    share = _share(body, varied)
+    whole = np.full((1, len(varied)), 1.0 / (REACH**2 * max(float(varied.sum()), 1e-12)))
+    parts = np.tile(chosen * SHARES // len(standard), 2)
+    told = np.flatnonzero(have.any(axis=0))
+    weights = np.zeros((len(told), len(at), 3))
+    spread, floor = np.zeros(len(mean)), np.zeros(len(mean))
+    for k, j in enumerate(told):
+        rows, own = have[:, j], share[j : j + 1]
+        norms = squares(own, at)
+        prior = covariances(own, at, at, norms)[0] + 1e-6 * np.eye(len(at))
+        cross = covariances(own, features[rows], at, norms)[0]
+        weights[k], floor[j] = _robust_weights(prior, cross, targets[rows, j], parts[rows])
+        spread[j] = float((cross @ weights[k]).var(axis=0).mean())
+    few = at[: min(SCOUTS, len(at))]
+    like = covariances(whole, few, few, squares(whole, few))[0]
+    scouts = np.asarray(np.linalg.inv(like + SCOUTED * np.eye(len(few))), dtype=np.float64)
+    return Processes(told, centre, at, share[told], weights, mean, whole, scouts, spread, floor)
+
+
+def squares(share: Floats, points: Floats) -> Floats:
+    """(K, M) squared lengths of features (M, B, 4) under kernels (K, B)."""
+    return np.asarray(share @ (points**2).sum(axis=2).T)
+
+
+def covariances(share: Floats, queries: Floats, points: Floats, norms: Floats) -> Floats:
+    """(K, T, M) of offsets under kernels (K, B), at features (T, B, 4) and (M, B, 4), `norms` of `squares`."""
+    weighted = share[:, None, :, None] * queries
+    found = weighted.reshape(-1, queries[0].size) @ points.reshape(len(points), -1).T
+    found = found.reshape(len(share), len(queries), len(points))
+    found -= 0.5 * (weighted * queries).sum(axis=(2, 3))[..., None]
+    found -= 0.5 * norms[:, None]
+    return np.asarray(np.exp(np.minimum(found, 0.0, out=found), out=found))
+
+
+def _share(body: Anatomy, varied: Floats) -> Floats:
+    """(J, B) inverse squared lengths of the kernels: bones count the less the further they are from the joint."""
+    weight = np.exp(-_bones_away(body) / NEAR)
+    return np.asarray(weight / (REACH**2 * np.maximum(weight @ varied, 1e-12)[:, None]))
+
+
+def _bones_away(body: Anatomy) -> Floats:
+    """(J, B) bones between a joint and the nearer end of each bone; as many as there are joints where none lead."""
+    count = len(body.names)
+    away = np.where(np.eye(count, dtype=np.bool_), 0.0, float(count))
+    for _ in range(count):
+        for one, other in body.bones:
+            nearer = np.minimum(away[:, one], away[:, other] + 1.0), np.minimum(away[:, other], away[:, one] + 1.0)
+            away[:, one], away[:, other] = nearer
+    return np.minimum(away[:, body.bones[:, 0]], away[:, body.bones[:, 1]])
 
 
 def _robust_mean(offsets: Floats, body: Anatomy) -> Floats:
     """(J, 3) median offset, alike on both sides; 0 where no truth is known."""
     both = np.vstack([offsets, mirrored_postures(offsets, body)])
-    known = np.isfinite(both).all(axis=(0, 2)) | np.isfinite(both).any(axis=(0, 2))
+    known = np.isfinite(both).any(axis=(0, 2))
     mean = np.zeros(offsets.shape[1:])
     if known.any():
         mean[known] = np.nanmedian(both[:, known], axis=0)
     return mean
 
 
-def _shares(count: int, members: int, half: int, rng: np.random.Generator) -> list[Any]:
-    """Samples of each member: disjoint as long as there are enough of them."""
-    order = rng.permutation(count)
-    need = members * half
-    repeated = np.concatenate([order] * (need // max(count, 1) + 1))[:need]
-    return list(np.split(repeated, members)) if count >= need else [order[:half]]
+def _robust_weights(prior: Floats, cross: Floats, output: Floats, parts: Ints) -> tuple[Floats, float]:
+    """Weights (M, 3) of the points by samples (N, M) under Student-t noise, and the variance of a coordinate in samples
+    of one part as the other parts teach it."""
+    trust = np.ones(len(output))
+    for _ in range(ROUNDS):
+        normal = [_normal(cross[parts == part], output[parts == part], trust[parts == part]) for part in range(SHARES)]
+        gram, right = np.sum([one for one, _ in normal], axis=0), np.sum([one for _, one in normal], axis=0)
+        found = cho_solve(cho_factor(prior + gram, lower=True), right)
+        trust = _trust(output - cross @ found)
+    rest = np.empty(output.shape)
+    for part, (own_gram, own_right) in enumerate(normal):
+        taught = cho_solve(cho_factor(prior + gram - own_gram, lower=True), right - own_right)
+        rest[parts == part] = output[parts == part] - cross[parts == part] @ taught
+    return np.asarray(found), float(np.average((rest**2).sum(axis=1), weights=trust)) / 3.0
 
 
-def _robust_weights(kernel: Floats, output: Floats, have: Any, rounds: int) -> tuple[Floats, Floats]:
-    """Prediction vectors (N, J*3) under Student-t noise, and the variance (J,) that is left."""
-    count, joints, _ = output.shape
-    weights = np.zeros((count, joints * 3))
-    left = np.zeros(joints)
-    for j in range(joints):
-        if not have[:, j].any():
-            continue
-        trust = np.where(have[:, j], 1.0, 1e-6)
-        for _ in range(rounds):
-            system = kernel + np.diag(NOISE / trust)
-            found = cho_solve(cho_factor(system, lower=True), output[:, j])
-            rest = ((output[:, j] - kernel @ found) ** 2).sum(axis=1)
-            scale = max(float(np.median(rest[have[:, j]])) / 2.37, 1e-12)  # a coordinate's variance: median of chi2(3)
-            trust = np.where(have[:, j], (FREEDOM + 3.0) / (FREEDOM + rest / scale), 1e-6)
-        weights[:, 3 * j : 3 * j + 3] = found
-        left[j] = float(np.average(rest, weights=trust)) / 3.0
-    return weights, left
+def _normal(cross: Floats, output: Floats, trust: Floats) -> tuple[Floats, Floats]:
+    """(M, M) and (M, 3): what samples say of the points' weights."""
+    scale = np.sqrt(trust / NOISE)[:, None]
+    cross, output = cross * scale, output * scale
+    return np.asarray(cross.T @ cross), np.asarray(cross.T @ output)
 
 
-def _squares(rows: Floats) -> Floats:
-    norm = (rows**2).sum(axis=1)
-    return np.asarray(np.maximum(norm[:, None] + norm - 2.0 * rows @ rows.T, 0.0))
+def _trust(rest: Floats) -> Floats:
+    """(N,) weights of residuals (N, 3) under Student's t, their scale from the median."""
+    square = (rest**2).sum(axis=1)
+    scale = max(float(np.median(square)) / 2.37, 1e-12)  # a coordinate's variance: median of chi2(3)
+    return np.asarray((FREEDOM + 3.0) / (FREEDOM + square / scale))
