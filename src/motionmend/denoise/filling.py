@@ -17,7 +17,7 @@ from ..arrays import Bools, Floats, Ints
 from ..errors import MismatchError
 from ..numerics.walk import noise_level
 from .filled_limbs import fill_absent
-from .filling_model import GROUPS, UNIT, Known, Points, Relation, learn, predict, relation
+from .filling_model import GROUPS, UNIT, WOBBLE, Known, Points, Relation, learn, predict, relation
 from .filtered import Filtered, check_channels
 from .hedge import hedged
 from .marker_library import MarkerLibrary, examples_like
@@ -30,13 +30,15 @@ UNSURE = 0.015  # m; a part less sure than this is looked at from a second frame
 STEADY = 12  # anchors of that frame
 SHORT = 0.1  # s; a gap shorter than this needs its edges more than it needs teaching
 NEEDED = (0.3, 0.55)  # share of a marker's frames that its guides leave to learn from: nearest group, others
+LASTS = 0.4  # s; in a shorter gap a marker differs from its neighbours much as it does at the gap's edges
 EDGE = 0.2  # s on either side of a gap
 RIGID = 0.015  # m; a marker this steady is a guide even if the gap's edges are lost by it
-SPREAD, SIMILAR = 110, 60  # frames to learn from: all over the recording, and postures like those in the gap
-EXAMPLES = 200  # of the library, those most like the recording
-TAUGHT = 64  # of these, for one gap
+SPREAD, SIMILAR = 220, 100  # frames to learn from: all over the recording, and postures like those in the gap
+EXAMPLES = 400  # of the library, those most like the recording
+TAUGHT = 150  # of these, for one gap
 TUNED, TUNED_EXAMPLES, ROUNDS = 72, 36, 7  # frames, examples and rounds to find the amplitudes
 MOVED = 8  # gaps that are moved elsewhere to see how wrong the deviations are
+LEAST_EXCESS, MOST_EXCESS = 0.5, 10.0  # how much smaller and larger they may become by it
 HOPELESS = 0.4  # m; a standard deviation above this is no support: the gap stays open
 _EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(12)])).astype(np.int64))
 _JOINT = np.array([0, 1, 2, 3, 6, 10, 16, 25, 40])
@@ -202,6 +204,7 @@ def _seen_from(work: _Work, sight: _Sight, task: _Task) -> tuple[Floats, Floats]
     mine = within(work.places[chosen][:, [sight.marker]], here, here_axes)[:, 0]
     doubt = np.where(work.seen[chosen, sight.marker], 0.0, np.square(np.nan_to_num(work.std[chosen, sight.marker])))
     taught_features, taught_places, clips = _examples(work, sight, task.examples, sought_features)
+    wobble = WOBBLE * min(1.0, (task.gap[1] - task.gap[0]) / (LASTS * work.fps))
     known = Known(
         Points(
             np.concatenate([features, taught_features]) - middle,
@@ -210,6 +213,7 @@ def _seen_from(work: _Work, sight: _Sight, task: _Task) -> tuple[Floats, Floats]
         ),
         np.concatenate([mine, taught_places]),
         np.concatenate([doubt, np.zeros(len(clips))]),
+        wobble,
     )
     how = relation(known.points, len(sight.guides), len(clips) > 0)
     amplitudes = _tuned(work, sight, known, how)
@@ -357,7 +361,7 @@ def _excess(errors: list[Floats]) -> float:
     size = size.ravel()
     order = np.argsort(size)
     middle, far = np.interp([0.6827, 0.9545], np.cumsum(share[order]), size[order])
-    return float(np.clip(np.sqrt(middle * far / 2.0), 0.7, 10.0))
+    return float(np.clip(np.sqrt(middle * far / 2.0), LEAST_EXCESS, MOST_EXCESS))
 
 
 def _parts_of_gap(visible: Bools, least: int) -> list[tuple[int, int]]:

@@ -16,6 +16,7 @@ TIME_PARTS = len(TIMES)
 UNKNOWN_MEAN = 100.0  # variances of a mean of which nothing is known
 STRANGER = 0.01  # m; another person's marker may sit elsewhere by this much, and by UNKNOWN_MEAN variances
 LEAST_SPREAD = 1e-4  # m
+WOBBLE = 1e-3  # m; markers on skin and clothes hold to each other no better, however well a recording's frames agree
 ENOUGH = 20  # frames of the recording, to see how far a marker moves
 
 
@@ -125,11 +126,20 @@ def prior_variance(amplitudes: Floats, points: Points, how: Relation) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What is known of a marker: places (N, 3) at points, with doubt (N,) m² beyond the noise."""
+    """What is known of a marker.
+
+    Attributes
+    ----------
+    points : N.
+    places : (N, 3) m, there.
+    doubt : (N,) m² beyond the noise.
+    wobble : m; by so much the relation to the markers about it differs from moment to moment.
+    """
 
     points: Points
     places: Floats
     doubt: Floats
+    wobble: float
 
     def centre(self) -> Floats:
         """(3,) mean place in the recording, of the examples if the recording has none."""
@@ -158,7 +168,7 @@ def learn(known: Known, how: Relation, rows: Ints, start: Floats | None, iterati
     guess[-1] = 1e-3 * spread
     if start is not None and len(start) == len(guess):
         guess = np.maximum(0.5 * guess + 0.5 * start * spread, 1e-12)
-    base = known.base() * (some.clip[:, None] == some.clip)
+    base = known.base() * (some.clip[:, None] == some.clip) + WOBBLE**2 * np.eye(len(rows))
     return likeliest_amplitudes(parts, base, known.places[rows] - known.centre(), guess, iterations)
 
 
@@ -167,7 +177,7 @@ def _noisy(amplitudes: Floats, known: Known, how: Relation) -> Floats:
     cov = covariance(amplitudes, known.points, known.points, how) + known.base() * (clip[:, None] == clip)
     lasting = amplitudes[-1 - TIME_PARTS : -1].sum()
     cov[np.diag_indices(len(cov))] += amplitudes[-1] + np.where(clip > 0, lasting, 0.0) + known.doubt
-    cov[np.diag_indices(len(cov))] += 1e-9 * known.spread()
+    cov[np.diag_indices(len(cov))] += known.wobble**2 + 1e-9 * known.spread()
     return np.asarray(cov)
 
 
@@ -175,6 +185,6 @@ def predict(amplitudes: Floats, known: Known, how: Relation, sought: Points) -> 
     """Places (N', 3) at the points sought, and their variance (N',) of a coordinate, m²."""
     cross = covariance(amplitudes, sought, known.points, how)
     cross += known.base() * (sought.clip[:, None] == known.points.clip)
-    prior = prior_variance(amplitudes, sought, how) + known.base()
+    prior = prior_variance(amplitudes, sought, how) + known.base() + known.wobble**2
     found = krige(_noisy(amplitudes, known, how), cross, prior, known.places - known.centre())
     return Prediction(found.mean + known.centre(), found.variance)
