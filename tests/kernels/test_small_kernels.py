@@ -74,8 +74,16 @@ def test_samples_of_a_picture_are_of_the_picture(rng):
     np.testing.assert_allclose(evidence.samples, own.points[at], atol=1e-6)
 
 
+def test_the_middle_of_points_is_their_median(rng):
+    from motionmend.track.evidence import middle
+
+    for count in range(1, 9):
+        points = rng.normal(size=(count, 3)).astype(np.float32)
+        np.testing.assert_allclose(middle(points), np.median(points.astype(np.float64), axis=0), rtol=1e-12)
+
+
 def test_disagreement_and_what_a_limb_changes_of_it(rng):
-    from motionmend.track.limbs import LIMBS, MOST, Coarse, cast_parts, limb_costs, with_limb
+    from motionmend.track.limbs import LIMBS, MOST, Coarse, cast_parts, disagreements, limb_costs, with_limb
 
     body, pose = anatomy.average(), standing()
     moved = advance(body, pose, np.concatenate((np.zeros(6), rng.normal(0, 0.3, 28))))
@@ -86,6 +94,8 @@ def test_disagreement_and_what_a_limb_changes_of_it(rng):
     coarse = Coarse(intrinsics(picture.camera), seen, free, int(np.isfinite(seen).sum()))
     whole = limbs.disagreement(seen, free, cast_parts(body, pose, coarse)[0], MOST)
     assert whole == pytest.approx(naive.disagreement(seen, free, cast_parts(body, pose, coarse)[0], MOST), rel=1e-5)
+    both = [naive.disagreement(seen, free, cast_parts(body, one, coarse)[0], MOST) for one in (pose, moved)]
+    np.testing.assert_allclose(disagreements(body, [pose, moved], coarse), np.array(both) / coarse.pixels, rtol=1e-5)
     for limb in LIMBS:
         tried = np.stack((pose.joints[limb.columns], moved.joints[limb.columns]))
         costs = limb_costs(body, pose, limb, tried, coarse)

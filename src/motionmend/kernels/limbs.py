@@ -3,10 +3,11 @@
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints, Singles
-from . import articulated, raycast
+from . import articulated, raycast, rendered
 from .compile import compiled
 
 _frames, _frame = articulated.frames, articulated.frame
+_picture = rendered.picture
 _place, _prepare, _cast, _cast_onto = raycast.place, raycast.prepare, raycast.cast, raycast.cast_onto
 
 
@@ -31,6 +32,49 @@ def disagreement(seen: Singles, free: Bools, rendered: Singles, most: float) -> 
         for column in range(seen.shape[1]):
             total += unlikeness(seen[row, column], free[row, column], rendered[row, column], most)
     return total
+
+
+@compiled
+def disagreements(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    translations: Floats,
+    roots: Floats,
+    joints: Floats,
+    carriers: Ints,
+    kinds: Bytes,
+    centers: Floats,
+    turns: Floats,
+    sizes: Floats,
+    tapers: Floats,
+    camera: Floats,
+    seen: Singles,
+    free: Bools,
+    most: float,
+    costs: Floats,
+) -> None:
+    """The disagreement of a body in each of C poses with what is seen.
+
+    Parameters
+    ----------
+    parents .. axes : as for `articulated.frames`.
+    translations, roots, joints : (C, 3) m, (C, 3, 3) and (C, J) rad.
+    carriers .. tapers : of the body's solids, as in `rendered.picture`.
+    camera : (4,) of the images. seen, free : (H, W) what is observed, and where nobody is.
+    most : m, see `unlikeness`. costs : (C,) is written.
+    """
+    frames = np.empty((len(parents), 4, 4))
+    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
+    depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
+    for c in range(len(costs)):
+        _picture(
+            parents, offsets, rests, first, axes, translations[c], roots[c], joints[c], carriers, kinds, centers,
+            turns, sizes, tapers, camera, frames, placed, parts, depth, solid,
+        )  # fmt: skip
+        costs[c] = disagreement(seen, free, depth, most)
 
 
 @compiled

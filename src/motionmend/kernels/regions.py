@@ -15,6 +15,11 @@ def extent(depth: Singles, box: Ints) -> float:
     height, width = depth.shape
     top, bottom, left, right, total = height, -1, width, -1, 0.0
     for r in range(height):
+        measured = 0
+        for c in range(width):
+            measured += depth[r, c] == depth[r, c]  # quick, and enough for most rows: not NaN
+        if measured == 0:
+            continue
         here = 0.0
         first, last = width, -1
         for c in range(width):
@@ -22,9 +27,8 @@ def extent(depth: Singles, box: Ints) -> float:
             if not np.isnan(z):
                 here += z * z
                 first, last = min(first, c), c
-        if last >= 0:
-            top, bottom, left, right = min(top, r), r, min(left, first), max(right, last)
-            total += here
+        top, bottom, left, right = min(top, r), r, min(left, first), max(right, last)
+        total += here
     box[0], box[1], box[2], box[3] = (top, bottom, left, right) if bottom >= 0 else (0, -1, 0, -1)
     return total
 

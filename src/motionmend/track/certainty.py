@@ -17,6 +17,8 @@ STRAY = 0.20  # m/s, how fast a joint that is not seen may leave where the prior
 DENIED = 0.3  # share of a bone's samples that noise and clothes deny
 LIMB, BODY = 0.4, 0.8  # m, where all of a limb or of the body is denied
 REACH = 0.25  # m, about as far as it gets
+_PARENTS = PARENTS.tolist()
+_BONE_OF = np.repeat(np.arange(len(BONES)), np.diff(FIRST))  # of each joint coordinate
 
 
 def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> tuple[Floats, Floats]:
@@ -37,13 +39,11 @@ def trust_of(share: Floats) -> tuple[Floats, Bools]:
 
     A coordinate is shown by its own bone and, less, by those it carries; a joint by its bone or the one before it.
     """
-    own = share / (share + ENOUGH)
-    carried = own.copy()
+    carried = (share / (share + ENOUGH)).tolist()
     for b in range(len(BONES) - 1, 0, -1):
-        carried[PARENTS[b]] = max(carried[PARENTS[b]], 0.7 * carried[b])
-    trust = np.concatenate([np.full(FIRST[b + 1] - FIRST[b], carried[b]) for b in range(len(BONES))])
-    seen = carried[LANDMARK_BONES] > 0.2
-    return trust, seen
+        carried[_PARENTS[b]] = max(carried[_PARENTS[b]], 0.7 * carried[b])
+    own = np.array(carried)
+    return own[_BONE_OF], own[LANDMARK_BONES] > 0.2
 
 
 def astray(shown: Floats, denied: Floats, wrong: float, usual: float) -> Floats:

@@ -1,5 +1,6 @@
 """A limb that does not fit is looked for among other poses of its own, while the rest of the body stays."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -143,8 +144,31 @@ def cast_parts(performer: Performer, pose: Pose, coarse: Coarse) -> tuple[Single
 
 def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
     """Share of the person's pixels that a pose explains wrongly, 0 (none) to 1 and, with too much body, beyond."""
-    wrong = limbs.disagreement(coarse.seen, coarse.free, cast_parts(performer, pose, coarse)[0], MOST)
-    return float(wrong / max(coarse.pixels, 1))
+    return float(disagreements(performer, [pose], coarse)[0])
+
+
+def disagreements(performer: Performer, poses: Sequence[Pose], coarse: Coarse) -> Floats:
+    """(C,) the same of each of C poses."""
+    bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
+    costs = np.empty(len(poses))
+    limbs.disagreements(
+        *performer.chain,
+        np.array([pose.translation for pose in poses]),
+        np.array([pose.root for pose in poses]),
+        np.array([pose.joints for pose in poses]),
+        bones,
+        kinds,
+        centers,
+        turns,
+        sizes,
+        tapers,
+        coarse.intrinsics,
+        coarse.seen,
+        coarse.free,
+        MOST,
+        costs,
+    )
+    return np.asarray(costs / max(coarse.pixels, 1))
 
 
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:

@@ -8,7 +8,7 @@ from ..bodies.performer import DOFS, Pose, advance
 from .edge_term import EdgeTerm
 from .evidence import Evidence
 from .freespace_term import FreespaceTerm
-from .limbs import Coarse, disagreement
+from .limbs import Coarse, disagreements
 from .limits_term import LimitsTerm
 from .model import TrackerModel
 from .prior_term import prior_term
@@ -71,5 +71,4 @@ def expected_pose(state: "TrackState", settings: TrackSettings, elapsed: float, 
     # Half the last step is expected; all of it or none only where the frame says so clearly.
     shares, handicaps = (settings.velocity, 0.0, 1.0), (0.0, 0.01, 0.01)
     ways = [advance(state.performer, state.pose, share * elapsed * state.velocity) for share in shares]
-    wrong = [disagreement(state.performer, way, coarse) for way in ways]
-    return ways[int(np.argmin(np.add(wrong, handicaps)))]
+    return ways[int(np.argmin(disagreements(state.performer, ways, coarse) + handicaps))]

@@ -4,6 +4,8 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.camera import DepthFrame
+from ..bodies.surface import intrinsics
+from .evidence import listed, middle
 from .foreground import LARGEST, SMALLEST, Foreground, Scene, about, find_person, mended, remember
 
 CLOSING = 5  # px; dropout inside the person is narrower
@@ -41,9 +43,7 @@ def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice]) -> Fore
     on = np.isfinite(part)
     depth[box] = part
     free[box] = cv2.morphologyEx(on.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)) == 0
-    rows, columns = np.nonzero(np.isfinite(depth[::4, ::4]))
-    if not len(rows):
+    points = listed(depth, intrinsics(frame.camera), 4)[1]
+    if not len(points):
         return Foreground(depth, False, np.full(3, np.nan), free)
-    z = depth[::4, ::4][rows, columns].astype(np.float64)
-    points = frame.camera.every(4).unproject(np.column_stack((columns, rows)), z)
-    return Foreground(depth, True, np.median(points, axis=0), free)
+    return Foreground(depth, True, middle(points), free)

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..bodies.performer import Performer, Pose, rotation
 from ..numerics.least_squares import Solution
-from .evidence import Evidence
-from .limbs import Coarse, cast_parts, disagreement
+from .evidence import Evidence, listed, middle
+from .limbs import Coarse, cast_parts, disagreement, disagreements
 from .model import TrackerModel
 from .settings import TrackSettings
 from .smooth_term import about
@@ -55,7 +55,7 @@ def rescued(
         index, _ = model.database.search.nearest(state.pose.joints, 24)
         ahead = model.database.following(index[::3], 2)[:, -1]
         tried += [Pose(here[1].translation, here[1].root, model.database.joints[i]) for i in ahead]
-    costs = [disagreement(performer, pose, coarse) for pose in tried]
+    costs = disagreements(performer, tried, coarse)
     for i in np.argsort(costs, kind="stable")[:REFINED]:
         begun = about(terms, tried[i])
         trial = solve_pose(performer, evidence, begun, tried[i], settings, max(settings.iterations // 2, 1))
@@ -78,11 +78,7 @@ def turned(pose: Pose, count: int) -> list[Pose]:
 def moved_to(performer: Performer, pose: Pose, evidence: Evidence, coarse: Coarse) -> Pose:
     """The pose moved, in m, to where the person is: what is seen of both has the same middle (medians)."""
     depth, _ = cast_parts(performer, pose, coarse)
-    rows, columns = np.nonzero(np.isfinite(depth))
-    if not len(rows):
-        inside = np.median(evidence.samples, axis=0) + np.array([0.0, 0.0, 0.1])  # half a body's depth
-        return Pose(inside, pose.root, pose.joints)
-    fx, fy, cx, cy = coarse.intrinsics
-    z = depth[rows, columns].astype(np.float64)
-    middle = np.array([np.median((columns - cx) * z / fx), np.median((rows - cy) * z / fy), np.median(z)])
-    return Pose(pose.translation + np.median(evidence.samples, axis=0) - middle, pose.root, pose.joints)
+    points, seen = listed(depth, coarse.intrinsics, 1)[1], middle(evidence.samples)
+    if not len(points):
+        return Pose(seen + np.array([0.0, 0.0, 0.1]), pose.root, pose.joints)  # half a body's depth
+    return Pose(pose.translation + seen - middle(points), pose.root, pose.joints)
