@@ -11,7 +11,9 @@ from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
 from .limbs import LIMBS, Coarse, Limb, disagreement, limb_costs, limb_places, with_limb
 from .model import TrackerModel
-from .prior_term import strangeness
+from .narrowing import narrowed
+from .prior_term import limb_strangeness, strangeness
+from .rivals import GAIN, STEP, Rival
 from .settings import TrackSettings
 from .smooth_term import about
 from .solve import solve_pose
@@ -20,11 +22,12 @@ from .terms import Term
 if TYPE_CHECKING:
     from .tracker import TrackState
 
-GAIN = 0.008  # share of the person's pixels that a limb's new pose must explain better
 STRANGE = 1.0  # share of the pixels that one unit of the prior's cost weighs
-STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
 SUSPECT = 1.08  # times the usual share of pixels explained wrongly, above which limbs are looked for
+WORTH = 0.25 * GAIN  # a gain from where on a pose that was not taken is worth following
+SPREADS = (0.3, 0.15)  # rad, of poses of a limb drawn about the best, in each round
+KEPT, DRAWN = 6, 24  # how many best those are, and how many poses are drawn about them
 TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
 
 
@@ -37,7 +40,7 @@ def mend_limbs(
     terms: list[Term],
     expected: Pose,
     solution: Solution[Pose],
-) -> tuple[Solution[Pose], float, int, Floats]:
+) -> tuple[Solution[Pose], float, int, Floats, Rival | None]:
     """Look for each limb among poses of the library and about where it is.
 
     Parameters
@@ -54,7 +57,7 @@ def mend_limbs(
     Returns
     -------
     The solution, a better one if there is; the share of the person's pixels it explains wrongly; how many limbs were
-    moved; and (16,) m, the doubt about each joint.
+    moved; (16,) m, the doubt about each joint; and the pose that lost against it, if frames to come may say otherwise.
     """
     performer = state.performer
     doubt = np.zeros(16)
@@ -74,18 +77,18 @@ def mend_limbs(
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
         costs = limb_costs(performer, pose, limb, candidates, coarse)
-        i = int(np.argmin(costs))
-        if costs[i] < wrong - 0.5 * GAIN:
-            better.append((costs[i] - wrong, number, with_limb(pose, limb, candidates[i])))
+        way, cost = _closer(performer, pose, limb, candidates, costs, coarse, terms)
+        if cost < wrong - 0.5 * GAIN:
+            better.append((cost - wrong, number, way))
         if worse:
             # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
             before = limb_costs(performer, expected, limb, candidates, coarse)
-            i = int(np.argmin(before))
-            if before[i] < min(before[1] - 0.5 * GAIN, wrong + GAIN):
-                better.append((before[i] - wrong, number, with_limb(expected, limb, candidates[i])))
+            way, cost = _closer(performer, expected, limb, candidates, before, coarse, terms)
+            if cost < min(before[1] - 0.5 * GAIN, wrong + GAIN):
+                better.append((cost - wrong, number, way))
         if hidden:
             doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
-    moved = 0
+    moved, rival = 0, None
     for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
         limb = LIMBS[number]
         begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
@@ -93,9 +96,39 @@ def mend_limbs(
         after = disagreement(performer, trial.state, coarse)
         odd = STRANGE * (strangeness(terms, trial.state) - strangeness(terms, solution.state))
         leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
-        if after + odd < wrong - GAIN * (1.0 + (leap / STEP) ** 2):
+        gain = wrong - after - odd
+        if gain > GAIN * (1.0 + (leap / STEP) ** 2):
+            rival = Rival(solution.state, -gain)
             solution, wrong, moved = trial, after, moved + 1
-    return solution, wrong, moved, doubt
+        elif gain > WORTH:
+            rival = Rival(trial.state, gain)
+    return solution, wrong, moved, doubt, rival
+
+
+def _closer(
+    performer: Performer,
+    pose: Pose,
+    limb: Limb,
+    candidates: Floats,
+    costs: Floats,
+    coarse: Coarse,
+    terms: list[Term],
+) -> tuple[Pose, float]:
+    """The pose with the best values for a limb, near one of its `candidates` (C, n) that cost (C,), and their cost.
+
+    A library's poses are too far apart to fit: the best of them may be no nearer to the truth than the worst, which
+    only what is drawn about them tells. What the prior says against each counts as well.
+    """
+
+    def odd(some: Floats) -> Floats:
+        return STRANGE * limb_strangeness(terms, pose, limb.columns, some)
+
+    def cost(some: Floats) -> Floats:
+        return limb_costs(performer, pose, limb, some, coarse) + odd(some)
+
+    limits, rng = performer.limits[6 + limb.columns], np.random.default_rng(0)
+    values, least = narrowed(cost, candidates, costs + odd(candidates), limits, SPREADS, KEPT, DRAWN, rng)
+    return with_limb(pose, limb, values), least
 
 
 def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:

@@ -50,7 +50,7 @@ def faced(
         twin = replace(twin, pose=expected)
         terms = terms_of(model, settings, twin, evidence, expected)
         found = solve_pose(twin.performer, evidence, terms, expected, settings)
-        found, share, _, _ = mend_limbs(model, settings, twin, evidence, coarse, terms, expected, found)
+        found, share, *_ = mend_limbs(model, settings, twin, evidence, coarse, terms, expected, found)
         shown, _ = shown_and_denied(twin.performer, found.state, coarse, evidence.weight)
         return found, trust_of(shown)[0], share
 

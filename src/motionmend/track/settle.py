@@ -2,7 +2,7 @@
 
 Gauss-Newton moves a limb to what is near it; one that a detector mistook or did not see is far. So each limb's poses
 are searched as a whole: those of a library and those that detected joints and unexplained points suggest, then
-closer and closer about the best of them (the cross-entropy method, Rubinstein 1999), every one judged by a picture.
+closer and closer about the best of them (`narrowing`), every one judged by a picture.
 """
 
 from collections.abc import Sequence
@@ -14,6 +14,7 @@ from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rota
 from .detect import Detection
 from .judge import Verdict, judge
 from .limbs import LIMBS, Coarse, Limb, limb_costs, with_limb
+from .narrowing import narrowed
 from .observation import Observation
 from .reach import reach
 from .start import Candidate, Refine
@@ -183,19 +184,13 @@ def searched(
     shapes : (C, n) poses to begin with.
     rng : of what is drawn about the best.
     """
-    low, high = performer.limits[6 + limb.columns].T
-    some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), low, high)
+    limits = performer.limits[6 + limb.columns]
+    some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), *limits.T)
     costs = limb_costs(performer, pose, limb, some, coarse)
-    own = costs[0]
-    for spread in ROUNDS:
-        best = np.argsort(costs, kind="stable")[:ELITE]
-        some, costs = some[best], costs[best]
-        fresh = some[rng.integers(len(some), size=DRAWN)] + spread * rng.normal(size=(DRAWN, some.shape[1]))
-        fresh = np.clip(fresh, low, high)
-        some = np.concatenate((some, fresh))
-        costs = np.concatenate((costs, limb_costs(performer, pose, limb, fresh, coarse)))
-    first = int(np.argmin(costs))
-    return some[first], float(own - costs[first])
+    values, cost = narrowed(
+        lambda fresh: limb_costs(performer, pose, limb, fresh, coarse), some, costs, limits, ROUNDS, ELITE, DRAWN, rng
+    )
+    return values, float(costs[0] - cost)
 
 
 def _hints(

@@ -25,6 +25,7 @@ from .observation import Observation
 from .offers import limb_offers
 from .person import person_of
 from .rescue import moved_to, rescued, turned
+from .rivals import Rival, contested
 from .second_reading import faced
 from .settings import TrackSettings
 from .smooth_term import difference
@@ -56,6 +57,7 @@ class TrackState:
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
     facing : what is known of front and back.
+    rival : another pose that is followed beside this one, until one of them is refuted.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
     time : s, of the last frame.
@@ -71,6 +73,7 @@ class TrackState:
     wrong: float = float("nan")
     searched: int = 0
     facing: Facing = field(default_factory=Facing)
+    rival: Rival | None = None
     girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
     time: float = float("nan")
@@ -198,10 +201,16 @@ def step(
     restarts = 0
     doubt = np.zeros(16)
     if settings.search:
-        solution, wrong, restarts, doubt = mend_limbs(
+        solution, wrong, restarts, doubt, rival = mend_limbs(
             model, settings, state, evidence, coarse, terms, expected, solution
         )
         clock.lap("limbs")
+        mended = solution
+        state, terms, solution, wrong = contested(
+            model, settings, state, evidence, coarse, terms, mended, wrong, elapsed, rival
+        )
+        restarts += solution is not mended
+        clock.lap("rival")
     else:
         wrong = disagreement(state.performer, solution.state, coarse)
     doubtful = wrong > 1.15 * state.wrong + 0.01 and state.searched >= EVERY
@@ -338,6 +347,7 @@ def _tracked(
         hidden=frozen(hidden),
         lost=lost,
         wrong=state.wrong if lost else running,
+        rival=None if lost or recovered else state.rival,
         before=before,
     )
     std = np.maximum(std, 0.10) if lost else std

@@ -1,0 +1,139 @@
+"""Two poses of one body where one frame does not tell which is right: the second is followed beside the first.
+
+An arm that comes out from behind the body explains a few pixels more where it is than where it was taken to be. One
+frame of noise gains as much, so that in one frame no limb may leap far for it; but noise gains now here, now there,
+and the truth gains in every frame. So the best pose that was not taken, or the one that was given up, is followed
+for some frames (two of the hypotheses of Reid 1979, Cham and Rehg 1999), and is taken when its gains add up to what
+a leap as long as that asks for.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from ..arrays import Floats, frozen
+from ..bodies.performer import DOFS, Performer, Pose, landmarks
+from ..numerics.least_squares import Solution
+from .certainty import shown_and_denied, trust_of
+from .evidence import Evidence
+from .limbs import Coarse, disagreement
+from .model import TrackerModel
+from .objective import PAUSE, expected_pose, terms_of
+from .prior_term import strangeness
+from .settings import TrackSettings
+from .smooth_term import difference
+from .solve import solve_pose
+from .terms import Term
+
+if TYPE_CHECKING:
+    from .tracker import TrackState
+
+GAIN = 0.008  # share of the person's pixels that another pose must explain better
+STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
+MOST = 10.0  # times that gain that frames together must show for the longest leap
+FADES = 0.9  # of what earlier frames gained, in each frame
+LEAST = -0.03  # gained in sum; a rival that has lost more is given up
+LASTS = 15  # frames that a rival is followed
+ONE = 0.06  # m; two poses whose limbs are closer are one
+OWN = 2.0 * ONE  # m apart, from where on a pose is worth following beside the other
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """The other pose, as of the last frame.
+
+    Attributes
+    ----------
+    pose : of the whole body. gained : share of the person's pixels, in sum, by which it is ahead; faded.
+    velocity : (34,) m/s and rad/s. trust : (28,) as of `TrackState`. frames : for how many it has been followed.
+    """
+
+    pose: Pose
+    gained: float
+    velocity: Floats = field(default_factory=lambda: frozen(np.zeros(DOFS)))
+    trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
+    frames: int = 0
+
+
+def asked(leap: float) -> float:
+    """Share of the person's pixels that a pose must explain better, in sum, for a limb to leap so far, in m."""
+    return GAIN * min(1.0 + (leap / STEP) ** 2, MOST)
+
+
+def apart(performer: Performer, pose: Pose, other: Pose) -> float:
+    """m between two poses of a body: the mean of the two joints that are farthest apart, an arm's or a leg's."""
+    gap = np.linalg.norm(landmarks(performer, pose) - landmarks(performer, other), axis=1)
+    return float(np.sort(gap)[-2:].mean())
+
+
+def contested(
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: "TrackState",
+    evidence: Evidence,
+    coarse: Coarse,
+    terms: list[Term],
+    solution: Solution[Pose],
+    wrong: float,
+    elapsed: float,
+    rival: Rival | None,
+) -> tuple["TrackState", list[Term], Solution[Pose], float]:
+    """The rival of the frame before against this frame's solution: what is followed from here, the other beside it.
+
+    Parameters
+    ----------
+    model, settings : of the tracker.
+    state : of this frame, but that pose, velocity, trust and rival are still those of the frame before.
+    evidence, coarse, terms : what the frame says, its coarse raster, the terms made for the solution.
+    solution, wrong : of this frame, and the share of the person's pixels that it explains wrongly.
+    elapsed : s since the frame before.
+    rival : a new one that this frame suggests, its pose of this frame; None as a rule.
+
+    Returns
+    -------
+    State, terms, solution and share. If the rival is taken the state's pose and velocity are what the rival's were.
+    """
+    old = state.rival
+    if old is not None and 0.0 < elapsed < PAUSE:
+        twin = replace(state, pose=old.pose, velocity=old.velocity, trust=old.trust, before=None)
+        expected = expected_pose(twin, settings, elapsed, coarse)
+        others = terms_of(model, settings, twin, evidence, expected)
+        found = solve_pose(state.performer, evidence, others, expected, settings)
+        share = disagreement(state.performer, found.state, coarse)
+        odd = strangeness(others, found.state) - strangeness(terms, solution.state)
+        gained = FADES * old.gained + wrong - share - odd
+        gap = apart(state.performer, found.state, solution.state)
+        if gained > asked(gap):
+            given_up = _followed(state, solution.state, state.pose, -0.5 * gained, 0, elapsed, evidence, coarse)
+            return replace(twin, before=state.before, rival=given_up), others, found, share
+        stays = gap > ONE and gained > LEAST and old.frames + 1 < LASTS
+        known = _followed(state, found.state, old.pose, gained, old.frames + 1, elapsed, evidence, coarse)
+        state = replace(state, rival=known if stays else None)
+    else:
+        state = replace(state, rival=None)
+    better = state.rival is None or (rival is not None and rival.gained > max(state.rival.gained, 0.0))
+    if rival is not None and better and apart(state.performer, rival.pose, solution.state) > OWN:
+        shown, _ = shown_and_denied(state.performer, rival.pose, coarse, evidence.weight)
+        state = replace(state, rival=replace(rival, trust=frozen(trust_of(shown)[0])))
+    return state, terms, solution, wrong
+
+
+def _followed(
+    state: "TrackState",
+    pose: Pose,
+    last: Pose | None,
+    gained: float,
+    frames: int,
+    elapsed: float,
+    evidence: Evidence,
+    coarse: Coarse,
+) -> Rival:
+    """A rival with what this frame shows of it and how it has moved since the frame before."""
+    assert last is not None
+    shown, _ = shown_and_denied(state.performer, pose, coarse, evidence.weight)
+    trust = trust_of(shown)[0]
+    velocity = difference(pose, last) / elapsed
+    velocity[6:] *= np.minimum(1.0, 0.2 + trust)
+    return Rival(pose, gained, frozen(velocity), frozen(trust), frames)
