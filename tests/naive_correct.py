@@ -160,7 +160,7 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     posture = np.where(present[:, None], good[:, None] * values, 0.0) + failing[:, None] * there + mean + own
     blind = np.column_stack([np.ones((joints, 2)), features[:, 2:]])
     steady = 1.0 / (1.0 + np.exp(evidence(blind)))
-    passed = max(seconds, 1.0 / 30.0)
+    passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
     hold, doubt = 1.0 - np.exp(-passed / HOLD_SECONDS), 1.0 - np.exp(-passed / DOUBT_SECONDS)
     gain = np.where(good > 0.5, good * hold, np.where(steady > 0.8, doubt, 0.0))
     ours = own + gain[:, None] * np.where(present[:, None], values - there, 0.0)

@@ -321,3 +321,32 @@ def test_a_jump_does_not_ring_at_any_rate(fps: float) -> None:
         seen.append(placed[0, 0] - still[0, 0])
     assert max(seen) < 0.115
     assert seen[-1] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_a_quicker_sensor_takes_the_same_time_to_know_a_person(model: CorrectorModel) -> None:
+    raw = recording(sensed(truth("walk", 6), 6))
+    quick = np.arange(4 * (raw.frames - 1) + 1) / 120.0
+    between = np.stack([np.interp(quick, raw.times, one) for one in raw.positions.reshape(raw.frames, -1).T], axis=1)
+    states = []
+    for times, positions in (
+        (raw.times, raw.positions),
+        (quick, between.reshape(len(quick), *raw.positions.shape[1:])),
+    ):
+        state = model.start(NAMES)
+        for time, frame in zip(times, positions, strict=True):
+            state, _ = model.step(state, frame, None, float(time))
+        states.append(state.sight.followed)
+    np.testing.assert_allclose(states[1].met, states[0].met, rtol=0.1)
+    np.testing.assert_allclose(states[1].own, states[0].own, atol=0.01)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_who_knows_all_of_a_recording_does_no_worse_than_live_where_joints_fail(
+    model: CorrectorModel, seed: int
+) -> None:
+    true = truth("reach", 20 + seed, 4.0)
+    failed = fail(recording(sensed(true, seed), state=True), seed=seed)
+    away = np.linalg.norm(model.correct(failed.postures).positions - true, axis=2)[failed.affected].mean()
+    at_once = np.linalg.norm(live(model, failed.postures)[0] - true, axis=2)[failed.affected].mean()
+    raw = np.linalg.norm(failed.postures.positions - true, axis=2)[failed.affected].mean()
+    assert away < at_once + 0.1 * raw

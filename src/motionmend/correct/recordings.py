@@ -12,7 +12,7 @@ from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
 from .limits import Hinges, hinges_of
-from .normalise import Placement, placed
+from .normalise import Placement, placed, upright
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
@@ -140,13 +140,14 @@ def _watched(watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, pos
 
 
 def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight]]:
-    """The recording's frames looked at; a first look tells what is this person's and this sensor's own."""
+    """The recording's frames looked at; a first look tells what is this person's own, by joints that went well."""
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
     watcher = accustomed(watcher, rows)
-    begun = acquainted(watcher, rows, fresh(watcher))
-    met = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)[-1].followed
-    begun = replace(begun, followed=replace(begun.followed, own=met.own, met=met.met))
+    begun = replace(fresh(watcher), upright=upright(rows, watcher.body))
+    last = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)[-1]
+    met = replace(begun.followed, own=last.followed.own, met=last.followed.met)
+    begun = replace(begun, lengths=last.lengths, followed=met)
     return joining, _watched(watcher, joining, begun, rows, postures)
 
 

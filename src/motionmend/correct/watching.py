@@ -18,7 +18,6 @@ FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
 NO_STATES = np.zeros(0, dtype=np.uint8)
-LIVELY = 1.5  # how much more than usual one person's second differences are
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,27 +103,20 @@ def acquainted(watcher: Watcher, rows: Floats, sight: Sight) -> Sight:
 
 
 def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
-    """The watcher used to how unsteady this recording's sensor is throughout, when that is more than it was taught.
+    """The watcher used to how unsteady this recording's bones are throughout, when that is more than it was taught.
 
-    Most joints do not fail most of the time, so the median joint at the median frame shows the sensor's own noise.
-    People are lively in different degrees: of their second differences only what is beyond `LIVELY` is the sensor's.
+    Most joints do not fail most of the time, so the median bone at the median frame shows the sensor's own noise. The
+    joints' second differences do not: who moves briskly would teach it that failures are usual.
 
     Parameters
     ----------
     rows : (T, J, 3) m by the model's joints.
     """
-    lengths = bone_lengths(rows, watcher.body)
-    scale = np.median(_some(lengths / watcher.standard.lengths, np.array([1.0])))
-    bent = np.sqrt(((rows[2:] - 2.0 * rows[1:-1] + rows[:-2]) ** 2).sum(axis=2)) / max(float(scale), 1e-6)
-    jerky = [np.median(_some(one, np.array([0.0]))) for one in bent.T] / watcher.detector.jerk
-    off = np.log(np.maximum(lengths, 1e-6))
+    off = np.log(np.maximum(bone_lengths(rows, watcher.body), 1e-6))
     wide = [np.median(np.abs(_some(one, np.zeros(1)) - np.median(_some(one, np.zeros(1))))) / 0.6745 for one in off.T]
-    detector = replace(
-        watcher.detector,
-        jerk=watcher.detector.jerk * max(1.0, float(np.median(jerky)) / LIVELY),
-        bone_spread=watcher.detector.bone_spread * max(1.0, float(np.median(wide / watcher.detector.bone_spread))),
-    )
-    return replace(watcher, detector=detector)
+    detector = watcher.detector
+    wider = max(1.0, float(np.median(wide / detector.bone_spread)))
+    return replace(watcher, detector=replace(detector, bone_spread=detector.bone_spread * wider))
 
 
 def _some(values: Floats, otherwise: Floats) -> Floats:

@@ -103,7 +103,7 @@ def follow(
         if _judge(features, weights, forecast, failing) < SETTLED:
             break
     posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
-    passed = max(seconds, 1.0 / 30.0)
+    passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
     hold, doubt = 1.0 - exp(-passed / HOLD_SECONDS), 1.0 - exp(-passed / DOUBT_SECONDS)
     for j in range(joints):
         if not present[j]:
