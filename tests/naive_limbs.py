@@ -129,3 +129,14 @@ def judged(seen, free, rendered, bones, gate, count):
 def _beside(mask):
     wide = np.pad(mask, 1)
     return wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]
+
+
+def narrowed(cost, some, limits, drawn):
+    """The cross-entropy method with what is drawn given: the best of `some` (C, n), and what each of those costs."""
+    first = costs = np.array([cost(row) for row in some])
+    for picks, noise in zip(drawn.picks, drawn.noise, strict=True):
+        best = np.argsort(costs, kind="stable")[: drawn.kept]
+        some, costs = some[best], costs[best]
+        fresh = np.clip(some[picks] + noise, *limits.T)
+        some, costs = np.concatenate((some, fresh)), np.append(costs, [cost(row) for row in fresh])
+    return first, some[np.argmin(costs)], costs.min()

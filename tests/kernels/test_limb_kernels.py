@@ -8,13 +8,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import naive_limbs as naive
+import naive_tracking
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import BONES, DOFS, MOVES, Pose, advance, landmarks, standing
-from motionmend.bodies.surface import render
+from motionmend.bodies.surface import intrinsics, render
 from motionmend.kernels import dense, judging, limbs, regions, widths
 from motionmend.track.evidence import evidence_of
-from motionmend.track.limbs import LIMBS, limb_places
+from motionmend.track.limbs import (
+    LIMBS,
+    MOST,
+    Coarse,
+    cast_parts,
+    draws,
+    limb_costs,
+    limb_places,
+    limb_search,
+    with_limb,
+)
 from motionmend.track.observation import Observation
 from motionmend.track.reach import reach
 from motionmend.track.settings import settings_of
@@ -39,6 +50,30 @@ def test_reaching_takes_the_steps_of_levenberg_and_marquardt(seed):
     np.testing.assert_allclose(place, landmarks(BODY, wanted), atol=1e-6)
     off = ((place - targets) ** 2).sum(axis=1)
     assert left == pytest.approx(np.sqrt(weights @ off / weights.sum()))
+
+
+def test_a_limb_is_searched_closer_and_closer(rng):
+    pose = advance(BODY, standing(), np.concatenate((np.zeros(6), rng.normal(0, 0.2, 28))))
+    picture = render(BODY, advance(BODY, pose, np.concatenate((np.zeros(6), rng.normal(0, 0.3, 28)))), KINECT, 8)
+    coarse = Coarse(intrinsics(picture.camera), picture.depth, np.isnan(picture.depth), 300)
+    mean, form = rng.normal(0, 0.2, 28), np.diag(rng.uniform(0.0, 0.1, 28)) + 0.002
+
+    for limb in LIMBS[1:3]:
+        drawn = draws(np.random.default_rng(5), limb, (0.3, 0.1), 3, 4)
+        some = rng.normal(0, 0.5, (6, len(limb.columns)))
+
+        def cost(row, limb=limb):
+            moved = with_limb(pose, limb, row)
+            seen = naive_tracking.disagreement(coarse.seen, coarse.free, cast_parts(BODY, moved, coarse)[0], MOST) / 300
+            away, before = moved.joints - mean, pose.joints - mean
+            return seen + away @ form @ away - before @ form @ before
+
+        costs, best, least = limb_search(BODY, pose, limb, some, coarse, drawn, mean, form)
+        first, values, cheapest = naive.narrowed(cost, some, BODY.limits[6 + limb.columns], drawn)
+        np.testing.assert_allclose(best, values, atol=1e-12)
+        assert least == pytest.approx(cheapest, abs=1e-5)
+        assert least <= first.min() + 1e-9
+        np.testing.assert_allclose(limb_costs(BODY, pose, limb, some, coarse), costs, rtol=1e-12)
 
 
 def test_places_of_a_limb_are_those_of_the_whole_body(rng):

@@ -101,8 +101,15 @@ def limb_costs(
     free: Bools,
     most: float,
     costs: Floats,
-) -> None:
-    """The disagreement of a body with each of many poses of one limb.
+    limits: Floats,
+    mean: Floats,
+    form: Floats,
+    picks: Ints,
+    noise: Floats,
+    kept: int,
+    best: Floats,
+) -> float:
+    """The disagreement of a body with each of many poses of one limb; then, if wanted, closer about the best of them.
 
     Parameters
     ----------
@@ -113,7 +120,18 @@ def limb_costs(
     camera : (4,) of the images.
     seen, free : (H, W) what is observed, and where nobody is.
     most : m, see `unlikeness`.
-    costs : (C,) is written.
+    costs : (C,) is written: a sum over pixels.
+    limits : (D, 2) least and most of every degree of freedom.
+    mean, form : (J,), (J, J) what is said against joint coordinates, in pixels: (joints - mean)' form (joints - mean);
+        or of length 0: nothing.
+    picks, noise : (R, K) and (R, K, n): in each of R rounds the `kept` cheapest so far stay, and K are drawn, each by
+        the noise, rad, about the one of them that it picks.
+    kept : how many stay.
+    best : (n,) is written: the cheapest of all, what is said against it included.
+
+    Returns
+    -------
+    What the best costs, beyond what is said against the pose as it is.
     """
     height, width = seen.shape
     frames = np.empty((len(parents), 4, 4))
@@ -133,13 +151,9 @@ def limb_costs(
     _prepare(placed, kinds, sizes, tapers, camera, width, height, parts)
     for i in range(count):
         parts[own[i], 15] = -1.0  # nothing is seen in an empty box
-    base, depth, solid = (
-        np.empty(seen.shape, np.float32),
-        np.empty(seen.shape, np.float32),
-        np.empty(seen.shape, np.int16),
-    )
+    base, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
+    depth, below = np.empty(seen.shape, np.float32), np.empty(seen.shape)
     _cast(parts, base, solid)
-    below = np.empty(seen.shape)
     rest = 0.0
     for row in range(height):
         for column in range(width):
@@ -156,34 +170,126 @@ def limb_costs(
             middles[i, k], extents[i, k] = centers[s, k], sizes[s, k]
             for m in range(3):
                 axles[i, k, m] = turns[s, k, m]
-    placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
-    tried = joints.copy()
+    placed, parts, tried = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS)), joints.copy()
+    rounds, drawn, size = picks.shape[0], picks.shape[1], len(columns)
+    total = max(len(candidates), kept + drawn)
+    pool, prices = np.empty((total, size)), np.empty(total)
+    for c in range(len(candidates)):
+        costs[c] = rest + _changed(
+            candidates[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
+            extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid,
+        )  # fmt: skip
+        prices[c] = costs[c] + _against(candidates[c], columns, joints, mean, form)
+        for k in range(size):
+            pool[c, k] = candidates[c, k]
+    count = len(candidates)
+    for r in range(rounds):
+        kept = min(kept, count)
+        for i in range(kept):  # the cheapest to the front, in their order
+            least = i
+            for c in range(i + 1, count):
+                if prices[c] < prices[least]:
+                    least = c
+            for c in range(least, i, -1):
+                prices[c], prices[c - 1] = prices[c - 1], prices[c]
+                for k in range(size):
+                    pool[c, k], pool[c - 1, k] = pool[c - 1, k], pool[c, k]
+        for i in range(drawn):
+            c, about = kept + i, picks[r, i] % kept
+            for k in range(size):
+                value = pool[about, k] + noise[r, i, k]
+                pool[c, k] = min(max(value, limits[6 + columns[k], 0]), limits[6 + columns[k], 1])
+            prices[c] = rest + _changed(
+                pool[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
+                extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid,
+            )  # fmt: skip
+            prices[c] += _against(pool[c], columns, joints, mean, form)
+        count = kept + drawn
+    least = 0
+    for c in range(count):
+        if prices[c] < prices[least]:
+            least = c
+    for k in range(size):
+        best[k] = pool[least, k]
+    return prices[least]
+
+
+@compiled
+def _changed(
+    values: Floats,
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    columns: Ints,
+    joints: Floats,
+    limb: Ints,
+    bones: Ints,
+    kinds: Bytes,
+    centers: Floats,
+    turns: Floats,
+    sizes: Floats,
+    tapers: Floats,
+    camera: Floats,
+    seen: Singles,
+    free: Bools,
+    most: float,
+    base: Singles,
+    below: Floats,
+    frames: Floats,
+    placed: Floats,
+    parts: Floats,
+    depth: Singles,
+    solid: np.ndarray,
+) -> float:
+    """By how much the disagreement changes when the limb is added with these values (n,) to the rest of the body.
+
+    `bones` .. `tapers` are of the limb's solids; `base`, `below` (H, W) the rest as rendered and its unlikeness;
+    `depth` is empty before and after; `joints`, `frames`, `placed`, `parts` and `solid` are overwritten.
+    """
+    for k in range(len(columns)):
+        joints[columns[k]] = values[k]
     turn, rested = np.empty((3, 3)), np.empty((3, 3))
-    for c in range(candidates.shape[0]):
-        for k in range(len(columns)):
-            tried[columns[k]] = candidates[c, k]
-        for b in limb:
-            _frame(b, parents, offsets, rests, first, axes, tried, turn, rested, frames)
-        _place(frames, bones, middles, axles, placed)
-        _prepare(placed, shapes, extents, slopes, camera, width, height, parts)
-        _cast_onto(parts, depth, solid)
-        top, bottom, left, right = float(height), -1.0, float(width), -1.0
-        for s in range(count):
-            if parts[s, 15] >= parts[s, 14] and parts[s, 17] >= parts[s, 16]:
-                left, right = min(left, parts[s, 14]), max(right, parts[s, 15])
-                top, bottom = min(top, parts[s, 16]), max(bottom, parts[s, 17])
-        total = 0.0
-        for row in range(int(top), int(bottom) + 1):
-            for column in range(int(left), int(right) + 1):
-                z = depth[row, column]
-                if np.isnan(z):
-                    continue
-                depth[row, column] = np.nan  # empty for the next
-                if z >= base[row, column]:
-                    continue
-                total += unlikeness(seen[row, column], free[row, column], z, most)
-                total -= below[row, column]
-        costs[c] = rest + total
+    for b in limb:
+        _frame(b, parents, offsets, rests, first, axes, joints, turn, rested, frames)
+    _place(frames, bones, centers, turns, placed)
+    _prepare(placed, kinds, sizes, tapers, camera, seen.shape[1], seen.shape[0], parts)
+    _cast_onto(parts, depth, solid)
+    top, bottom, left, right = float(seen.shape[0]), -1.0, float(seen.shape[1]), -1.0
+    for s in range(len(bones)):
+        if parts[s, 15] >= parts[s, 14] and parts[s, 17] >= parts[s, 16]:
+            left, right = min(left, parts[s, 14]), max(right, parts[s, 15])
+            top, bottom = min(top, parts[s, 16]), max(bottom, parts[s, 17])
+    total = 0.0
+    for row in range(int(top), int(bottom) + 1):
+        for column in range(int(left), int(right) + 1):
+            z = depth[row, column]
+            if np.isnan(z):
+                continue
+            depth[row, column] = np.nan  # empty for the next
+            if z >= base[row, column]:
+                continue
+            total += unlikeness(seen[row, column], free[row, column], z, most)
+            total -= below[row, column]
+    return total
+
+
+@compiled
+def _against(values: Floats, columns: Ints, joints: Floats, mean: Floats, form: Floats) -> float:
+    """By how much more a quadratic form is against joints (J,) with these values (n,) for n of them."""
+    total = 0.0
+    if len(mean) == 0:
+        return total
+    for k in range(len(columns)):
+        c = columns[k]
+        change, slope = values[k] - joints[c], 0.0
+        for j in range(len(mean)):
+            slope += 2.0 * form[c, j] * (joints[j] - mean[j])
+        for m in range(len(columns)):
+            slope += form[c, columns[m]] * (values[m] - joints[columns[m]])
+        total += change * slope
+    return total
 
 
 @compiled

@@ -17,6 +17,7 @@ from .evidence import Evidence
 MOST = 0.15  # m, a difference in depth that is as wrong as nothing at all
 COARSE = 2  # every n-th pixel of the raster is looked at
 SHAPES = 64  # poses of a limb that are kept of a library
+NOTHING, NO_FORM = np.empty(0), np.empty((0, 0))
 
 
 @final
@@ -171,11 +172,69 @@ def disagreements(performer: Performer, poses: Sequence[Pose], coarse: Coarse) -
     return np.asarray(costs / max(coarse.pixels, 1))
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """What is drawn about the best of many poses of a limb, to look closer and closer: the cross-entropy method
+    (Rubinstein 1999).
+
+    Attributes
+    ----------
+    picks : (R, K) in each of R rounds, about which of the best each of K poses is drawn.
+    noise : (R, K, n) rad, and how far from it.
+    kept : how many best stay.
+    """
+
+    picks: Ints
+    noise: Floats
+    kept: int
+
+
+def draws(rng: np.random.Generator, limb: Limb, spreads: Sequence[float], kept: int, count: int) -> Draws:
+    """`count` poses of a limb for each of the rounds, whose standard deviations are `spreads`, rad."""
+    picks = np.empty((len(spreads), count), np.int64)
+    noise = np.empty((len(spreads), count, len(limb.columns)))
+    for r, spread in enumerate(spreads):
+        picks[r] = rng.integers(kept, size=count)
+        noise[r] = spread * rng.normal(size=noise[r].shape)
+    return Draws(picks, noise, kept)
+
+
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
     """(C,) what `disagreement` says of the pose with each of `candidates` (C, n), rad, for the limb's n coordinates."""
-    costs = np.empty(len(candidates))
+    none = Draws(np.empty((0, 0), np.int64), np.empty((0, 0, 0)), 1)
+    return limb_search(performer, pose, limb, candidates, coarse, none)[0]
+
+
+def limb_search(
+    performer: Performer,
+    pose: Pose,
+    limb: Limb,
+    candidates: Floats,
+    coarse: Coarse,
+    drawn: Draws,
+    mean: Floats = NOTHING,
+    form: Floats = NO_FORM,
+) -> tuple[Floats, Floats, float]:
+    """The same of each candidate, and the best values (n,) for the limb among them and what is drawn about the best.
+
+    A library's poses are too far apart to fit: the best of them may be no nearer to the truth than the worst, which
+    only what is drawn about them tells.
+
+    Parameters
+    ----------
+    performer, pose, limb, candidates, coarse : as above.
+    drawn : about the best.
+    mean, form : (28,), (28, 28) of a quadratic form that is against joint coordinates, as a share of the pixels.
+
+    Returns
+    -------
+    Costs (C,) of the candidates; the best values (n,) and their cost, with by how much more the form is against them.
+    """
+    costs, best = np.empty(len(candidates)), np.empty(len(limb.columns))
     bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
-    limbs.limb_costs(
+    pixels = max(coarse.pixels, 1)
+    least = limbs.limb_costs(
         *performer.chain,
         *pose.arrays,
         limb.columns,
@@ -192,8 +251,15 @@ def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats,
         coarse.free,
         MOST,
         costs,
+        performer.limits,
+        mean.copy(),
+        form * pixels,
+        drawn.picks,
+        drawn.noise,
+        drawn.kept,
+        best,
     )
-    return np.asarray(costs / max(coarse.pixels, 1))
+    return np.asarray(costs / pixels), best, least / pixels
 
 
 def limb_places(performer: Performer, pose: Pose, limb: Limb, candidates: Floats) -> Floats:

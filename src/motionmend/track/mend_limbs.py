@@ -9,10 +9,9 @@ from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
-from .limbs import LIMBS, Coarse, Limb, disagreement, limb_costs, limb_places, with_limb
+from .limbs import LIMBS, Coarse, Limb, disagreement, draws, limb_places, limb_search, with_limb
 from .model import TrackerModel
-from .narrowing import narrowed
-from .prior_term import limb_strangeness, strangeness
+from .prior_term import said_against, strangeness
 from .rivals import GAIN, STEP, Rival
 from .settings import TrackSettings
 from .smooth_term import about
@@ -28,6 +27,7 @@ SUSPECT = 1.08  # times the usual share of pixels explained wrongly, above which
 WORTH = 0.25 * GAIN  # a gain from where on a pose that was not taken is worth following
 SPREADS = (0.3, 0.15)  # rad, of poses of a limb drawn about the best, in each round
 KEPT, DRAWN = 6, 24  # how many best those are, and how many poses are drawn about them
+DRAWS = tuple(draws(np.random.default_rng(0), limb, SPREADS, KEPT, DRAWN) for limb in LIMBS)
 TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
 
 
@@ -66,6 +66,8 @@ def mend_limbs(
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
     worse, much = wrong >= SUSPECT * usual + 0.01, wrong >= SUSPECT * usual + 0.025
     pose, place = solution.state, landmarks(performer, expected)
+    mean, form = said_against(terms)
+    form = STRANGE * form
     better: list[tuple[float, int, Pose]] = []
     for number, limb in enumerate(LIMBS):
         hidden = min(shown[b] for b in limb.shown) <= ENOUGH
@@ -76,14 +78,14 @@ def mend_limbs(
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
-        costs = limb_costs(performer, pose, limb, candidates, coarse)
-        way, cost = _closer(performer, pose, limb, candidates, costs, coarse, terms)
+        costs, best, cost = limb_search(performer, pose, limb, candidates, coarse, DRAWS[number], mean, form)
+        way = with_limb(pose, limb, best)
         if cost < wrong - 0.5 * GAIN:
             better.append((cost - wrong, number, way))
         if worse:
             # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
-            before = limb_costs(performer, expected, limb, candidates, coarse)
-            way, cost = _closer(performer, expected, limb, candidates, before, coarse, terms)
+            before, best, cost = limb_search(performer, expected, limb, candidates, coarse, DRAWS[number], mean, form)
+            way = with_limb(expected, limb, best)
             if cost < min(before[1] - 0.5 * GAIN, wrong + GAIN):
                 better.append((cost - wrong, number, way))
         if hidden:
@@ -103,32 +105,6 @@ def mend_limbs(
         elif gain > WORTH:
             rival = Rival(trial.state, gain)
     return solution, wrong, moved, doubt, rival
-
-
-def _closer(
-    performer: Performer,
-    pose: Pose,
-    limb: Limb,
-    candidates: Floats,
-    costs: Floats,
-    coarse: Coarse,
-    terms: list[Term],
-) -> tuple[Pose, float]:
-    """The pose with the best values for a limb, near one of its `candidates` (C, n) that cost (C,), and their cost.
-
-    A library's poses are too far apart to fit: the best of them may be no nearer to the truth than the worst, which
-    only what is drawn about them tells. What the prior says against each counts as well.
-    """
-
-    def odd(some: Floats) -> Floats:
-        return STRANGE * limb_strangeness(terms, pose, limb.columns, some)
-
-    def cost(some: Floats) -> Floats:
-        return limb_costs(performer, pose, limb, some, coarse) + odd(some)
-
-    limits, rng = performer.limits[6 + limb.columns], np.random.default_rng(0)
-    values, least = narrowed(cost, candidates, costs + odd(candidates), limits, SPREADS, KEPT, DRAWN, rng)
-    return with_limb(pose, limb, values), least
 
 
 def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:

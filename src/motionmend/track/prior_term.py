@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Floats, Ints, frozen
+from ..arrays import Floats, frozen
 from ..bodies.performer import Pose
 from ..kernels.bone_systems import about_mean
 from ..numerics.least_squares import inverse
@@ -79,12 +79,9 @@ def strangeness(terms: Sequence[Term], pose: Pose) -> float:
     return sum(term.cost(pose) for term in terms if isinstance(term, PriorTerm))
 
 
-def limb_strangeness(terms: Sequence[Term], pose: Pose, columns: Ints, candidates: Floats) -> Floats:
-    """(C,) by how much more the prior is against a pose with each of `candidates` (C, n) for n of its coordinates."""
-    more = np.zeros(len(candidates))
+def said_against(terms: Sequence[Term]) -> tuple[Floats, Floats]:
+    """Mean (28,) and quadratic form (28, 28) of the prior among the terms; empty without one."""
     for term in terms:
         if isinstance(term, PriorTerm):
-            change = candidates - pose.joints[columns]
-            slope = 2.0 * term.form[columns] @ (pose.joints - term.mean)
-            more += change @ slope + ((change @ term.form[np.ix_(columns, columns)]) * change).sum(axis=1)
-    return more
+            return term.mean, term.form
+    return np.empty(0), np.empty((0, 0))

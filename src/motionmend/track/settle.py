@@ -13,8 +13,7 @@ from ..arrays import Floats
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rotation
 from .detect import Detection
 from .judge import Verdict, judge
-from .limbs import LIMBS, Coarse, Limb, limb_costs, with_limb
-from .narrowing import narrowed
+from .limbs import LIMBS, Coarse, Limb, draws, limb_search, with_limb
 from .observation import Observation
 from .reach import reach
 from .start import Candidate, Refine
@@ -186,10 +185,8 @@ def searched(
     """
     limits = performer.limits[6 + limb.columns]
     some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), *limits.T)
-    costs = limb_costs(performer, pose, limb, some, coarse)
-    values, cost = narrowed(
-        lambda fresh: limb_costs(performer, pose, limb, fresh, coarse), some, costs, limits, ROUNDS, ELITE, DRAWN, rng
-    )
+    drawn = draws(rng, limb, ROUNDS, min(ELITE, len(some)), DRAWN)
+    costs, values, cost = limb_search(performer, pose, limb, some, coarse, drawn)
     return values, float(costs[0] - cost)
 
 
