@@ -105,7 +105,7 @@ def contested(
         odd = strangeness(others, found.state) - strangeness(terms, solution.state)
         gained = FADES * old.gained + wrong - share - odd
         gap = apart(state.performer, found.state, solution.state)
-        if gained > asked(gap):
+        if gap > ONE and gained > asked(gap):
             given_up = _followed(state, solution.state, state.pose, -0.5 * gained, 0, elapsed, evidence, coarse)
             return replace(twin, before=state.before, rival=given_up), others, found, share
         stays = gap > ONE and gained > LEAST and old.frames + 1 < LASTS
