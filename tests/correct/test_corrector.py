@@ -350,3 +350,18 @@ def test_who_knows_all_of_a_recording_does_no_worse_than_live_where_joints_fail(
     at_once = np.linalg.norm(live(model, failed.postures)[0] - true, axis=2)[failed.affected].mean()
     raw = np.linalg.norm(failed.postures.positions - true, axis=2)[failed.affected].mean()
     assert away < at_once + 0.1 * raw
+
+
+@pytest.mark.parametrize(("limb", "seed"), [("Wrist", 1), ("Ankle", 2)])
+@pytest.mark.parametrize("spell", [slice(0, 40), slice(40, 70)])
+def test_sides_confused_from_the_first_frame_are_told_from_those_confused_later(
+    model: CorrectorModel, limb: str, seed: int, spell: slice
+) -> None:
+    """Either way two limbs change places within one frame; a body tells which of the two was right."""
+    raw = recording(sensed(truth("reach", 30 + seed, 3.0), seed))
+    sides = [NAMES.index(f"{limb}Left"), NAMES.index(f"{limb}Right")]
+    given = raw.positions.copy()
+    given[spell, sides] = raw.positions[spell][:, sides[::-1]]
+    found = model.correct(raw.with_positions(given)).positions
+    apart = np.linalg.norm(found - model.correct(raw).positions, axis=2)[:, sides]
+    assert apart.mean() < 0.05

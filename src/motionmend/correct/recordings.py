@@ -1,10 +1,11 @@
 """A whole recording corrected, by each of the methods there are."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats
 from ..bodies.postures import Postures
 from ..numerics.local_gp import Mixture
 from .classic import FILTERS, LEARNERS, Samples
@@ -130,25 +131,44 @@ def by_learner(knowledge: Knowledge, postures: Postures, method: str) -> Posture
     return replace(postures, positions=positions, std=std, reliability=trusted)
 
 
-def _watched(watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures) -> list[Sight]:
+def _watched(
+    watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures, confused: Bools | None = None
+) -> list[Sight]:
     sights: list[Sight] = []
     for t, row in enumerate(rows):
         told = None if postures.state is None else joining.states(postures.state[t])
+        if told is not None and confused is not None:
+            told = np.where(confused[t], told[watcher.body.mirror], told)
         sight = look(watcher, sight, row, told, float(postures.times[t]))
         sights.append(sight)
     return sights
 
 
 def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight]]:
-    """The recording's frames looked at; a first look tells what is this person's own, by joints that went well."""
+    """The recording's frames looked at; a first look tells what is this person's own, by joints that went well, and
+    whether sides were confused from the beginning."""
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
     watcher = accustomed(watcher, rows)
     begun = replace(fresh(watcher), upright=upright(rows, watcher.body))
-    last = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)[-1]
+    glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)
+    last = glimpse[-1]
     met = replace(begun.followed, own=last.followed.own, met=last.followed.met)
     begun = replace(begun, lengths=last.lengths, followed=met)
-    return joining, _watched(watcher, joining, begun, rows, postures)
+    confused = _confused_before(glimpse, len(rows))
+    if not confused.any():
+        return joining, _watched(watcher, joining, begun, rows, postures)
+    other = watcher.body.mirror
+    rows = np.where(confused[..., None], rows[:, other], rows)
+    sights = _watched(watcher, joining, begun, rows, postures, confused)
+    return joining, [replace(one, swapped=one.swapped ^ was) for one, was in zip(sights, confused, strict=True)]
+
+
+def _confused_before(sights: Sequence[Sight], frames: int) -> Bools:
+    """(T, J) joints whose sides were confused until a later frame showed it."""
+    righted = np.zeros((frames, len(sights[0].righted)), dtype=np.bool_)
+    righted[: len(sights)] = [one.righted for one in sights]
+    return np.asarray(np.logical_or.accumulate(righted[::-1], axis=0)[::-1] & ~righted)
 
 
 def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight], Floats, Placement]:

@@ -12,7 +12,7 @@ from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
-from .sides import changed, trunk_turned
+from .sides import changed, confused_until_now, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
@@ -46,6 +46,7 @@ class Sight:
     lengths : (2, B) trusted lengths summed in m, and how many.
     followed : in standard form.
     swapped : (J,) joints whose sides were changed back.
+    righted : (J,) joints whose sides, as this frame shows, were confused until now.
     refused : the frame says so little that it was not judged.
     """
 
@@ -59,6 +60,7 @@ class Sight:
     lengths: Floats
     followed: Followed
     swapped: Bools
+    righted: Bools
     refused: bool
 
     @property
@@ -80,6 +82,7 @@ def fresh(watcher: Watcher) -> Sight:
         np.zeros(2),
         np.zeros((2, bones)),
         begin(watcher.factors),
+        np.zeros(joints, dtype=np.bool_),
         np.zeros(joints, dtype=np.bool_),
         False,
     )
@@ -186,8 +189,16 @@ def look(
     ahead = process.expected(watcher.factors, forecast)
     known = watcher.factors
     sides, unsure = kernel.crossed(standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror)
+    righted = np.zeros(len(rows), dtype=np.bool_)
+    limbs = body.pairs[sides[body.pairs[:, 0]]]
+    if sides.any() and not (sides & sight.swapped).any():
+        met = float(before.met[sides].max())
+        if confused_until_now(known, watcher.standard, body, standard, limbs, met):
+            righted, sides = sides, righted
+            before = _anew(watcher, before, righted)
+            forecast = before.belief
+            ahead = process.expected(known, forecast)
     if sides.any():
-        limbs = body.pairs[sides[body.pairs[:, 0]]]
         rows, states = changed_sides(rows, states, limbs)
         standard = changed(standard, limbs)
         swapped = swapped | sides
@@ -213,8 +224,15 @@ def look(
         kernel.counted(sight.lengths, lengths, followed.failing, body.bones),
         followed,
         swapped,
+        righted,
         unsure or bool(followed.failing.sum() > len(rows) - 3.0),
     )
+
+
+def _anew(watcher: Watcher, before: Followed, joints: Bools) -> Followed:
+    """What was known of the posture, but for joints (J,) that were taken for others."""
+    own = np.where(joints[:, None], 0.0, before.own)
+    return replace(begin(watcher.factors), own=own, met=np.where(joints, 0.0, before.met))
 
 
 def believable(positions: Floats) -> Floats:
