@@ -16,9 +16,10 @@ from scipy.ndimage import gaussian_filter1d
 from ..arrays import Bools, Bytes, Floats
 from ..numerics.coupled import lone_step_variance, smooth_coupled
 from .local_prior import Prior
+from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_noise, next_rate
 from .repair import interpolated
-from .support import Support, line_support, support, supported
+from .support import Support, bridged, line_support, support, supported
 
 ROUNDS = 3
 HISTORIES = 14  # kept side by side for each channel
@@ -35,6 +36,7 @@ LIVELY = 0.05  # s, the width in which motion is as lively as it is
 LIVELY_PRIOR = 4.0  # samples' worth of the library's own liveliness
 LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second differences
 _NOTHING = 1e-300
+AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
@@ -90,7 +92,7 @@ def adapt(
     nowhere = np.zeros(measured.shape, dtype=bool)
     vouched = nowhere if vouched is None else vouched
     at_pole = nowhere if at_pole is None else at_pole
-    calm, bases = _calm(prior.bends, fps), prior.bases
+    calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
     noise, rate = first_noise(measured), np.full(channels, FIRST_RATE)
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
@@ -100,16 +102,9 @@ def adapt(
         nearer = closer(values) if closer is not None and values is not None and turn == 1 else None
         if nearer is not None:
             before, prior = np.diag(calm), nearer
-            calm, bases = _calm(prior.bends, fps), prior.bases
+            calm = _calm(prior.bends, fps)
             liveliness = np.clip(liveliness * before / np.diag(calm), LEAST_LIVELY, MOST_LIVELY)
-        believed = np.where(outlier, np.nan, measured)
-        if bases is None:
-            told = line_support(believed, present)
-        else:
-            begin = interpolated(believed, bases.mean.mean(axis=0)) if values is None else values
-            told = support(
-                measured, present & ~outlier, values, supported(believed, begin, bases, prior.stride), bases, noise, fps
-            )
+        told = _told(measured, outlier, values, values, prior, noise, fps)
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
             measured,
@@ -139,7 +134,62 @@ def adapt(
         noise, rate = next_noise(noise, square, freedom), next_rate(outlier, present)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
+    if together == 1:  # gaps of markers are filled, and judged, by the markers about them
+        beyond, taken = _excess_in_gaps(measured, outlier, values, liveliness, calm, prior, noise, fps)
+        variance, steps = variance * beyond, steps + taken
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
+
+
+def _told(
+    measured: Floats,
+    outlier: Bools,
+    begin: Floats | None,
+    smooth: Floats | None,
+    prior: Prior,
+    noise: Floats,
+    fps: float,
+) -> Support:
+    """What the library says of a recording, or without one the lines across gaps; the fit begins at `begin`."""
+    present, believed = np.isfinite(measured), np.where(outlier, np.nan, measured)
+    bases = prior.bases
+    if bases is None:
+        return line_support(believed, present)
+    begin = interpolated(believed, bases.mean.mean(axis=0)) if begin is None else begin
+    values = supported(believed, begin, bases, prior.stride)
+    return support(measured, present & ~outlier, smooth, values, bases, noise, fps)
+
+
+def _excess_in_gaps(
+    measured: Floats,
+    outlier: Bools,
+    values: Floats,
+    liveliness: Floats,
+    calm: Floats,
+    prior: Prior,
+    noise: Floats,
+    fps: float,
+) -> tuple[Floats, int]:
+    """(T, C) factor on the variance in gaps, 1 elsewhere, and steps of conjugate gradients.
+
+    The gaps are laid elsewhere and filled once more, by all that was found but what is hidden now; outliers stay
+    what they are, so that no history has to be searched again.
+    """
+    present = np.isfinite(measured)
+    gaps = gaps_of(present)
+    moved = laid_elsewhere(gaps, present)
+    if not moved:
+        return np.ones(measured.shape), 0
+    hidden = hidden_by(moved, measured.shape)
+    left = np.where(hidden, np.nan, measured)
+    begin = bridged(np.where(hidden, np.nan, values))
+    told = _told(left, outlier, begin, values, prior, noise, fps)  # of `values` only what is believed is looked at
+    weight = np.where(np.isfinite(left) & ~outlier, 1.0 / np.square(noise), 0.0)
+    everything, goal = _joined(np.nan_to_num(left), weight, told)
+    lively = np.exp(bridged(np.where(hidden, np.nan, np.log(liveliness))))
+    filled, steps = smooth_coupled(goal, everything, calm, np.sqrt(lively), begin)
+    variance, _ = _certainty(everything, lone_step_variance(everything, calm) * lively)
+    telling = present & ~outlier & (values.std(axis=0) > AT_REST)
+    return excess(gaps, moved, filled - values, variance, telling), steps
 
 
 def _calm(bends: Floats, fps: float) -> Floats:
