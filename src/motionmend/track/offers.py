@@ -1,22 +1,68 @@
 """Where else a limb may be, by what the frame shows and the pose does not: detected joints, unexplained points."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Floats
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import LANDMARKS, Performer, Pose, landmarks
+from ..numerics.least_squares import Solution
 from .detect import Detector, detect
+from .evidence import Evidence
 from .judge import Verdict, judge
-from .limbs import LIMBS, Coarse, limb_costs, with_limb
+from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
+from .model import TrackerModel
 from .observation import Observation
+from .settings import TrackSettings
 from .settle import limb_hints, searched
+from .solve import solve_pose
+from .terms import Term
+
+if TYPE_CHECKING:
+    from .tracker import TrackState
 
 UNEXPLAINED = 0.006  # m^2, about a hand: with less the frame raises no question
 MUCH = 0.02  # m^2, half a forearm: with more a limb is not where the pose has it
 APART = 0.12  # m, a joint detected nearer to where the pose has it says nothing new
+GAIN = 0.004  # share of the person's pixels that a limb where the detector sees it must explain better
 PIXELS = 450  # of the person the detector looks at: it is asked for a place to begin from, no more
+
+
+def offers_tried(
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: "TrackState",
+    seen: Observation,
+    evidence: Evidence,
+    coarse: Coarse,
+    terms: list[Term],
+    solution: Solution[Pose],
+    wrong: float,
+) -> tuple[Solution[Pose], float, int, bool]:
+    """The best of the solution and what Gauss-Newton makes of limbs where the detector sees them.
+
+    Parameters
+    ----------
+    model : has a detector.
+    settings, state : of the tracker, after the frame before.
+    seen, evidence, coarse, terms : what the frame says, and the terms made for it.
+    solution, wrong : of the frame, and the share of the person's pixels that it explains wrongly.
+
+    Returns
+    -------
+    The solution and its share, how many limbs were moved, and whether there were any offers.
+    """
+    assert model.detector is not None
+    offers = limb_offers(model.detector, state.performer, solution.state, seen, coarse, model.limb_shapes)
+    moved = 0
+    for offer in offers:
+        trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
+        after = disagreement(state.performer, trial.state, coarse)
+        if after < wrong - GAIN:
+            solution, wrong, moved = trial, after, moved + 1
+    return solution, wrong, moved, bool(offers)
 
 
 def limb_offers(

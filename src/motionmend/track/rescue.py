@@ -32,7 +32,7 @@ def rescued(
     solution: Solution[Pose],
     wrong: float,
 ) -> tuple[Solution[Pose], float]:
-    """The best of the solution and what Gauss-Newton makes of other beginnings, with its share explained wrongly.
+    """The solution, or what Gauss-Newton makes of another beginning if that is better; and its share explained wrongly.
 
     Other beginnings are the pose before, moved to where the person is and turned about the vertical, and what followed
     the library's nearest poses.
@@ -61,7 +61,7 @@ def rescued(
         trial = solve_pose(performer, evidence, begun, tried[i], settings, max(settings.iterations // 2, 1))
         after = disagreement(performer, trial.state, coarse)
         if after < wrong - GAIN:
-            solution, wrong = trial, after
+            return trial, after
     return solution, wrong
 
 

@@ -22,7 +22,7 @@ from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .objective import PAUSE, expected_pose, terms_of
 from .observation import Observation
-from .offers import limb_offers
+from .offers import offers_tried
 from .person import person_of
 from .rescue import moved_to, rescued, turned
 from .rivals import Rival, contested
@@ -39,7 +39,7 @@ LOST = 0.45  # share of the person's pixels explained wrongly that no tracked po
 WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
 SURELY_LOST = 0.52  # the same, whatever is usual
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
-OFFER = 0.004  # share of the pixels that a limb where the detector sees it must explain better
+DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
 EVERY = 4  # frames at least between two looks of the detector for limbs
 
 
@@ -198,34 +198,31 @@ def step(
     clock.lap("prior")
     solution = solve_pose(state.performer, evidence, terms, expected, settings)
     clock.lap("solve")
-    restarts = 0
-    doubt = np.zeros(16)
-    if settings.search:
+    restarts, rival, offered = 0, None, False
+    doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
+    # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
+    asks = model.detector is not None and state.searched >= EVERY and wrong > DOUBTFUL * state.wrong + 0.01
+    if settings.search and asks:
+        solution, wrong, restarts, offered = offers_tried(
+            model, settings, state, observation, evidence, coarse, terms, solution, wrong
+        )
+        clock.lap("offers")
+    if settings.search and not offered:
         solution, wrong, restarts, doubt, rival = mend_limbs(
             model, settings, state, evidence, coarse, terms, expected, solution
         )
         clock.lap("limbs")
+        if wrong > RESCUE * state.wrong + 0.03:
+            solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
+            clock.lap("rescue")
+    if settings.search:
         mended = solution
         state, terms, solution, wrong = contested(
             model, settings, state, evidence, coarse, terms, mended, wrong, elapsed, rival
         )
         restarts += solution is not mended
         clock.lap("rival")
-    else:
-        wrong = disagreement(state.performer, solution.state, coarse)
-    doubtful = wrong > 1.15 * state.wrong + 0.01 and state.searched >= EVERY
-    state = replace(state, searched=0 if doubtful else state.searched + 1)
-    if settings.search and model.detector is not None and doubtful:
-        body, here = state.performer, solution.state
-        for offered in limb_offers(model.detector, body, here, observation, coarse, model.limb_shapes):
-            trial = solve_pose(state.performer, evidence, terms, offered, settings, 5)
-            after = disagreement(state.performer, trial.state, coarse)
-            if after < wrong - OFFER:
-                solution, wrong, restarts = trial, after, restarts + 1
-        clock.lap("offers")
-    if settings.search and wrong > RESCUE * state.wrong + 0.03:
-        solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
-        clock.lap("rescue")
+    state = replace(state, searched=0 if asks else state.searched + 1)
     if _is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
         ways = _found(model, settings, state, observation, evidence, coarse)
         if ways and disagreement(state.performer, ways[0], coarse) < 0.8 * wrong:
@@ -328,7 +325,9 @@ def _tracked(
 
         before = bone_frames(performer, pose), observation.intensity, intrinsics(observation.camera)
     girth = state.girth
-    if girth is not None and girth.frames < FRAMES and not (lost or recovered or restarts) and elapsed > 0.0:
+    # A pose that was just found, or fits worse than usual, says little of widths.
+    sure = elapsed > 0.0 and not (lost or recovered or restarts or wrong > DOUBTFUL * state.wrong + 0.01)
+    if girth is not None and girth.frames < FRAMES and sure:
         girth = learned(girth, performer, pose, evidence, settings)
         performer = girth.performer
         clock.lap("girth")
