@@ -60,10 +60,10 @@ def episodes(kinect: Path) -> tuple[Episode, ...]:
     )
 
 
-def folds(all_episodes: Sequence[Episode]) -> list[tuple[str, ...]]:
-    """People, two at a time."""
+def folds(all_episodes: Sequence[Episode], together: int = 2) -> list[tuple[str, ...]]:
+    """People, two at a time or so many."""
     people = sorted({one.person for one in all_episodes})
-    return [tuple(people[k : k + 2]) for k in range(0, len(people), 2)]
+    return [tuple(people[k : k + together]) for k in range(0, len(people), together)]
 
 
 @cache
@@ -73,10 +73,10 @@ def learned(kinect: Path, without: tuple[str, ...], movement: str = "") -> Corre
     return Corrector().fit([one.pair for one in taught])
 
 
-def left_out(kinect: Path) -> list[tuple[CorrectorModel, Episode]]:
-    """Every episode with the corrector that has not seen its person."""
+def left_out(kinect: Path, together: int = 2) -> list[tuple[CorrectorModel, Episode]]:
+    """Every episode with the corrector that has not seen its person, nor those left out together with it."""
     found = []
-    for people in folds(episodes(kinect)):
+    for people in folds(episodes(kinect), together):
         model = learned(kinect, people)
         found += [(model, one) for one in episodes(kinect) if one.person in people]
     return found

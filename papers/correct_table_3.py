@@ -17,6 +17,7 @@ from .correct_common import ABOUT, MOVEMENTS, away, kinect_in, left_out, means
 FILTERS = ("one-euro", "savgol", "kalman")
 LEARNERS = ("constant", "ridge", "gp", "exemplar")
 PAPER = ("paper", "exact")
+WIDTHS = (1.0, 1.96)  # standard deviations that hold 68 and 95 %
 EVERY = 4  # of the episodes: the paper's own variants, which are slow
 SHOWN = ("raw", "constant", "ridge", "exemplar", "gp", "default", "online")
 
@@ -26,11 +27,17 @@ def run(mocap: Path, pictures: Path) -> Findings:
     errors: dict[str, list[float]] = defaultdict(list)
     published: dict[str, list[float]] = defaultdict(list)
     movement, person = [], []
+    inside: dict[float, list[float]] = defaultdict(list)
     for k, (model, one) in enumerate(left_out(kinect_in(mocap))):
         sensor, truth = one.pair.sensor, one.pair.truth
         errors["raw"].append(away(truth, sensor.positions))
-        for method in (*FILTERS, *LEARNERS, "default"):
+        for method in (*FILTERS, *LEARNERS):
             errors[method].append(away(truth, model.correct(sensor, method=method).positions))
+        found = model.correct(sensor)
+        errors["default"].append(away(truth, found.positions))
+        score = np.abs(found.positions - truth.positions)[truth.present] / found.std[truth.present][:, None]
+        for width in WIDTHS:
+            inside[width].append(float((score < width).mean()))
         errors["online"].append(away(truth, model.correct(sensor, online=True).positions))
         movement.append(one.movement)
         person.append(one.person)
@@ -40,6 +47,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             for method in PAPER:
                 published[method].append(away(truth, model.correct(sensor, method=method).positions))
             published["exact online"].append(away(truth, model.correct(sensor, online=True, method="exact").positions))
+    alone: dict[str, list[float]] = defaultdict(list)
+    for model, one in left_out(kinect_in(mocap), 1):
+        for method in ("ridge", "default"):
+            alone[method].append(away(one.pair.truth, model.correct(one.pair.sensor, method=method).positions))
+    fewer = means(alone)
     theirs = means(published)
     overall = means(errors)
     rivals = {name: overall[name] for name in (*FILTERS, *LEARNERS)}
@@ -87,6 +99,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
         "online_of_best": overall["online"] / rivals[best],
         "online_of_offline": overall["online"] / overall["default"],
         "exact_of_raw": theirs["exact"] / theirs["raw"],
+        "alone": fewer["default"],
+        "alone_of_raw": fewer["default"] / overall["raw"],
+        "alone_of_ridge": fewer["default"] / fewer["ridge"],
+        "within_68": float(np.mean(inside[WIDTHS[0]])),
+        "within_95": float(np.mean(inside[WIDTHS[1]])),
         "worse": float(np.mean(default > raw)),
         "episodes": float(len(raw)),
     }
