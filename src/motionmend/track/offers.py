@@ -72,7 +72,7 @@ def limb_offers(
     seen: Observation,
     coarse: Coarse,
     shapes: Sequence[Floats] = (),
-    most: int = 3,
+    most: int = 2,
 ) -> list[Pose]:
     """The pose with one of its limbs elsewhere, for each place where the frame shows one, the likeliest first.
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from .tracker import TrackState
 
 TURNS = (-40.0, -20.0, 20.0, 40.0)  # degrees about the vertical: a fast turn between two frames
-REFINED = 2  # candidates that Gauss-Newton is tried from
 GAIN = 0.01  # share of the pixels that another pose must explain better
 
 
@@ -32,7 +31,7 @@ def rescued(
     solution: Solution[Pose],
     wrong: float,
 ) -> tuple[Solution[Pose], float]:
-    """The solution, or what Gauss-Newton makes of another beginning if that is better; and its share explained wrongly.
+    """The solution, or what Gauss-Newton makes of the likeliest other beginning, and its share explained wrongly.
 
     Other beginnings are the pose before, moved to where the person is and turned about the vertical, and what followed
     the library's nearest poses.
@@ -55,14 +54,12 @@ def rescued(
         index, _ = model.database.search.nearest(state.pose.joints, 24)
         ahead = model.database.following(index[::3], 2)[:, -1]
         tried += [Pose(here[1].translation, here[1].root, model.database.joints[i]) for i in ahead]
-    costs = disagreements(performer, tried, coarse)
-    for i in np.argsort(costs, kind="stable")[:REFINED]:
-        begun = about(terms, tried[i])
-        trial = solve_pose(performer, evidence, begun, tried[i], settings, max(settings.iterations // 2, 1))
-        after = disagreement(performer, trial.state, coarse)
-        if after < wrong - GAIN:
-            return trial, after
-    return solution, wrong
+    likeliest = tried[int(np.argmin(disagreements(performer, tried, coarse)))]
+    trial = solve_pose(
+        performer, evidence, about(terms, likeliest), likeliest, settings, max(settings.iterations // 2, 1)
+    )
+    after = disagreement(performer, trial.state, coarse)
+    return (trial, after) if after < wrong - GAIN else (solution, wrong)
 
 
 def about_vertical(pose: Pose, degrees: float) -> Pose:
