@@ -268,3 +268,18 @@ def test_likeness_knows_the_same_body_in_other_postures_and_a_stranger():
     assert stranger.stranger
     assert known.persons == 2
     assert known.person[0] == known.person[1] != known.person[2]
+    np.testing.assert_allclose(stranger.larger, [1.1, 1.1, 1.1 / 1.2], rtol=0.01)
+    np.testing.assert_allclose(known.larger[:2], 1.0, rtol=0.01)
+
+
+@pytest.mark.parametrize("size", [0.85, 1.3])
+def test_a_stranger_s_limb_is_as_large_as_he_is(size):
+    people = ((1, 1.0), (2, 1.0), (3, 1.15), (4, 1.15))
+    library = learn_marker_library([(_body(seed, 300, large), FPS) for seed, large in people], UP)
+    truth = _body(8, 200, size)
+    gappy = truth.copy()
+    gappy[:, 9:11] = np.nan
+    gone = ~np.isfinite(gappy).all(axis=2)
+    found = fill_gaps(gappy, FPS, library=library)
+    assert found.filled[gone].all()
+    assert _rms(found.values, truth, gone) < 0.006  # by people of the library's own size 8 and 11 mm

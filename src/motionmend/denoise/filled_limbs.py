@@ -5,7 +5,7 @@ with the body's heading and in one that turns with the markers nearest to the mi
 shortly before and after. The regressions err less on strangers, the processes on people and motions the library knows.
 How far the recording's proportions are from those of the library is an error of the regressions' inputs. How much each
 prediction counts, and how wrong the mixture is, is found on clips of the library that are predicted from the others;
-if the library does not know the person, on people that are predicted from the others.
+if the library does not know the person, on people that are predicted from the others, all made as large as the person.
 """
 
 from dataclasses import dataclass, replace
@@ -64,12 +64,15 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
     whole = _drawn_through(positions[:, visible], frames)
     step = max(1, round(fps / HERTZ))
     moments = np.stack([at_offset(whole, fps, offset)[::step] for offset in OFFSETS], axis=1)
+    examples, numbers = examples[usable], np.unique(piece)
+    who = likeness(positions[frames][:, visible], [examples[piece == one, now][:, visible] for one in numbers])
+    if who.stranger:  # the library's people made as large as the recording's
+        examples = examples * who.larger[np.searchsorted(numbers, piece)][:, None, None, None]
     try:
-        views = _views(examples[usable], visible, absent, piece, library.up)
+        views = _views(examples, visible, absent, piece, library.up)
     except MismatchError:  # no three markers are ever seen together
         return nothing
-    taught = _Taught(examples[usable][:, :, visible], examples[usable][:, now][:, absent], piece, piece)
-    who = likeness(positions[frames][:, visible], [taught.visible[piece == one, now] for one in np.unique(piece)])
+    taught = _Taught(examples[:, :, visible], examples[:, now][:, absent], piece, piece)
     mixed, doubt = _mixture(views, moments, taught, who)
     at = np.arange(len(positions)) / step
     rows = np.arange(len(mixed))
@@ -302,7 +305,8 @@ class _Process:
 
 
 def _process(features: Floats, target: Floats, taught: _Taught, chosen: Ints) -> _Process:
-    piece, party = taught.piece, taught.party[chosen]
+    # what clips of one person have in common is no more to be expected of a stranger for being seen often
+    piece, party = taught.party, taught.party[chosen]
     now = features[:, OFFSETS.index(0.0)]
     bases = (
         _whitened(now, COMPONENTS["now"]),

@@ -20,10 +20,12 @@ class Likeness:
     ----------
     unlike : relative difference of proportions to the most similar clip.
     person : (C,) number of the person that clip shows.
+    larger : (C,) how many times as large as that person the recording's is.
     """
 
     unlike: float
     person: Ints
+    larger: Floats
 
     @property
     def stranger(self) -> bool:
@@ -47,13 +49,16 @@ def likeness(recording: Floats, clips: list[Floats]) -> Likeness:
     usual = mean.mean(axis=0)
     apart = usual > LEAST_DISTANCE
     if not apart.any():
-        return Likeness(0.0, np.zeros(len(clips), dtype=np.int64))
+        return Likeness(0.0, np.zeros(len(clips), dtype=np.int64), np.ones(len(clips)))
     unsteady = (np.square(spread[0]) + np.square(spread[1:]).mean(axis=0))[apart] / np.square(usual[apart])
     weight = 1.0 / (unsteady + _STEADY**2)
-    size = np.log(np.maximum(mean[:, apart], 1e-6)) * np.sqrt(weight / weight.sum())
+    weight = weight / weight.sum()
+    logs = np.log(np.maximum(mean[:, apart], 1e-6))
+    size = logs * np.sqrt(weight)
     unlike = np.sqrt(np.square(size[:, None] - size).sum(axis=2))
     _, person = connected_components(unlike[1:, 1:] < SAME, directed=False)
-    return Likeness(float(unlike[0, 1:].min()), np.asarray(person, dtype=np.int64))
+    larger = np.exp((logs[0] - logs[1:]) @ weight)
+    return Likeness(float(unlike[0, 1:].min()), np.asarray(person, dtype=np.int64), larger)
 
 
 def _distances(positions: Floats, pairs: tuple[Ints, Ints]) -> tuple[Floats, Floats]:
