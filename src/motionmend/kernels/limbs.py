@@ -175,43 +175,42 @@ def limb_costs(
     total = max(len(candidates), kept + drawn)
     pool, prices = np.empty((total, size)), np.empty(total)
     for c in range(len(candidates)):
-        costs[c] = rest + _changed(
-            candidates[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
-            extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid,
-        )  # fmt: skip
-        prices[c] = costs[c] + _against(candidates[c], columns, joints, mean, form)
         for k in range(size):
             pool[c, k] = candidates[c, k]
-    count = len(candidates)
-    for r in range(rounds):
-        kept = min(kept, count)
-        for i in range(kept):  # the cheapest to the front, in their order
-            least = i
-            for c in range(i + 1, count):
-                if prices[c] < prices[least]:
-                    least = c
-            for c in range(least, i, -1):
-                prices[c], prices[c - 1] = prices[c - 1], prices[c]
+    begin, count = 0, len(candidates)
+    for r in range(rounds + 1):
+        if r > 0:
+            begin = min(kept, count)
+            for i in range(begin):  # the cheapest to the front, in their order
+                least = i
+                for c in range(i + 1, count):
+                    if prices[c] < prices[least]:
+                        least = c
+                for c in range(least, i, -1):
+                    prices[c], prices[c - 1] = prices[c - 1], prices[c]
+                    for k in range(size):
+                        pool[c, k], pool[c - 1, k] = pool[c - 1, k], pool[c, k]
+            for i in range(drawn):
+                about = picks[r - 1, i] % begin
                 for k in range(size):
-                    pool[c, k], pool[c - 1, k] = pool[c - 1, k], pool[c, k]
-        for i in range(drawn):
-            c, about = kept + i, picks[r, i] % kept
-            for k in range(size):
-                value = pool[about, k] + noise[r, i, k]
-                pool[c, k] = min(max(value, limits[6 + columns[k], 0]), limits[6 + columns[k], 1])
+                    value = pool[about, k] + noise[r - 1, i, k]
+                    pool[begin + i, k] = min(max(value, limits[6 + columns[k], 0]), limits[6 + columns[k], 1])
+            count = begin + drawn
+        for c in range(begin, count):
             prices[c] = rest + _changed(
                 pool[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
                 extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid,
             )  # fmt: skip
+            if r == 0:
+                costs[c] = prices[c]
             prices[c] += _against(pool[c], columns, joints, mean, form)
-        count = kept + drawn
     least = 0
     for c in range(count):
         if prices[c] < prices[least]:
             least = c
     for k in range(size):
         best[k] = pool[least, k]
-    return prices[least]
+    return float(prices[least])
 
 
 @compiled

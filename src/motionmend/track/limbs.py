@@ -251,7 +251,7 @@ def limb_search(
         coarse.free,
         MOST,
         costs,
-        performer.limits,
+        performer.limits.copy(),
         mean.copy(),
         form * pixels,
         drawn.picks,

@@ -131,7 +131,7 @@ def _at_once(
         evidence.edge_samples,
         *smooth.expected.arrays,
         smooth.weights,
-        performer.limits if limits is None else limits.limits,
+        (performer.limits if limits is None else limits.limits).copy(),
         NO_MEAN if prior is None else prior.mean,
         NO_FORM if prior is None else prior.form,
         wish,
