@@ -89,11 +89,11 @@ class Processes:
         for first in range(0, len(features), AT_ONCE):
             some = slice(first, first + AT_ONCE)
             queries = features[some] - self.centre
-            offsets[some, self.told] += (
-                covariances(self.share, queries, self.points, self.norms) @ self.weights
-            ).swapaxes(0, 1)
-            like = covariances(self.whole, queries, *self.near)[0]
-            unknown[some] = 1.0 - ((like @ self.scouts) * like).sum(axis=1)
+            # Single precision leaves 1e-7 of a kernel's value, and takes a third of the time.
+            like = np.exp(_logarithms(self.share, queries, self.points, self.norms).astype(np.float32))
+            offsets[some, self.told] += (like @ self.weights).swapaxes(0, 1)
+            near = covariances(self.whole, queries, *self.near)[0]
+            unknown[some] = 1.0 - ((near @ self.scouts) * near).sum(axis=1)
         return offsets, np.maximum(unknown, 0.0)[:, None] * self.spread + self.floor
 
     def to_arrays(self) -> dict[str, Any]:
@@ -172,12 +172,15 @@ def squares(share: Floats, points: Floats) -> Floats:
 
 def covariances(share: Floats, queries: Floats, points: Floats, norms: Floats) -> Floats:
     """(K, T, M) of offsets under kernels (K, B), at features (T, B, 4) and (M, B, 4), `norms` of `squares`."""
+    return np.asarray(np.exp(_logarithms(share, queries, points, norms)))
+
+
+def _logarithms(share: Floats, queries: Floats, points: Floats, norms: Floats) -> Floats:
     weighted = share[:, None, :, None] * queries
     found = weighted.reshape(-1, queries[0].size) @ points.reshape(len(points), -1).T
     found = found.reshape(len(share), len(queries), len(points))
-    found -= 0.5 * (weighted * queries).sum(axis=(2, 3))[..., None]
-    found -= 0.5 * norms[:, None]
-    return np.asarray(np.exp(np.minimum(found, 0.0, out=found), out=found))
+    found -= 0.5 * ((weighted * queries).sum(axis=(2, 3))[..., None] + norms[:, None])
+    return np.asarray(found)
 
 
 def _share(body: Anatomy, varied: Floats) -> Floats:
