@@ -61,7 +61,7 @@ BENDS = tuple(Take("bend", "02_06", 360, 712, heading) for heading in (-70.0, -4
 TURN = Take("turn", "16_17", 0, 400)
 KICK = Take("kick", "135_04", 200, 520)
 SIT = Take("sit", "14_29", 100, 420, 30.0)
-PIROUETTE = Take("pirouette", "05_06", 192, 430)  # before it the recorded right knee jumps 40 cm within a frame, seven times
+PIROUETTE = Take("pirouette", "05_06", 192, 430)  # before it the recorded knee jumps 40 cm in one frame, seven times
 DOZEN = (
     DANCE,
     BEND,
