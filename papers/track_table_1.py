@@ -96,7 +96,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
     draw(
         pictures / "track_disputes.png",
         [
-            (frame, ours, theirs, f"{action}, frame {one.frame}: {'ours' if one.right == 'ours' else 'the sensor'}")
+            (frame, ours, theirs, f"{action}\nframe {one.frame}: {'ours' if one.right == 'ours' else 'the sensor'}")
             for one, action, frame, ours, theirs in _worst(disputed)
         ],
     )

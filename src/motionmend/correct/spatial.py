@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import shortest_path
 
 from ..arrays import Floats, Ints, frozen
 from .anatomy import Anatomy
@@ -192,12 +194,9 @@ def _share(body: Anatomy, varied: Floats) -> Floats:
 def _bones_away(body: Anatomy) -> Floats:
     """(J, B) bones between a joint and the nearer end of each bone; as many as there are joints where none lead."""
     count = len(body.names)
-    away = np.where(np.eye(count, dtype=np.bool_), 0.0, float(count))
-    for _ in range(count):
-        for one, other in body.bones:
-            nearer = np.minimum(away[:, one], away[:, other] + 1.0), np.minimum(away[:, other], away[:, one] + 1.0)
-            away[:, one], away[:, other] = nearer
-    return np.minimum(away[:, body.bones[:, 0]], away[:, body.bones[:, 1]])
+    bones = coo_array((np.ones(len(body.bones)), (body.bones[:, 0], body.bones[:, 1])), shape=(count, count))
+    away = np.minimum(shortest_path(bones, directed=False, unweighted=True), float(count))
+    return np.asarray(np.minimum(away[:, body.bones[:, 0]], away[:, body.bones[:, 1]]))
 
 
 def _robust_mean(offsets: Floats, body: Anatomy) -> Floats:

@@ -21,6 +21,7 @@ from .filling_model import GROUPS, UNIT, WOBBLE, Known, Points, Relation, learn,
 from .filtered import Filtered, check_channels
 from .hedge import hedged
 from .marker_library import MarkerLibrary, examples_like
+from .moved_gaps import beyond_normal
 from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, within, without
 
 LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
@@ -360,8 +361,8 @@ def _excess(errors: list[Floats]) -> float:
     share = np.concatenate([np.full(e.size, 1.0 / e.size) for e in errors if e.size]) / len(errors)
     size = size.ravel()
     order = np.argsort(size)
-    middle, far = np.interp([0.6827, 0.9545], np.cumsum(share[order]), size[order])
-    return float(np.clip(np.sqrt(middle * far / 2.0), LEAST_EXCESS, MOST_EXCESS))
+    variance = beyond_normal(size[order], np.cumsum(share[order]))
+    return float(np.clip(np.sqrt(variance), LEAST_EXCESS, MOST_EXCESS))
 
 
 def _parts_of_gap(visible: Bools, least: int) -> list[tuple[int, int]]:

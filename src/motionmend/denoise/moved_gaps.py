@@ -59,6 +59,11 @@ def laid_elsewhere(gaps: list[Gap], present: Bools) -> list[Gap]:
 
     Few gaps are laid several times, as evenly over the recording as there is room. A moved gap keeps away from the
     others, so that no channel loses more at once than it does by itself.
+
+    Parameters
+    ----------
+    gaps : of `gaps_of`.
+    present : (T, C).
     """
     few = min(MOST, len(gaps))
     chosen = [gaps[number] for number in np.unique(np.linspace(0, len(gaps) - 1, few).astype(np.int64))]
@@ -119,8 +124,19 @@ def excess(gaps: list[Gap], moved: list[Gap], away: Floats, variance: Floats, te
     for gap in gaps:
         alike = np.exp([-0.5 * gap.unlike(other) / ALIKE**2 for other in moved])
         below = np.cumsum(share * np.concatenate([[BELIEVED], alike])[whose])
-        middle, far = np.interp([0.6827, 0.9545], below / below[-1], size)
         freedom = FREEDOM + alike.sum()
-        inside = middle * far / 2.0 * freedom / (freedom - 2.0)
+        inside = beyond_normal(size, below) * freedom / (freedom - 2.0)
         factor[gap.start : gap.stop, gap.channels] = np.clip(inside, LEAST**2, MOST_EXCESS**2)
     return factor
+
+
+def beyond_normal(sizes: Floats, below: Floats) -> float:
+    """Variance of standardised errors by their quantiles 68 and 95 %; 1 for a standard normal's.
+
+    Parameters
+    ----------
+    sizes : (N,) their absolute values, ascending.
+    below : (N,) weight of all up to each, in any unit.
+    """
+    middle, far = np.interp([0.6827, 0.9545], below / below[-1], sizes)
+    return float(middle * far / 2.0)

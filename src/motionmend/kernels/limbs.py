@@ -78,7 +78,7 @@ def disagreements(
 
 
 @compiled
-def limb_costs(
+def limb_search(
     parents: Ints,
     offsets: Floats,
     rests: Floats,
@@ -172,6 +172,10 @@ def limb_costs(
                 axles[i, k, m] = turns[s, k, m]
     placed, parts, tried = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS)), joints.copy()
     rounds, drawn, size = picks.shape[0], picks.shape[1], len(columns)
+    uphill = np.zeros(size)  # the slope of what is said against the pose as it is
+    for k in range(size):
+        for j in range(len(mean)):
+            uphill[k] += 2.0 * form[columns[k], j] * (joints[j] - mean[j])
     total = max(len(candidates), kept + drawn)
     pool, prices = np.empty((total, size)), np.empty(total)
     for c in range(len(candidates)):
@@ -203,7 +207,7 @@ def limb_costs(
             )  # fmt: skip
             if r == 0:
                 costs[c] = prices[c]
-            prices[c] += _against(pool[c], columns, joints, mean, form)
+            prices[c] += _against(pool[c], columns, joints, uphill, form)
     least = 0
     for c in range(count):
         if prices[c] < prices[least]:
@@ -275,19 +279,16 @@ def _changed(
 
 
 @compiled
-def _against(values: Floats, columns: Ints, joints: Floats, mean: Floats, form: Floats) -> float:
-    """By how much more a quadratic form is against joints (J,) with these values (n,) for n of them."""
+def _against(values: Floats, columns: Ints, joints: Floats, uphill: Floats, form: Floats) -> float:
+    """By how much more a quadratic form is against joints (J,) with these values (n,) for n of them; `uphill` (n,)."""
     total = 0.0
-    if len(mean) == 0:
+    if len(form) == 0:
         return total
     for k in range(len(columns)):
-        c = columns[k]
-        change, slope = values[k] - joints[c], 0.0
-        for j in range(len(mean)):
-            slope += 2.0 * form[c, j] * (joints[j] - mean[j])
+        slope = uphill[k]
         for m in range(len(columns)):
-            slope += form[c, columns[m]] * (values[m] - joints[columns[m]])
-        total += change * slope
+            slope += form[columns[k], columns[m]] * (values[m] - joints[columns[m]])
+        total += (values[k] - joints[columns[k]]) * slope
     return total
 
 

@@ -234,7 +234,8 @@ def limb_search(
     costs, best = np.empty(len(candidates)), np.empty(len(limb.columns))
     bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
     pixels = max(coarse.pixels, 1)
-    least = limbs.limb_costs(
+    # Copies, for what is kept is read-only or not by where it comes from: kernels are compiled for one kind of arrays.
+    least = limbs.limb_search(
         *performer.chain,
         *pose.arrays,
         limb.columns,

@@ -9,10 +9,10 @@ from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
+from .hypotheses import GAIN, STEP, Hypothesis
 from .limbs import LIMBS, Coarse, Limb, disagreement, draws, limb_places, limb_search, with_limb
 from .model import TrackerModel
 from .prior_term import said_against, strangeness
-from .rivals import GAIN, STEP, Rival
 from .settings import TrackSettings
 from .smooth_term import about
 from .solve import solve_pose
@@ -40,7 +40,8 @@ def mend_limbs(
     terms: list[Term],
     expected: Pose,
     solution: Solution[Pose],
-) -> tuple[Solution[Pose], float, int, Floats, Rival | None]:
+    wrong: float,
+) -> tuple[Solution[Pose], float, int, Floats, Hypothesis | None]:
     """Look for each limb among poses of the library and about where it is.
 
     Parameters
@@ -52,16 +53,15 @@ def mend_limbs(
     coarse : the frame on the raster that poses are judged on.
     terms : made for this frame.
     expected : the pose that the motion so far leads to.
-    solution : of the whole body.
+    solution, wrong : of the whole body, and the share of the person's pixels that it explains wrongly.
 
     Returns
     -------
-    The solution, a better one if there is; the share of the person's pixels it explains wrongly; how many limbs were
+    The solution, a better one if there is, and its share; how many limbs were
     moved; (16,) m, the doubt about each joint; and the pose that lost against it, if frames to come may say otherwise.
     """
     performer = state.performer
     doubt = np.zeros(16)
-    wrong = disagreement(performer, solution.state, coarse)
     shown, denied = shown_and_denied(performer, solution.state, coarse, evidence.weight)
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
     worse, much = wrong >= SUSPECT * usual + 0.01, wrong >= SUSPECT * usual + 0.025
@@ -90,7 +90,7 @@ def mend_limbs(
                 better.append((cost - wrong, number, way))
         if hidden:
             doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
-    moved, rival = 0, None
+    moved, hypothesis = 0, None
     for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
         limb = LIMBS[number]
         begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
@@ -100,11 +100,11 @@ def mend_limbs(
         leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
         gain = wrong - after - odd
         if gain > GAIN * (1.0 + (leap / STEP) ** 2):
-            rival = Rival(solution.state, -gain)
+            hypothesis = Hypothesis(solution.state, -gain)
             solution, wrong, moved = trial, after, moved + 1
         elif gain > WORTH:
-            rival = Rival(trial.state, gain)
-    return solution, wrong, moved, doubt, rival
+            hypothesis = Hypothesis(trial.state, gain)
+    return solution, wrong, moved, doubt, hypothesis
 
 
 def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:

@@ -10,7 +10,7 @@ from .certainty import shown_and_denied, trust_of
 from .evidence import Evidence
 from .facing import along, doubted, walked, weighed
 from .girth import Girth
-from .limbs import Coarse
+from .limbs import Coarse, disagreement
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .objective import PAUSE, terms_of
@@ -50,7 +50,8 @@ def faced(
         twin = replace(twin, pose=expected)
         terms = terms_of(model, settings, twin, evidence, expected)
         found = solve_pose(twin.performer, evidence, terms, expected, settings)
-        found, share, *_ = mend_limbs(model, settings, twin, evidence, coarse, terms, expected, found)
+        share = disagreement(twin.performer, found.state, coarse)
+        found, share, *_ = mend_limbs(model, settings, twin, evidence, coarse, terms, expected, found, share)
         shown, _ = shown_and_denied(twin.performer, found.state, coarse, evidence.weight)
         return found, trust_of(shown)[0], share
 

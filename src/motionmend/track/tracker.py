@@ -17,6 +17,7 @@ from .evidence import Evidence, evidence_of
 from .facing import Facing, either, faces_otherwise, unlikeliness
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
+from .hypotheses import Hypothesis, contested
 from .limbs import Coarse, coarse_of, disagreement
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
@@ -25,7 +26,6 @@ from .observation import Observation
 from .offers import offers_tried
 from .person import person_of
 from .rescue import moved_to, rescued, turned
-from .rivals import Rival, contested
 from .second_reading import faced
 from .settings import TrackSettings
 from .smooth_term import difference
@@ -57,7 +57,7 @@ class TrackState:
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
     facing : what is known of front and back.
-    rival : another pose that is followed beside this one, until one of them is refuted.
+    hypothesis : another pose that is followed beside this one, until one of them is refuted.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities and intrinsics of the last frame, where colour counts.
     time : s, of the last frame.
@@ -73,7 +73,7 @@ class TrackState:
     wrong: float = float("nan")
     searched: int = 0
     facing: Facing = field(default_factory=Facing)
-    rival: Rival | None = None
+    hypothesis: Hypothesis | None = None
     girth: Girth | None = None
     before: tuple[Floats, Singles, Floats] | None = None
     time: float = float("nan")
@@ -198,7 +198,7 @@ def step(
     clock.lap("prior")
     solution = solve_pose(state.performer, evidence, terms, expected, settings)
     clock.lap("solve")
-    restarts, rival, offered = 0, None, False
+    restarts, hypothesis, offered = 0, None, False
     doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     asks = model.detector is not None and state.searched >= EVERY and wrong > DOUBTFUL * state.wrong + 0.01
@@ -208,8 +208,8 @@ def step(
         )
         clock.lap("offers")
     if settings.search and not offered:
-        solution, wrong, restarts, doubt, rival = mend_limbs(
-            model, settings, state, evidence, coarse, terms, expected, solution
+        solution, wrong, restarts, doubt, hypothesis = mend_limbs(
+            model, settings, state, evidence, coarse, terms, expected, solution, wrong
         )
         clock.lap("limbs")
         if wrong > RESCUE * state.wrong + 0.03:
@@ -218,10 +218,10 @@ def step(
     if settings.search:
         mended = solution
         state, terms, solution, wrong = contested(
-            model, settings, state, evidence, coarse, terms, mended, wrong, elapsed, rival
+            model, settings, state, evidence, coarse, terms, mended, wrong, elapsed, hypothesis
         )
         restarts += solution is not mended
-        clock.lap("rival")
+        clock.lap("hypothesis")
     state = replace(state, searched=0 if asks else state.searched + 1)
     if _is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
         ways = _found(model, settings, state, observation, evidence, coarse)
@@ -346,7 +346,7 @@ def _tracked(
         hidden=frozen(hidden),
         lost=lost,
         wrong=state.wrong if lost else running,
-        rival=None if lost or recovered else state.rival,
+        hypothesis=None if lost or recovered else state.hypothesis,
         before=before,
     )
     std = np.maximum(std, 0.10) if lost else std

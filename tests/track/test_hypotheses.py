@@ -17,12 +17,12 @@ from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.track.database import PoseDatabase
 from motionmend.track.evidence import evidence_of
+from motionmend.track.hypotheses import GAIN, LASTS, MOST, Hypothesis, apart, asked, contested
 from motionmend.track.limbs import LIMBS, coarse_of, disagreement
 from motionmend.track.model import TrackerModel
 from motionmend.track.objective import terms_of
 from motionmend.track.observation import Observation
 from motionmend.track.reach import reach
-from motionmend.track.rivals import GAIN, LASTS, MOST, Rival, apart, asked, contested
 from motionmend.track.settings import settings_of
 from motionmend.track.solve import solve_pose
 from motionmend.track.tracker import TrackState
@@ -49,9 +49,9 @@ def library():
 
 
 def contest(shown, taken, other, frames, gained=0.0):
-    """The pose that is followed after each frame, and the rivals, `taken` being what the solution would be."""
-    state = TrackState(BODY, None, taken, rival=Rival(other, gained))
-    followed, rivals = [], []
+    """The pose that is followed after each frame, and the hypotheses, `taken` being what the solution would be."""
+    state = TrackState(BODY, None, taken, hypothesis=Hypothesis(other, gained))
+    followed, hypotheses = [], []
     for t in range(frames):
         depth = sensed(render(BODY, shown, KINECT).depth, KINECT, 3, t)
         evidence = evidence_of(Observation(KINECT, depth, np.isnan(depth), t * DT), DEFAULT)
@@ -65,8 +65,8 @@ def contest(shown, taken, other, frames, gained=0.0):
         assert wrong == disagreement(BODY, solution.state, coarse)
         state = replace(state, pose=solution.state, velocity=frozen(np.zeros(DOFS)))
         followed.append(solution.state)
-        rivals.append(state.rival)
-    return followed, rivals
+        hypotheses.append(state.hypothesis)
+    return followed, hypotheses
 
 
 @given(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
@@ -78,35 +78,39 @@ def test_a_longer_leap_asks_for_more_but_never_for_what_cannot_be_shown(one, oth
 @pytest.mark.parametrize(("truth", "taken"), [(HANGING, raised(HANGING)), (raised(HANGING), HANGING)])
 def test_of_two_arms_the_one_that_is_seen_is_taken_and_the_other_watched_for_a_while(truth, taken):
     assert apart(BODY, truth, taken) > 0.5
-    followed, rivals = contest(truth, taken, truth, 8)
+    followed, hypotheses = contest(truth, taken, truth, 8)
     turn = next(t for t, pose in enumerate(followed) if apart(BODY, pose, truth) < 0.15)
     assert turn < 6
-    assert rivals[turn] is not None
-    assert apart(BODY, rivals[turn].pose, truth) > 0.1
+    assert hypotheses[turn] is not None
+    assert apart(BODY, hypotheses[turn].pose, truth) > 0.1
     assert all(apart(BODY, pose, truth) < 0.15 for pose in followed[turn:])
 
 
 @pytest.mark.parametrize("gained", [0.0, 0.03])
-def test_a_wrong_rival_is_never_taken_and_is_given_up(gained):
-    followed, rivals = contest(HANGING, HANGING, raised(HANGING), LASTS + 1, gained)
+def test_a_wrong_hypothesis_is_never_taken_and_is_given_up(gained):
+    followed, hypotheses = contest(HANGING, HANGING, raised(HANGING), LASTS + 1, gained)
     assert all(apart(BODY, pose, HANGING) < 0.1 for pose in followed)
-    assert rivals[-1] is None
+    assert hypotheses[-1] is None
 
 
 def test_two_poses_that_have_become_one_are_one():
-    _, rivals = contest(HANGING, HANGING, HANGING, 1, 0.02)
-    assert rivals == [None]
+    _, hypotheses = contest(HANGING, HANGING, HANGING, 1, 0.02)
+    assert hypotheses == [None]
 
 
-def test_a_pose_that_lost_is_a_rival_only_if_it_is_another_and_only_while_time_is_known():
+def test_a_pose_that_lost_is_a_hypothesis_only_if_it_is_another_and_only_while_time_is_known():
     depth = render(BODY, HANGING, KINECT).depth
     evidence = evidence_of(Observation(KINECT, depth, np.isnan(depth), 0.0), DEFAULT)
     coarse = coarse_of(evidence)
-    state = TrackState(BODY, None, HANGING, rival=Rival(raised(HANGING, 0.3), 0.01))
+    state = TrackState(BODY, None, HANGING, hypothesis=Hypothesis(raised(HANGING, 0.3), 0.01))
     terms = terms_of(library(), DEFAULT, state, evidence, HANGING)
     solution = Solution(HANGING, System(np.eye(DOFS), np.zeros(DOFS), {}, {}, 0.0), 1, True)
-    for rival, kept in ((None, False), (Rival(HANGING, 0.01), False), (Rival(raised(HANGING), 0.01), True)):
-        after, *_ = contested(library(), DEFAULT, state, evidence, coarse, terms, solution, 0.0, 0.0, rival)
-        assert (after.rival is not None) == kept
+    for hypothesis, kept in (
+        (None, False),
+        (Hypothesis(HANGING, 0.01), False),
+        (Hypothesis(raised(HANGING), 0.01), True),
+    ):
+        after, *_ = contested(library(), DEFAULT, state, evidence, coarse, terms, solution, 0.0, 0.0, hypothesis)
+        assert (after.hypothesis is not None) == kept
         if kept:
-            np.testing.assert_array_equal(landmarks(BODY, after.rival.pose), landmarks(BODY, rival.pose))
+            np.testing.assert_array_equal(landmarks(BODY, after.hypothesis.pose), landmarks(BODY, hypothesis.pose))

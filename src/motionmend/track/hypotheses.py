@@ -3,7 +3,7 @@
 An arm that comes out from behind the body explains a few pixels more where it is than where it was taken to be. One
 frame of noise gains as much, so that in one frame no limb may leap far for it; but noise gains now here, now there,
 and the truth gains in every frame. So the best pose that was not taken, or the one that was given up, is followed
-for some frames (two of the hypotheses of Reid 1979, Cham and Rehg 1999), and is taken when its gains add up to what
+for some frames (two hypotheses, as of Reid 1979 and of Cham and Rehg 1999), and is taken when its gains add up to what
 a leap as long as that asks for.
 """
 
@@ -33,15 +33,15 @@ GAIN = 0.008  # share of the person's pixels that another pose must explain bett
 STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
 MOST = 10.0  # times that gain that frames together must show for the longest leap
 FADES = 0.9  # of what earlier frames gained, in each frame
-LEAST = -0.03  # gained in sum; a rival that has lost more is given up
-LASTS = 15  # frames that a rival is followed
+LEAST = -0.03  # gained in sum; a hypothesis that has lost more is given up
+LASTS = 15  # frames that a hypothesis is followed
 ONE = 0.06  # m; two poses whose limbs are closer are one
 OWN = 2.0 * ONE  # m apart, from where on a pose is worth following beside the other
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Rival:
+class Hypothesis:
     """The other pose, as of the last frame.
 
     Attributes
@@ -78,24 +78,24 @@ def contested(
     solution: Solution[Pose],
     wrong: float,
     elapsed: float,
-    rival: Rival | None,
+    fresh: Hypothesis | None,
 ) -> tuple["TrackState", list[Term], Solution[Pose], float]:
-    """The rival of the frame before against this frame's solution: what is followed from here, the other beside it.
+    """The other pose of the frame before against this frame's solution: what is followed from here, and what beside it.
 
     Parameters
     ----------
     model, settings : of the tracker.
-    state : of this frame, but that pose, velocity, trust and rival are still those of the frame before.
+    state : of this frame, but that pose, velocity, trust and hypothesis are still those of the frame before.
     evidence, coarse, terms : what the frame says, its coarse raster, the terms made for the solution.
     solution, wrong : of this frame, and the share of the person's pixels that it explains wrongly.
     elapsed : s since the frame before.
-    rival : a new one that this frame suggests, its pose of this frame; None as a rule.
+    fresh : one that this frame suggests, its pose of this frame; None as a rule.
 
     Returns
     -------
-    State, terms, solution and share. If the rival is taken the state's pose and velocity are what the rival's were.
+    State, terms, solution and share. If the hypothesis is taken the state's pose and velocity are what its own were.
     """
-    old = state.rival
+    old = state.hypothesis
     if old is not None and 0.0 < elapsed < PAUSE:
         twin = replace(state, pose=old.pose, velocity=old.velocity, trust=old.trust, before=None)
         expected = expected_pose(twin, settings, elapsed, coarse)
@@ -107,16 +107,16 @@ def contested(
         gap = apart(state.performer, found.state, solution.state)
         if gap > ONE and gained > asked(gap):
             given_up = _followed(state, solution.state, state.pose, -0.5 * gained, 0, elapsed, evidence, coarse)
-            return replace(twin, before=state.before, rival=given_up), others, found, share
+            return replace(twin, before=state.before, hypothesis=given_up), others, found, share
         stays = gap > ONE and gained > LEAST and old.frames + 1 < LASTS
         known = _followed(state, found.state, old.pose, gained, old.frames + 1, elapsed, evidence, coarse)
-        state = replace(state, rival=known if stays else None)
+        state = replace(state, hypothesis=known if stays else None)
     else:
-        state = replace(state, rival=None)
-    better = state.rival is None or (rival is not None and rival.gained > max(state.rival.gained, 0.0))
-    if rival is not None and better and apart(state.performer, rival.pose, solution.state) > OWN:
-        shown, _ = shown_and_denied(state.performer, rival.pose, coarse, evidence.weight)
-        state = replace(state, rival=replace(rival, trust=frozen(trust_of(shown)[0])))
+        state = replace(state, hypothesis=None)
+    better = state.hypothesis is None or (fresh is not None and fresh.gained > max(state.hypothesis.gained, 0.0))
+    if fresh is not None and better and apart(state.performer, fresh.pose, solution.state) > OWN:
+        shown, _ = shown_and_denied(state.performer, fresh.pose, coarse, evidence.weight)
+        state = replace(state, hypothesis=replace(fresh, trust=frozen(trust_of(shown)[0])))
     return state, terms, solution, wrong
 
 
@@ -129,11 +129,11 @@ def _followed(
     elapsed: float,
     evidence: Evidence,
     coarse: Coarse,
-) -> Rival:
-    """A rival with what this frame shows of it and how it has moved since the frame before."""
+) -> Hypothesis:
+    """A hypothesis with what this frame shows of it and how it has moved since the frame before."""
     assert last is not None
     shown, _ = shown_and_denied(state.performer, pose, coarse, evidence.weight)
     trust = trust_of(shown)[0]
     velocity = difference(pose, last) / elapsed
     velocity[6:] *= np.minimum(1.0, 0.2 + trust)
-    return Rival(pose, gained, frozen(velocity), frozen(trust), frames)
+    return Hypothesis(pose, gained, frozen(velocity), frozen(trust), frames)
