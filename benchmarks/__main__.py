@@ -1,4 +1,4 @@
-"""`python -m benchmarks [SUITE...] [--gate] [--update] [--long]`."""
+"""`python -m benchmarks [SUITE...] [--gate] [--update]`."""
 
 import argparse
 import sys
@@ -11,6 +11,7 @@ from .results import table, write_results
 from .timing import Plan
 
 SUITES = ("fit", "repair", "adaptive", "kinematics", "render", "files", "peers", "live")
+LONG = ("archive", "endurance")  # half an hour and more: only where named
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -18,21 +19,25 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks", description="Measure the package against its plain twins and against peers."
     )
-    parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"{', '.join(SUITES)}; all when none is given")
+    parser.add_argument(
+        "suites",
+        nargs="*",
+        metavar="SUITE",
+        help=f"{', '.join(SUITES)}: all when none is given; {', '.join(LONG)}: long",
+    )
     parser.add_argument("--gate", action="store_true", help="fail where a ratio is worse than in baseline.json")
     parser.add_argument(
         "--update", action="store_true", help="record this run in baseline.json and write RESULTS.md anew"
     )
-    parser.add_argument("--long", action="store_true", help="also a recording of 1,000,000 frames: half an hour")
     options = parser.parse_args(argv)
-    unknown = [name for name in options.suites if name not in SUITES]
+    unknown = [name for name in options.suites if name not in SUITES + LONG]
     if unknown:
-        parser.error(f"no suite {', '.join(unknown)}: there are {', '.join(SUITES)}")
+        parser.error(f"no suite {', '.join(unknown)}: there are {', '.join(SUITES + LONG)}")
     if options.gate and options.update:
         parser.error("--gate compares with the baseline, --update replaces it: give one of them")
     try:
         baseline = record.load() if options.gate else {}
-        records = [_run(name, Plan(long=options.long)) for name in dict.fromkeys(options.suites or SUITES)]
+        records = [_run(name, Plan()) for name in dict.fromkeys(options.suites or SUITES)]
         if options.update:
             write_results(record.save(records))
     except record.RecordError as error:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,11 +30,12 @@ _BASES = ("mean", "vectors", "values", "total", "discarded")
 
 @dataclass(frozen=True)
 class Peak:
-    """Bytes: the process before and after the work, and the input's own size."""
+    """Bytes: the process before and after the work, and the input's own size; and the seconds that the work took."""
 
     before: int
     after: int
     data: int
+    seconds: float
 
     def metrics(self, key: str, target: float | None = None) -> list[Metric]:
         """The whole process's peak in MB as information, and what the work added, in sizes of its input."""
@@ -82,7 +84,7 @@ def _measured(task: str, data: Floats, parts: Mapping[str, Any]) -> Peak:
     if done.returncode:
         raise RuntimeError(f"measuring the memory of {task} failed: {done.stderr.strip()[-2000:]}")
     found = json.loads(done.stdout)
-    return Peak(found["before"], found["after"], data.nbytes)
+    return Peak(found["before"], found["after"], data.nbytes, found["seconds"])
 
 
 def peak() -> int:
@@ -172,6 +174,6 @@ TASKS: Mapping[str, Callable[[Mapping[str, Floats]], Callable[[], object]]] = {
 if __name__ == "__main__":
     with threadpool_limits(1):
         work = TASKS[sys.argv[1]](dict(np.load(sys.argv[2])))
-        before = peak()
+        before, begin = peak(), perf_counter()
         work()
-        print(json.dumps({"before": before, "after": peak()}))
+        print(json.dumps({"before": before, "after": peak(), "seconds": perf_counter() - begin}))

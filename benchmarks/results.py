@@ -24,7 +24,10 @@ NAMES = {
     "fit": "Learning",
     "repair": "Repair",
     "adaptive": "Adaptive repair",
+    "archive": "A million frames",
     "kinematics": "Kinematics",
+    "render": "Depth images",
+    "endurance": "An hour of tracking",
     "files": "Files",
     "peers": "Peers' filters",
     "live": "Live correction",
@@ -34,13 +37,13 @@ NAMES = {
 def write_results(records: Mapping[str, Record], folder: Path = FOLDER) -> None:
     """Write RESULTS.md and cost.png into `folder`."""
     metrics = {metric.key: metric for one in records.values() for metric in one.metrics}
-    curves = cost_curves(metrics)
+    curves, sweeps = cost_curves(metrics), swept_curves(metrics)
     parts = [HEAD, _machines(records), METHOD, "## What was aimed at", _targets(metrics)]
     if limit := _limit(metrics):
         parts += ["## What the limit is", limit]
     if curves:
-        _plot(curves, folder / "cost.png")
-        parts += ["## Cost against frames", "![Seconds against frames, both logarithmic](cost.png)"]
+        _plot(curves, sweeps, folder / "cost.png")
+        parts += ["## Cost against frames, window, bases and channels", "![Seconds against each](cost.png)"]
     for name in (name for name in NAMES if name in records):
         parts += [f"## {NAMES[name]}", table(records[name].metrics)]
     (folder / "RESULTS.md").write_text("\n\n".join(part.strip() for part in parts) + "\n", encoding="utf-8")
@@ -83,11 +86,33 @@ def cost_curves(metrics: Mapping[str, Metric]) -> dict[str, list[tuple[int, floa
     return {label: sorted(points) for label, points in curves.items()}
 
 
-def _plot(curves: Mapping[str, Sequence[tuple[int, float]]], path: Path) -> None:
+def swept_curves(metrics: Mapping[str, Metric]) -> dict[str, list[tuple[int, float]]]:
+    """(size, seconds) of the adaptive repair by what was varied: window, bases, channels."""
+    curves: dict[str, list[tuple[int, float]]] = {}
+    for key, metric in metrics.items():
+        if key.startswith("adaptive.by_") and key.endswith(".ours"):
+            _, name, size, _ = key.split(".")
+            curves.setdefault(name.removeprefix("by_"), []).append((int(size), metric.value))
+    return {name: sorted(points) for name, points in curves.items()}
+
+
+def _plot(
+    curves: Mapping[str, Sequence[tuple[int, float]]], sweeps: Mapping[str, Sequence[tuple[int, float]]], path: Path
+) -> None:
     from motionmend.report.style import COLOURS, FAINT, figure_at
 
-    with figure_at(path, 6.8, 3.4, "Cost against frames, 62 channels, one thread") as figure:
-        axes = figure.add_subplot()
+    with figure_at(path, 6.8, 5.6, "Cost against frames (62 channels), window, bases and channels") as figure:
+        grid = figure.add_gridspec(2, max(1, len(sweeps)), height_ratios=(1.6, 1.0))
+        top_most = max((seconds for points in sweeps.values() for _, seconds in points), default=1.0)
+        for column, (name, points) in enumerate(sweeps.items()):
+            axes = figure.add_subplot(grid[1, column])
+            sizes, seconds = zip(*points, strict=True)
+            axes.plot(sizes, seconds, "o-", color=COLOURS[3], markersize=3.5)
+            axes.set_ylim(0.0, 1.15 * top_most)
+            axes.set_xlabel(f"{name}, frames" if name == "window" else name)
+            if column == 0:
+                axes.set_ylabel("s, adaptive repair")
+        axes = figure.add_subplot(grid[0, :])
         for label, points in curves.items():
             plain = label.endswith(", plain")
             colour = COLOURS[

@@ -22,13 +22,11 @@ class Plan:
     frames : lengths of the recordings; the last one is the long one.
     rounds : timings of each runner.
     long_rounds : the same for the last length.
-    long : also what takes more than two minutes; never gated.
     """
 
     frames: tuple[int, ...] = (1_000, 10_000, 60_452)
     rounds: int = 7
     long_rounds: int = 3
-    long: bool = False
 
     def rounds_at(self, frames: int) -> int:
         """Timings at this length."""
