@@ -268,3 +268,18 @@ def learn(model, hyper, sample, value, size):
         kept = budget(x, y, Hyper(*hyper), size - 1)
         x, y = x[kept], y[kept]
     return np.vstack([x, sample]), np.vstack([y, value])
+
+
+# ---- kernels/shapes.py -----------------------------------------------------------
+
+
+def directions(postures, bones, weight):
+    """Directions and lengths of bones."""
+    along = postures[:, bones[:, 1]] - postures[:, bones[:, 0]]
+    length = np.linalg.norm(along, axis=2, keepdims=True)
+    return np.concatenate([weight * along / np.maximum(length, 1e-9), length], axis=2)
+
+
+def apart(queries, columns):
+    """Squared distances bone by bone."""
+    return ((queries[:, None] - columns.T) ** 2).sum(axis=3).swapaxes(1, 2)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import naive_correct as naive
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, sighting
+from motionmend.kernels import bones, shapes, sighting
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -175,3 +175,16 @@ def test_a_full_model_gives_up_the_sample_that_matters_least(seed: int, depth: i
     assert np.allclose(np.tril(lower), factor(model[0], Hyper(*hyper)), atol=1e-8)
     noisy = covariance(model[0], model[0], Hyper(*hyper)) + hyper[3] * np.eye(size)
     np.testing.assert_allclose(weights, np.linalg.solve(noisy, model[1]), rtol=1e-6, atol=1e-8)
+
+
+@given(st.integers(0, 10_000), st.integers(0, 3))
+@settings(max_examples=20)
+def test_shapes_and_how_far_they_are_apart_are_those_of_the_twins(seed: int, frames: int) -> None:
+    rng = np.random.default_rng(seed)
+    postures = rng.normal(0.0, 0.4, (frames, JOINTS, 3))
+    postures[:, BODY.bones[2]] = 0.1  # a bone without length
+    found = shapes.directions(postures, BODY.bones, 0.15)
+    same([found], [naive.directions(postures, BODY.bones, 0.15)])
+    columns = rng.normal(0.0, 0.2, (4, BONES, 7)).astype(np.float32)
+    got = shapes.apart(found.astype(np.float32), columns)
+    same([got], [naive.apart(found.astype(np.float32), columns)], rtol=1e-5, atol=1e-6)
