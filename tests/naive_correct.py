@@ -171,6 +171,15 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
 # ---- kernels/sighting.py ---------------------------------------------------------
 
 
+def believable(positions, far, point):
+    """NaN where no person can be."""
+    there = (np.abs(positions) < far).all(axis=-1) & positions.any(axis=-1)
+    for t, some in enumerate(there):
+        if some.sum() > 2 and (np.ptp(positions[t, some], axis=0) < point).all():
+            there[t] = False
+    return np.where(there[..., None], positions, np.nan)
+
+
 def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, direction, turn, origin, scale):
     """Size, heading and place of a person."""
     present = np.isfinite(rows).all(axis=1)
@@ -219,7 +228,7 @@ def crossed(standard, place, place_cov, mean, own, noise, before, mirror):
     return swapped, unsure
 
 
-def signs(rows, recent, size, usual, bones, spread, jerk, states):
+def signs(rows, before, earlier, size, usual, bones, spread, jerk, states):
     """What tells of failures but the place of a joint."""
     lengths = np.linalg.norm(rows[bones[:, 1]] - rows[bones[:, 0]], axis=1)
     off = np.minimum(np.abs(np.log(np.maximum(lengths, 1e-6) / np.maximum(usual, 1e-6))) / spread, 50.0)
@@ -228,7 +237,7 @@ def signs(rows, recent, size, usual, bones, spread, jerk, states):
     own[bones[:, 1]] = off
     for end in bones.T:
         np.minimum.at(best, end, off)
-    bent = np.linalg.norm(rows - 2.0 * recent[0] + recent[1], axis=1) / size / jerk
+    bent = np.linalg.norm(rows - 2.0 * before + earlier, axis=1) / size / jerk
     told = np.column_stack([states == 1, states == 0, states == 2]) if len(states) else np.zeros((len(rows), 3))
     return lengths, np.nan_to_num(bent), np.log1p(own), np.log1p(np.where(np.isfinite(best), best, 0.0)), told
 

@@ -64,6 +64,21 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     assert got[3][7] == 1.0
 
 
+def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
+    postures = np.stack([some_posture(np.random.default_rng(seed)) for seed in range(7)])
+    postures[1, 3], postures[1, 5, 1] = 0.0, np.inf
+    postures[2, 4, 2], postures[2, 6, 0] = 250.0, 0.0
+    postures[3] = 1.5
+    postures[4, 2:] = np.nan  # two joints in one place may be
+    postures[4, :2] = 1.5
+    postures[5] = np.nan
+    postures[6, :-1] = 0.0  # one joint alone
+    got = sighting.believable(postures, 100.0, 1e-3)
+    np.testing.assert_array_equal(got, naive.believable(postures, 100.0, 1e-3))
+    assert np.isnan(got[3]).all()
+    assert np.isfinite(got[4, :2]).all()
+
+
 @given(st.integers(0, 10_000), st.integers(0, JOINTS), st.booleans())
 @settings(max_examples=30)
 def test_a_person_is_placed_as_by_its_twin(seed: int, missing: int, met: bool) -> None:
@@ -99,10 +114,10 @@ def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread:
 @pytest.mark.parametrize("told", [True, False])
 def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool) -> None:
     rng = np.random.default_rng(5)
-    rows, recent = some_posture(rng), np.stack([some_posture(rng), some_posture(rng, 0)])
+    rows, before, earlier = some_posture(rng), some_posture(rng), some_posture(rng, 0)
     usual, spread, jerk = (rng.uniform(0.05, 0.5, n) for n in (BONES, BONES, JOINTS))
     states = rng.integers(0, 3, JOINTS if told else 0).astype(np.uint8)
-    every = (rows, recent, 1.2, usual, BODY.bones, spread, jerk, states)
+    every = (rows, before, earlier, 1.2, usual, BODY.bones, spread, jerk, states)
     got = sighting.signs(*every)
     same(got, naive.signs(*every))
     assert np.isfinite(np.concatenate([one.ravel() for one in got[1:]])).all()

@@ -49,7 +49,7 @@ class Anatomy:
             table[j, : len(row)] = sorted(row)
         return table
 
-    @property
+    @cached_property
     def pairs(self) -> Ints:
         """(M, 2) left and right joints, each pair once."""
         return np.array([(k, m) for k, m in enumerate(self.mirror) if k < m], dtype=np.int64).reshape(-1, 2)

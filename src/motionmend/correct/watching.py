@@ -40,7 +40,7 @@ class Sight:
     time : s, of the frame; None before the first.
     seen : s, of the last frame in which somebody was; -inf before that.
     rows : (J, 3) m, the frame's positions upright, NaN = missing.
-    recent : (2, J, 3) m, this frame and the one before, upright, for the next one's second differences.
+    earlier : (J, 3) m, those of the frame before.
     placement : of this frame alone.
     direction : (2,) where the trunk points from right to left.
     lengths : (2, B) trusted lengths summed in m, and how many.
@@ -54,7 +54,7 @@ class Sight:
     time: float | None
     seen: float
     rows: Floats
-    recent: Floats
+    earlier: Floats
     placement: Placement
     direction: Floats
     lengths: Floats
@@ -77,7 +77,7 @@ def fresh(watcher: Watcher) -> Sight:
         None,
         -np.inf,
         np.full((joints, 3), np.nan),
-        np.full((2, joints, 3), np.nan),
+        np.full((joints, 3), np.nan),
         Placement(np.eye(3)[None], np.zeros((1, 3)), np.ones(1)),
         np.zeros(2),
         np.zeros((2, bones)),
@@ -166,7 +166,7 @@ def look(
         before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
     turned = trunk_turned(rows, sight.direction, away, body)
     swapped = np.zeros(len(rows), dtype=np.bool_)
-    if turned.any():
+    if np.count_nonzero(turned):
         rows, states = changed_sides(rows, states, body.across[turned])
         swapped[body.across[turned]] = True
     usual, size, direction, *placed, standard = kernel.place(
@@ -190,21 +190,24 @@ def look(
     known = watcher.factors
     sides, unsure = kernel.crossed(standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror)
     righted = np.zeros(len(rows), dtype=np.bool_)
-    limbs = body.pairs[sides[body.pairs[:, 0]]]
-    if sides.any() and not (sides & sight.swapped).any():
+    if np.count_nonzero(sides):
+        limbs = body.pairs[sides[body.pairs[:, 0]]]
         met = float(before.met[sides].max())
-        if confused_until_now(known, watcher.standard, body, standard, limbs, met):
-            righted, sides = sides, righted
+        if not (sides & sight.swapped).any() and confused_until_now(
+            known, watcher.standard, body, standard, limbs, met
+        ):
+            righted = sides
             before = _anew(watcher, before, righted)
             forecast = before.belief
             ahead = process.expected(known, forecast)
-    if sides.any():
-        rows, states = changed_sides(rows, states, limbs)
-        standard = changed(standard, limbs)
-        swapped = swapped | sides
+        else:
+            rows, states = changed_sides(rows, states, limbs)
+            standard = changed(standard, limbs)
+            swapped = swapped | sides
     lengths, raw, *signs = kernel.signs(
         rows,
-        sight.recent,
+        sight.rows,
+        sight.earlier,
         size,
         usual,
         body.bones,
@@ -216,9 +219,9 @@ def look(
     return Sight(
         turn_up,
         time,
-        time if np.isfinite(rows).any() else sight.seen,
+        time if np.count_nonzero(np.isfinite(rows)) else sight.seen,
         rows,
-        np.stack([rows, sight.recent[0]]),
+        sight.rows,
         Placement(placed[0][None], placed[1][None], np.array([placed[2]])),
         direction,
         kernel.counted(sight.lengths, lengths, followed.failing, body.bones),
@@ -241,11 +244,8 @@ def believable(positions: Floats) -> Floats:
     That is what is not finite, far away, or at the sensor itself, where some recordings put what they miss; and
     whole postures in one point.
     """
-    there = np.asarray((np.abs(positions) < FAR).all(axis=-1) & positions.any(axis=-1))[..., None]
-    low = np.where(there, positions, np.inf).min(axis=-2, keepdims=True, initial=np.inf)
-    high = np.where(there, positions, -np.inf).max(axis=-2, keepdims=True, initial=-np.inf)
-    point = (high - low < POINT).all(axis=-1, keepdims=True) & (there.sum(axis=-2, keepdims=True) > 2)
-    return np.where(there & ~point, positions, np.nan)
+    frames = np.ascontiguousarray(positions).reshape(-1, *positions.shape[-2:])
+    return np.asarray(kernel.believable(frames, FAR, POINT)).reshape(positions.shape)
 
 
 def changed_sides(rows: Floats, states: Bytes | None, pairs: Ints) -> tuple[Floats, Bytes | None]:

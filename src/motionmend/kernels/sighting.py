@@ -20,6 +20,32 @@ CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing mo
 
 
 @compiled
+def believable(positions: Floats, far: float, point: float) -> Floats:
+    """Postures (T, J, 3) in m, NaN where no person can be.
+
+    Parameters
+    ----------
+    far : m from the sensor; what is farther, not finite or at the sensor itself is no person.
+    point : m; more than two joints that are all within this are no person either.
+    """
+    found = np.full(positions.shape, np.nan)
+    low, high = np.empty(3), np.empty(3)
+    for t in range(positions.shape[0]):
+        low[:], high[:] = np.inf, -np.inf
+        there = 0
+        for j in range(positions.shape[1]):
+            x, y, z = positions[t, j, 0], positions[t, j, 1], positions[t, j, 2]
+            if abs(x) < far and abs(y) < far and abs(z) < far and (x != 0.0 or y != 0.0 or z != 0.0):
+                there += 1
+                for d in range(3):
+                    found[t, j, d] = positions[t, j, d]
+                    low[d], high[d] = min(low[d], positions[t, j, d]), max(high[d], positions[t, j, d])
+        if there > 2 and high[0] - low[0] < point and high[1] - low[1] < point and high[2] - low[2] < point:
+            found[t] = np.nan
+    return found
+
+
+@compiled
 def place(
     rows: Floats,
     failing: Floats,
@@ -213,14 +239,22 @@ def _far(standard: Floats, expected: Floats, variance: Floats, one: int, there: 
 
 @compiled
 def signs(
-    rows: Floats, recent: Floats, size: float, usual: Floats, bones: Ints, spread: Floats, jerk: Floats, states: Bytes
+    rows: Floats,
+    before: Floats,
+    earlier: Floats,
+    size: float,
+    usual: Floats,
+    bones: Ints,
+    spread: Floats,
+    jerk: Floats,
+    states: Bytes,
 ) -> Any:
     """What tells of failures but the place of a joint.
 
     Parameters
     ----------
     rows : (J, 3) m, NaN = missing.
-    recent : (2, J, 3) m, the two frames before.
+    before, earlier : (J, 3) m, the two frames before.
     size : of the person.
     usual : (B,) m.
     bones : (B, 2).
@@ -247,7 +281,7 @@ def signs(
     for j in range(joints):
         square = 0.0
         for d in range(3):
-            square += (rows[j, d] - 2.0 * recent[0, j, d] + recent[1, j, d]) ** 2
+            square += (rows[j, d] - 2.0 * before[j, d] + earlier[j, d]) ** 2
         raw[j] = sqrt(square) / size / jerk[j] if isfinite(square) else 0.0
         own[j], best[j] = log1p(own[j]), log1p(best[j]) if isfinite(best[j]) else 0.0
         if states.shape[0] > 0:
