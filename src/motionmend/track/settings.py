@@ -34,7 +34,7 @@ class TrackSettings:
     scale : of the Geman-McClure estimator; infinite = least squares.
     gate : matches farther than this are none.
     free_scale : as `scale`, of points where nobody is.
-    color_weight : of a squared difference of intensity (0 to 255) beside one of 1 mm in depth while matching.
+    color_weight : m of distance that a difference of 1 in intensity (0 to 255) counts as while matching.
     edge, prior, limits, freespace, smooth : weights of the terms, the surface's being 1.
     neighbors, following, energy : K, w and the share of energy of the local PCA.
     spread : rad, of a pose about its neighbours' that costs nothing much; 0 = the dissertation's projection.
