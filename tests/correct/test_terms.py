@@ -178,3 +178,22 @@ def test_a_foot_that_a_sensor_throws_about_leaves_the_planted_ankle_where_it_is(
     assert moves.max() < 0.02
     lengths = np.linalg.norm(np.diff(settled, axis=1), axis=2)
     assert np.ptp(lengths, axis=0).max() < 1e-9
+
+
+def test_a_quick_move_keeps_its_peak_where_the_joint_is_believed_and_a_resting_one_is_calmed() -> None:
+    times = np.arange(90) / 30.0
+    rng = np.random.default_rng(0)
+    ends = np.zeros((90, 2, 3))
+    ends[:, 1, 1] = 0.6 / (1.0 + np.exp(-(times - 1.5) / 0.02))  # a strike: 6 m/s, over within three frames
+    seen = ends + 0.004 * rng.standard_normal(ends.shape)
+    unbound = np.zeros((0, 2), dtype=np.int64)
+
+    def speeds(values: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(np.diff(values, axis=0), axis=2).T * 30.0
+
+    believed = settled_recording(seen, times, np.ones((90, 2)), unbound)
+    doubted = settled_recording(seen, times, np.zeros((90, 2)), unbound)
+    assert speeds(believed)[1].max() > 0.97 * speeds(seen)[1].max()
+    assert speeds(doubted)[1].max() < 0.97 * speeds(seen)[1].max()
+    for j, still in ((0, slice(None)), (1, slice(0, 35))):
+        assert np.square(speeds(believed)[j, still]).mean() < 0.7 * np.square(speeds(seen)[j, still]).mean()

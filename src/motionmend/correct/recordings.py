@@ -61,7 +61,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
     offsets, std = knowledge.offsets(posture, unsure)
-    moved = posture + smoothed(offsets, postures.times, OFFSET)  # one joint's noise is no reason to move all others
+    moved = posture + _calmed(offsets, sights, postures.times)
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
     hinges = knowledge.hinges(joining)
     settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
@@ -192,6 +192,15 @@ def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight],
         for t, row in enumerate(rows)
     ]
     return joining, sights, standard, placement
+
+
+def _calmed(offsets: Floats, sights: Sequence[Sight], times: Floats) -> Floats:
+    """Offsets (T, J, 3) in standard form smoothed in the sensor's axes: neither one joint's noise nor a heading that
+    trembles is a reason to move the others."""
+    turn = np.stack([one.placement.turn[0] for one in sights])
+    scale = np.array([one.scale for one in sights])[:, None, None]
+    calm = smoothed(scale * offsets @ turn, times, OFFSET)
+    return np.asarray(calm @ turn.swapaxes(1, 2) / scale)
 
 
 def _learned_on_the_way(

@@ -1,7 +1,9 @@
 """Corrected joints made a body's: steady from frame to frame, with bones that keep their lengths.
 
 The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the
-two before it lead. The lengths are the person's own: the median of the recording, or live the mean so far.
+two before it lead. What trembles shows at rest; a quick move hides it and would lose its peak, so a joint that is
+believed and moves is left alone (by speed, as Casiez et al., 1 Euro filter, CHI 2012). The lengths are the person's
+own: the median of the recording, or live the mean so far.
 
 Both ends of a bone give way to its length, but slowly: what a body's bones ask of a joint changes with its posture, so
 it is smoothed in time, and only what is left is taken up from the root outward. A foot that a sensor throws about for a
@@ -20,7 +22,9 @@ from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS
 from ..numerics.whittaker import whittaker
 from .limits import Hinges
 
-STEADY = 0.015  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 6 Hz
+STEADY = 0.06  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 4 Hz
+COURSE = 1.0  # the same of where a joint is going: half passes at 5 Hz
+MOVING = 0.3  # m/s, a centimetre a frame: what a joint that is seen trembles hardly shows beside it
 SLOW = 33.0  # the same of how joints give way: half passes at 2 Hz
 OFFSET, OFFSET_SECONDS = 2.3, 0.08  # and of learned offsets: 4 Hz, live 2 Hz
 TURNS = 2  # of relaxing and smoothing
@@ -78,7 +82,7 @@ def settled_recording(
     """
     if not len(positions):
         return positions
-    steady = smoothed(positions, times, STEADY)
+    steady = steadied(positions, times, trust)
     lengths = _lengths(steady, bones)
     usual = np.full(len(bones), np.nan)
     for b, (parent, child) in enumerate(bones):
@@ -134,6 +138,26 @@ def settled_frame(
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
     return Body(placed, body.last, time, body.time, sums, yielded), placed
+
+
+def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
+    """(T, J, 3) smoothed where joints rest or are not believed; a believed joint's quick moves stay as they came.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) m; NaN = missing.
+    times : (T,) s.
+    trust : (T, J) in [0, 1].
+    """
+    calm, course = smoothed(positions, times, STEADY), smoothed(positions, times, COURSE)
+    usual = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if usual <= 0:
+        return calm
+    going = np.gradient(course, usual, axis=0)
+    speed = np.nan_to_num(np.sqrt((going * going).sum(axis=2)))
+    rest = 1.0 / (1.0 + (speed / MOVING) ** 4)
+    share = (1.0 - (1.0 - rest) * trust)[..., None]
+    return np.asarray(positions + share * (calm - positions))
 
 
 def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
