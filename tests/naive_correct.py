@@ -289,6 +289,15 @@ def directions(postures, bones, weight):
     return np.concatenate([weight * along / np.maximum(length, 1e-9), length], axis=2)
 
 
-def apart(queries, columns):
+def apart(features, centre, columns):
     """Squared distances bone by bone."""
-    return ((queries[:, None] - columns.T) ** 2).sum(axis=3).swapaxes(1, 2)
+    return (((features - centre)[:, None] - columns.T) ** 2).sum(axis=3).swapaxes(1, 2)
+
+
+def told(like, weights, joints, mean, scouts, spread, floor):
+    """Offsets and their variance."""
+    offsets = np.tile(mean, (len(like), 1, 1))
+    offsets[:, joints] += np.einsum("tkm,kmd->tkd", like[:, :-1], weights)
+    near = like[:, -1, : len(scouts)]
+    unknown = 1.0 - np.einsum("ts,sr,tr->t", near, scouts, near)
+    return offsets, np.maximum(unknown, 0.0)[:, None] * spread + floor

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_correct as naive
+from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
 from motionmend.kernels import bones, shapes, sighting
@@ -200,6 +201,21 @@ def test_shapes_and_how_far_they_are_apart_are_those_of_the_twins(seed: int, fra
     postures[:, BODY.bones[2]] = 0.1  # a bone without length
     found = shapes.directions(postures, BODY.bones, 0.15)
     same([found], [naive.directions(postures, BODY.bones, 0.15)])
-    columns = rng.normal(0.0, 0.2, (4, BONES, 7)).astype(np.float32)
-    got = shapes.apart(found.astype(np.float32), columns)
-    same([got], [naive.apart(found.astype(np.float32), columns)], rtol=1e-5, atol=1e-6)
+    columns = frozen(rng.normal(0.0, 0.2, (4, BONES, 7)), np.float32)
+    told = found, frozen(rng.normal(0.0, 0.2, (BONES, 4))), columns
+    same([shapes.apart(*told)], [naive.apart(*told)], rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("frames", [1, 3])
+def test_points_tell_offsets_as_their_twin(frames: int) -> None:
+    rng = np.random.default_rng(frames)
+    joints, few = np.array([4, 0, 7]), rng.normal(0.0, 0.3, (5, 5))
+    like = rng.uniform(0.0, 1.0, (frames, 4, 8)).astype(np.float32)
+    like[0, -1, :5] = 0.01  # far from the scouts; the others are nearer than can be
+    fixed = (rng.normal(size=(3, 8, 3)), joints, rng.normal(size=(JOINTS, 3)), few @ few.T + np.eye(5))
+    fixed = *fixed, *rng.uniform(0.0, 1.0, (2, JOINTS))
+    offsets, variance = np.empty((frames, JOINTS, 3)), np.empty((frames, JOINTS))
+    kinds = (np.float64, np.int64, np.float64, np.float32, np.float64, np.float64)
+    shapes.told(like, *(frozen(one, kind) for one, kind in zip(fixed, kinds, strict=True)), offsets, variance)
+    same((offsets, variance), naive.told(like, *fixed), rtol=1e-5, atol=1e-6)
+    assert (variance[0] > fixed[5]).all()

@@ -70,19 +70,13 @@ class Processes:
             object.__setattr__(self, name, frozen(getattr(self, name), np.int64 if name == "told" else np.float64))
 
     @cached_property
-    def single(self) -> tuple[Singles, Singles, Singles, Singles]:
-        """Points (4, B, M) as columns, exponents (K + 1, B) of all kernels, that of the whole posture last, weights
-        (K, M, 3) and scouts (S, S).
+    def single(self) -> tuple[Singles, Singles, Singles]:
+        """Points (4, B, M) as columns, exponents (K + 1, B) of all kernels, that of the whole posture last, and scouts.
 
         Single precision leaves 1e-7 of a kernel's value, and takes a third of the time.
         """
         exponents = -0.5 * np.concatenate([self.share, self.whole])
-        return (
-            frozen(self.points.T, np.float32),
-            frozen(exponents, np.float32),
-            frozen(self.weights, np.float32),
-            frozen(self.scouts, np.float32),
-        )
+        return frozen(self.points.T, np.float32), frozen(exponents, np.float32), frozen(self.scouts, np.float32)
 
     def predict(self, features: Floats) -> tuple[Floats, Floats]:
         """Offsets (T, J, 3) and the variance (T, J) of a coordinate, standard units.
@@ -91,18 +85,25 @@ class Processes:
         ----------
         features : (T, B, 4) of `shape_features`.
         """
-        columns, exponents, weights, scouts = self.single
+        columns, exponents, scouts = self.single
         offsets = np.empty((len(features), *self.mean.shape))
-        offsets[:] = self.mean
-        unknown = np.empty(len(features))
+        variance = np.empty(offsets.shape[:2])
         for first in range(0, len(features), AT_ONCE):
             some = slice(first, first + AT_ONCE)
-            apart = kernel.apart((features[some] - self.centre).astype(np.float32), columns)  # the same for all kernels
-            like = np.exp(exponents @ apart)
-            offsets[some, self.told] += (like[:, :-1].swapaxes(0, 1) @ weights).swapaxes(0, 1)
-            near = like[:, -1, : len(scouts)]
-            unknown[some] = 1.0 - ((near @ scouts) * near).sum(axis=1)
-        return offsets, np.maximum(unknown, 0.0)[:, None] * self.spread + self.floor
+            like = exponents @ kernel.apart(features[some], self.centre, columns)  # one distance for all kernels
+            np.exp(like, out=like)
+            kernel.told(
+                like,
+                self.weights,
+                self.told,
+                self.mean,
+                scouts,
+                self.spread,
+                self.floor,
+                offsets[some],
+                variance[some],
+            )
+        return offsets, variance
 
     def to_arrays(self) -> dict[str, Any]:
         """What `from_arrays` needs."""

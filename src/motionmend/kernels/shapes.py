@@ -34,12 +34,25 @@ def directions(postures: Floats, bones: Ints, weight: float) -> Floats:
 
 
 @compiled
-def apart(queries: Singles, columns: Singles) -> Singles:
-    """(T, B, M) squared distances bone by bone, of queries (T, B, 4) from samples (4, B, M) that lie as columns."""
-    found = np.empty((queries.shape[0], columns.shape[1], columns.shape[2]), dtype=np.float32)
-    for t in range(queries.shape[0]):
+def apart(features: Floats, centre: Floats, columns: Singles) -> Singles:
+    """How far postures are from samples, bone by bone.
+
+    Parameters
+    ----------
+    features, centre : (T, B, 4), and what to take from them, (B, 4).
+    columns : (4, B, M) of the samples, less that.
+
+    Returns
+    -------
+    (T, B, M) squared distances.
+    """
+    found = np.empty((features.shape[0], columns.shape[1], columns.shape[2]), dtype=np.float32)
+    query = np.empty(4, dtype=np.float32)
+    for t in range(features.shape[0]):
         for b in range(columns.shape[1]):
-            x, y, z, length = queries[t, b, 0], queries[t, b, 1], queries[t, b, 2], queries[t, b, 3]
+            for d in range(4):
+                query[d] = features[t, b, d] - centre[b, d]
+            x, y, z, length = query[0], query[1], query[2], query[3]
             for m in range(columns.shape[2]):
                 found[t, b, m] = (
                     (x - columns[0, b, m]) * (x - columns[0, b, m])
@@ -48,3 +61,52 @@ def apart(queries: Singles, columns: Singles) -> Singles:
                     + (length - columns[3, b, m]) * (length - columns[3, b, m])
                 )
     return found
+
+
+@compiled
+def told(
+    like: Singles,
+    weights: Floats,
+    joints: Ints,
+    mean: Floats,
+    scouts: Singles,
+    spread: Floats,
+    floor: Floats,
+    offsets: Floats,
+    variance: Floats,
+) -> None:
+    """What points tell of joints (K,): offsets, and the variance of a coordinate.
+
+    Parameters
+    ----------
+    like : (T, K + 1, M) kernels of the joints, and last that of the whole posture.
+    weights : (K, M, 3).
+    mean : (J, 3) offsets far from all points.
+    scouts : (S, S) inverse covariance of the first points.
+    spread, floor : (J,) variance far from all points, and what stays however near they are.
+    offsets, variance : (T, J, 3), (T, J) written.
+    """
+    points, few = weights.shape[1], scouts.shape[0]
+    near = np.empty(few, dtype=np.float32)
+    for t in range(like.shape[0]):
+        for j in range(mean.shape[0]):
+            for d in range(3):
+                offsets[t, j, d] = mean[j, d]
+        for k in range(len(joints)):
+            x, y, z = 0.0, 0.0, 0.0  # many that cancel: their sum needs more than single precision
+            for m in range(points):
+                x += like[t, k, m] * weights[k, m, 0]
+                y += like[t, k, m] * weights[k, m, 1]
+                z += like[t, k, m] * weights[k, m, 2]
+            offsets[t, joints[k], 0] += x
+            offsets[t, joints[k], 1] += y
+            offsets[t, joints[k], 2] += z
+        near[:] = 0.0
+        for s in range(few):
+            for r in range(few):
+                near[r] += like[t, -1, s] * scouts[s, r]
+        unknown = 1.0
+        for s in range(few):
+            unknown -= like[t, -1, s] * near[s]
+        for j in range(mean.shape[0]):
+            variance[t, j] = max(unknown, 0.0) * spread[j] + floor[j]
