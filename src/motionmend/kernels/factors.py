@@ -83,11 +83,9 @@ def seen(loadings: Floats, mean: Floats, cov: Floats, values: Floats, precision:
             moved[k] += cov[k, n] * step[n]
             for m in range(count):
                 row[m] += cov[k, n] * gain[n, m]
-        for m in range(k + 1):
-            total = 0.0
-            for n in range(count):
-                total += row[n] * cov[m, n]
-            after[k, m] -= total
+        for n in range(count):  # along the rows of a symmetric matrix, for these lie in memory
+            for m in range(2 * count):
+                after[k, m] -= row[n] * cov[n, m]
     for k in range(2 * count):
         for m in range(k):
             after[m, k] = after[k, m]
