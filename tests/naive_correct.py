@@ -83,13 +83,14 @@ def settle(positions, bones, lengths, mobility, rounds):
 
 def settle_frame(positions, trust, bones, prior, times, last, earlier, sums, yielded):
     """One live frame made steady, its bones brought to their lengths."""
-    from motionmend.kernels.bones import ACQUAINTED, BREAK_STEPS, LOOSE, ROUNDS, SLOW_SECONDS, STEADY
+    from motionmend.kernels.bones import ACQUAINTED, BREAK_STEPS, LOOSE, MOVING, ROUNDS, SLOW_SECONDS, STEADY
 
     first, second = times
     calm = positions.copy()
     if 0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
         ahead = last + (last - earlier) * (first / second)
-        weight = STEADY * min(1.0 / (30.0 * first) ** 4, 1.0)
+        rest = 1.0 / (1.0 + (np.linalg.norm(last - earlier, axis=1) / second / MOVING) ** 4)
+        weight = STEADY * min(1.0 / (30.0 * first) ** 4, 1.0) * (1.0 - trust * (1.0 - rest))[:, None]
         calm = np.where(np.isfinite(ahead), (positions + weight * ahead) / (1.0 + weight), positions)
     lengths = np.linalg.norm(calm[bones[:, 1]] - calm[bones[:, 0]], axis=1)
     share = np.where(np.isfinite(lengths), trust[bones].min(axis=1), 0.0)

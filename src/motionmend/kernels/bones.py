@@ -8,7 +8,8 @@ import numpy as np
 from ..arrays import Floats, Ints
 from .compile import compiled
 
-STEADY = 0.25  # temporal weight of a live frame by that of the posture, at 30 Hz; at higher rates for each frame
+STEADY = 0.35  # temporal weight of a live frame by that of the posture, at 30 Hz; at higher rates for each frame
+MOVING = 0.5  # m/s; what was put out last tells speed less well than a whole recording does
 SLOW_SECONDS = 0.16  # how slowly joints give way live: 1 / (2 pi 1 Hz)
 ROUNDS = 20  # of relaxation
 LOOSE = 4.0  # how much more a joint moves that is not trusted
@@ -114,8 +115,13 @@ def settle_frame(
     calm, begun, lengths = positions.copy(), np.empty((1, joints, 3)), np.empty((1, count))
     after, mobility = np.empty(sums.shape), np.empty((1, joints))
     if 0.0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
-        weight = STEADY * min((1.0 / (30.0 * first)) ** 4, 1.0)  # more would ring: the past alone cannot damp it
+        most = STEADY * min((1.0 / (30.0 * first)) ** 4, 1.0)  # more would ring: the past alone cannot damp it
         for j in range(joints):
+            square = 0.0
+            for d in range(3):
+                square += (last[j, d] - earlier[j, d]) ** 2
+            rest = 1.0 / (1.0 + (square / (second * MOVING) ** 2) ** 2)
+            weight = most * (1.0 - (1.0 - rest) * trust[j])  # a believed joint that moves needs no steadying
             for d in range(3):  # eq. 20, whose minimum is a division
                 ahead = last[j, d] + (last[j, d] - earlier[j, d]) * (first / second)
                 if isfinite(ahead):
