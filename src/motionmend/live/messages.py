@@ -21,7 +21,7 @@ from typing import Any, Final, Literal, TypeAlias, TypeGuard, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Bytes, Floats, Singles
+from ..arrays import Bytes, Floats
 from ..bodies.joint_sets import JOINT_SETS
 from ..bodies.postures import NOT_TRACKED, TRACKED
 from ..errors import MotionMendError
@@ -34,6 +34,9 @@ MOST_JOINTS: Final = 128
 MOST_NAME: Final = 64  # characters
 MOST_FPS: Final = 1_000.0  # Hz
 FARTHEST: Final = 100.0  # m; a body farther from its sensor than this is in other units
+
+_SINGLE: Final = np.dtype("<f4")
+_CODE: Final = np.dtype("u1")
 
 Form: TypeAlias = Literal["msgpack", "flat", "rows", "base64"]
 Fields: TypeAlias = Mapping[str, Any]
@@ -113,7 +116,7 @@ def decode(message: bytes | str) -> tuple[Fields, bool]:
         form = "JSON" if text else "msgpack"
         why = str(error)[:120].encode("ascii", "backslashreplace").decode()
         raise MessageError(f"a map in {form} was wanted, this is none: {why}") from None
-    if not isinstance(fields, dict) or not all(isinstance(key, str) for key in fields):
+    if not isinstance(fields, dict) or not {type(key) for key in fields} <= {str}:
         raise MessageError("a map with text for keys was wanted: a hello {v, skeleton, ...} or a frame {seq, t, ...}")
     return fields, text
 
@@ -197,15 +200,15 @@ def _frame(fields: Fields, hello: Hello, text: bool, seq: int) -> Frame:
     t = fields.get("t")
     if not _is_number(t) or not math.isfinite(t):
         raise MessageError(f"t: seconds were wanted, came {_shown(t)}")
-    flat, form = _numbers("joints", fields.get("joints"), "<f4", 3 * count, text)
+    flat, form = _numbers("joints", fields.get("joints"), _SINGLE, 3 * count, text)
     joints = flat.astype(np.float64).reshape(count, 3)
     state = None
     if fields.get("state") is not None:
-        codes, _ = _numbers("state", fields["state"], "u1", count, text)
-        state = codes.astype(np.uint8) if codes.dtype != np.uint8 else codes
-        if codes.max() > 2 or (state != codes).any():
+        codes, _ = _numbers("state", fields["state"], _CODE, count, text)
+        state = codes if codes.dtype == _CODE else codes.astype(np.uint8)
+        if codes.max() > 2 or (codes.dtype != _CODE and (state != codes).any()):
             raise MessageError(f"state: 2 tracked, 1 inferred or 0 not tracked was wanted, came {codes.max():g}")
-    if joints.max() <= FARTHEST and joints.min() >= -FARTHEST:  # then all are finite, too
+    if np.vdot(joints, joints) <= FARTHEST**2:  # then none is farther, and all are finite
         return Frame(seq, float(t), joints, state, form)
     finite = np.isfinite(joints).all(axis=1)
     known = np.full(count, TRACKED) if state is None else state
@@ -219,9 +222,8 @@ def _frame(fields: Fields, hello: Hello, text: bool, seq: int) -> Frame:
     return Frame(seq, float(t), joints, state, form)
 
 
-def _numbers(key: str, given: Any, dtype: str, count: int, text: bool) -> tuple[NDArray[Any], Form]:
+def _numbers(key: str, given: Any, kind: np.dtype[Any], count: int, text: bool) -> tuple[NDArray[Any], Form]:
     """A field's numbers, (count,), and the form they were written in."""
-    kind = np.dtype(dtype)
     form: Form = "base64" if text else "msgpack"
     if isinstance(given, list):
         return _listed(key, given, count, text)
@@ -253,12 +255,13 @@ def _listed(key: str, given: list[Any], count: int, text: bool) -> tuple[NDArray
 
 def encode_answer(answer: Answer, form: Form) -> bytes | str:
     """An answer as its frame was written."""
-    singles = {name: getattr(answer, name) for name in ("joints", "reliability", "std")}
     fields = {
         "seq": answer.seq,
         "t_in": answer.t_in,
         "t_out": answer.t_out,
-        **{name: _written(values, form) for name, values in singles.items()},
+        "joints": _written(answer.joints, form),
+        "reliability": _written(answer.reliability, form),
+        "std": _written(answer.std, form),
         "flags": list(answer.flags),
     }
     if answer.latency_ms > 0:
@@ -307,10 +310,10 @@ def read_answer(message: bytes | str, joints: int) -> Answer:
     if "error" in fields:
         raise MessageError(str(fields["error"]), fields.get("seq"))
     try:
-        place, _ = _numbers("joints", fields["joints"], "<f4", 3 * joints, text)
-        reliability, _ = _numbers("reliability", fields["reliability"], "<f4", joints, text)
+        place, _ = _numbers("joints", fields["joints"], _SINGLE, 3 * joints, text)
+        reliability, _ = _numbers("reliability", fields["reliability"], _SINGLE, joints, text)
         if "std" in fields:
-            std, _ = _numbers("std", fields["std"], "<f4", joints, text)
+            std, _ = _numbers("std", fields["std"], _SINGLE, joints, text)
         else:  # another server's answer need not have it
             std = np.full(joints, np.nan)
         return Answer(
@@ -334,8 +337,7 @@ def _flags(given: Any) -> tuple[str, ...]:
 def _written(values: Floats, form: Form) -> Any:
     """Numbers (J,) or (J, 3) as the form has them; lists to six places, which is a micrometre."""
     if form in ("msgpack", "base64"):
-        singles: Singles = np.ascontiguousarray(values, dtype="<f4")
-        return _written_bytes(singles, form)
+        return _written_bytes(values.astype(_SINGLE), form)
     listed = values if form == "rows" else values.reshape(-1)
     return _rounded(listed.tolist())
 

@@ -128,8 +128,8 @@ def replied(
             raise MessageError(NO_HELLO, fields["seq"] if type(fields.get("seq")) is int else None)
         frame = read_frame(fields, session.hello, text)
         session, answers = answered(model, session, frame, t_in, flags)
-        replies = [_reply(*one, whole) for one in answers] or [Reply(None)]
-        return session, replace(replies[-1], before=tuple(replies[:-1]))
+        *before, last = [_reply(*one, whole) for one in answers] or [Reply(None)]
+        return session, replace(last, before=tuple(before)) if before else last
     except MessageError as error:
         return session, Reply(encode_error(error, text), error=True)
     except Exception as error:  # a defect must not reach the other clients of this process
