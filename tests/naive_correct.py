@@ -181,6 +181,13 @@ def believable(positions, far, point):
     return np.where(there[..., None], positions, np.nan)
 
 
+def received(positions, states, to_model, far, point):
+    """A frame, and the same by the model's joints."""
+    given, have = believable(positions[None], far, point)[0], to_model >= 0
+    told = np.where(have, states[to_model], 0) if len(states) else states
+    return given, np.where(have[:, None], given[to_model], np.nan), told
+
+
 def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, direction, turn, origin, scale):
     """Size, heading and place of a person."""
     present = np.isfinite(rows).all(axis=1)

@@ -80,6 +80,15 @@ def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
     assert np.isfinite(got[4, :2]).all()
 
 
+@pytest.mark.parametrize("said", [True, False])
+def test_a_frame_is_received_as_by_the_twin(said: bool) -> None:
+    rng = np.random.default_rng(2)
+    positions, to_model = some_posture(rng), rng.permutation(JOINTS)[:-2]
+    positions[4], to_model[3] = 0.0, -1
+    told = positions, rng.integers(0, 3, JOINTS if said else 0).astype(np.uint8), to_model, 100.0, 1e-3
+    same(sighting.received(*told), naive.received(*told))
+
+
 @given(st.integers(0, 10_000), st.integers(0, JOINTS), st.booleans())
 @settings(max_examples=30)
 def test_a_person_is_placed_as_by_its_twin(seed: int, missing: int, met: bool) -> None:

@@ -29,7 +29,7 @@ from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
 from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
-from .watching import Sight, Watcher, believable, fresh, look, rows_of
+from .watching import Sight, Watcher, believable, fresh, look, received
 
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
@@ -181,9 +181,7 @@ class CorrectorModel:
         """
         sight, given = self._seen(state, positions, states, time)
         followed = sight.followed
-        return self._put_right(
-            replace(state, sight=sight), sight, given, followed.posture, followed.std, followed.failing
-        )
+        return self._put_right(state, sight, sight, given, followed.posture, followed.std, followed.failing)
 
     def feed(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -213,9 +211,8 @@ class CorrectorModel:
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
     ) -> tuple[Sight, Floats]:
         joining = state.joining
-        given = believable(np.asarray(positions, dtype=np.float64))
-        told = None if states is None else joining.states(np.asarray(states))
-        return look(self.watcher, state.sight, rows_of(joining.to_model, given), told, float(time)), given
+        given, rows, told = received(joining.to_model, positions, states)
+        return look(self.watcher, state.sight, rows, told, float(time)), given
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""
@@ -223,12 +220,20 @@ class CorrectorModel:
         assert waiting is not None
         posture, std, failing, belief = first_of(self.factors, waiting)
         left = replace(state, waiting=waiting.without_first(belief))
-        return self._put_right(left, waiting.sights[0], waiting.given[0], posture, std, failing)
+        return self._put_right(left, state.sight, waiting.sights[0], waiting.given[0], posture, std, failing)
 
     def _put_right(
-        self, state: CorrectorState, sight: Sight, given: Floats, posture: Floats, unsure: Floats, failing: Floats
+        self,
+        state: CorrectorState,
+        latest: Sight,
+        sight: Sight,
+        given: Floats,
+        posture: Floats,
+        unsure: Floats,
+        failing: Floats,
     ) -> tuple[CorrectorState, Corrected]:
-        """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known."""
+        """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known, and the
+        state after it and the `latest` frame that came."""
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None])
         offset = bones.followed_slowly(state.offset, offsets[0], time - state.shown.time, OFFSET_SECONDS)
@@ -243,8 +248,8 @@ class CorrectorModel:
         if memory is not None:
             shifts = inward(joining, [sight], settled[None])[0] - moved[0]
             memory = taken_in(memory, time, inputs, shifts, 1.0 - failing, unsure < 0.01)
-        flags = _words(sight, failing[joining.to_model >= 0])
-        after = replace(state, shown=shown, memory=memory, offset=offset)
+        flags = _words(sight, failing[joining.common])
+        after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset)
         return after, Corrected(settled, deviation[0], trust[0], flags)
 
     def correct(
@@ -369,9 +374,12 @@ def _rounded(values: Floats) -> Floats:
 
 
 def _words(sight: Sight, failing: Floats) -> tuple[str, ...]:
-    held = bool((failing > 0.5).any())
-    said = {"swapped": bool(sight.swapped.any()), "refused": sight.refused, "held": held}
-    return tuple(word for word, true in said.items() if true)
+    said = (
+        ("swapped", np.count_nonzero(sight.swapped)),
+        ("refused", sight.refused),
+        ("held", np.count_nonzero(failing > 0.5)),
+    )
+    return tuple([word for word, true in said if true])
 
 
 __all__ = ["METHODS", "Corrected", "Corrector", "CorrectorModel", "CorrectorState", "Pair"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,6 +34,11 @@ class Joining:
     spread: Floats
     bones: Ints
     model_bones: Ints
+
+    @cached_property
+    def common(self) -> Ints:
+        """The model's joints that the recording has."""
+        return np.flatnonzero(self.to_model >= 0)
 
     def states(self, states: Bytes) -> Bytes:
         """(J of model,) tracking states by the model's joints; not tracked where the recording has no such joint."""

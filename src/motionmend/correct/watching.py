@@ -244,8 +244,22 @@ def believable(positions: Floats) -> Floats:
     That is what is not finite, far away, or at the sensor itself, where some recordings put what they miss; and
     whole postures in one point.
     """
-    frames = np.ascontiguousarray(positions).reshape(-1, *positions.shape[-2:])
+    frames = np.array(positions, dtype=np.float64).reshape(-1, *positions.shape[-2:])
     return np.asarray(kernel.believable(frames, FAR, POINT)).reshape(positions.shape)
+
+
+def received(to_model: Ints, positions: Floats, states: Bytes | None) -> tuple[Floats, Floats, Bytes | None]:
+    """A frame as it came in: what of it is `believable`, and that and the states by the model's joints.
+
+    Parameters
+    ----------
+    to_model : (J of model,) the recording's joint of each of the model's, -1 = none.
+    positions : (J, 3) m.
+    states : (J,) or None.
+    """
+    codes = NO_STATES if states is None else np.array(states, dtype=np.uint8)
+    given, rows, told = kernel.received(np.array(positions, dtype=np.float64), codes, to_model, FAR, POINT)
+    return given, rows, None if states is None else told
 
 
 def changed_sides(rows: Floats, states: Bytes | None, pairs: Ints) -> tuple[Floats, Bytes | None]:

@@ -46,6 +46,34 @@ def believable(positions: Floats, far: float, point: float) -> Floats:
 
 
 @compiled
+def received(positions: Floats, states: Bytes, to_model: Ints, far: float, point: float) -> Any:
+    """A frame as it came in, and by the model's joints.
+
+    Parameters
+    ----------
+    positions : (N, 3) m.
+    states : (N,) 2 tracked, 1 inferred, 0 not tracked; empty when the sensor does not say.
+    to_model : (J,) the recording's joint of each of the model's, -1 = none.
+    far, point : as of `believable`.
+
+    Returns
+    -------
+    What is believable (N, 3), that by the model's joints (J, 3), and states by those (J,); what is missing is NaN, and
+    not tracked.
+    """
+    given = believable(positions.reshape((1, *positions.shape)), far, point)[0]
+    rows = np.full((to_model.shape[0], 3), np.nan)
+    told = np.zeros(to_model.shape[0] if states.shape[0] > 0 else 0, dtype=np.uint8)
+    for j in range(to_model.shape[0]):
+        if to_model[j] >= 0:
+            for d in range(3):
+                rows[j, d] = given[to_model[j], d]
+            if states.shape[0] > 0:
+                told[j] = states[to_model[j]]
+    return given, rows, told
+
+
+@compiled
 def place(
     rows: Floats,
     failing: Floats,
