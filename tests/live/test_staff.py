@@ -10,11 +10,23 @@ import pytest
 from running import HELLO, ask, client, frame, pack, running, singles
 
 from motionmend.bodies.joint_sets import KINECT20, KINECT25
+from motionmend.live.staff import _packed, _unpacked
 from motionmend.live.warm import standing
 
-pytestmark = pytest.mark.slow
+
+def test_what_is_said_on_a_line_comes_whole_and_in_order_however_it_is_cut():
+    said = [(k, b"x" * size) for k, size in enumerate((0, 1, 300, 70_000, 3))]
+    data = b"".join(map(_packed, said))
+    for piece in (1, 3, 7, 1_000, len(data)):
+        heard, found = bytearray(), []
+        for at in range(0, len(data), piece):
+            heard += data[at : at + piece]
+            found += _unpacked(heard)
+        assert found == said
+        assert not heard
 
 
+@pytest.mark.slow
 def test_processes_answer_as_the_server_itself_and_are_replaced_when_they_end(model):
     said: list[str] = []
     joints = [(standing(KINECT20) + 0.01 * k).astype(np.float32) for k in range(12)]

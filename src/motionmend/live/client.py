@@ -84,4 +84,3 @@ async def answer_messages(
                 counts.frames += not one.error
             if one.frame is not None and one.answer is not None:
                 listener.frame(client, one.frame, one.answer)
-        await asyncio.sleep(0)  # the others' turn

@@ -1,5 +1,6 @@
 """Where messages are answered: in the server's own process, or by a staff of others (staff.py)."""
 
+import asyncio
 from typing import TYPE_CHECKING, Protocol, final
 
 from .session import Reply, Session, replied
@@ -44,6 +45,7 @@ class OwnDesk:
         self, client: int, message: bytes | str, t_in: float, flags: tuple[str, ...] = (), whole: bool = False
     ) -> Reply:
         """What is to be done about a client's message; parameters as of `session.replied`."""
+        await asyncio.sleep(0)  # the others' turn
         session = self._sessions.get(client)
         self._sessions[client], reply = replied(
             self._model, session, message, t_in, flags, whole, self._online, self._look_ahead

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _LENGTH: Final = struct.Struct("<I")
 _START: Final = 300.0  # s until a process must have said that it is ready
+_MOST: Final = 262_144  # bytes read at once
+_TOGETHER: Final = 4  # answers to questions that waited, written at once: more would keep the first of them waiting
 _PAUSE: Final = 0.5  # s before a process that ended is replaced
 ENDED: Final = "the process that corrected this client has ended: its session begins anew with one of the next frames"
 
@@ -31,7 +33,8 @@ class _Line(asyncio.Protocol):
 
     def __init__(self, lost: Callable[[], None]) -> None:
         self._lost = lost
-        self._buffer = bytearray()
+        self._heard = bytearray()
+        self._said: list[bytes] = []
         self._asked: deque[asyncio.Future[Any]] = deque()
         self._transport: asyncio.WriteTransport | None = None
 
@@ -41,13 +44,8 @@ class _Line(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Give answers to those who asked."""
-        self._buffer += data
-        while len(self._buffer) >= _LENGTH.size:
-            end = _LENGTH.size + _LENGTH.unpack_from(self._buffer)[0]
-            if len(self._buffer) < end:
-                return
-            reply = pickle.loads(self._buffer[_LENGTH.size : end])
-            del self._buffer[:end]
+        self._heard += data
+        for reply in _unpacked(self._heard):
             asked = self._asked.popleft()
             if not asked.done():
                 asked.set_result(reply)
@@ -68,17 +66,22 @@ class _Line(asyncio.Protocol):
         return asked
 
     def tell(self, what: Any) -> None:
-        """Say something that is not answered."""
+        """Say something that is not answered, together with all else that is said in this turn of the loop."""
+        if not self._said:
+            asyncio.get_running_loop().call_soon(self._write)
+        self._said.append(_packed(what))
+
+    def _write(self) -> None:
+        said, self._said = b"".join(self._said), []
         if self._transport is not None:
-            self._transport.write(_packed(what))
+            self._transport.write(said)
 
     async def ask(self, what: Any) -> Any:
         """Say something and wait for the answer; None when the process ended meanwhile."""
         if self._transport is None:
             return None
-        asked = self.expect()
-        self._transport.write(_packed(what))
-        return await asked
+        self.tell(what)
+        return await self.expect()
 
     def hang_up(self) -> None:
         """End the line, and with it the process."""
@@ -222,24 +225,48 @@ def _context() -> Any:
 
 def _work(model: "CorrectorModel", online: bool, look_ahead: float, line: socket.socket) -> None:
     """A process of the staff: correct what comes over the line until it ends."""
+    import gc
+
     from ..batch import one_blas_thread
     from .warm import warm
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
     sessions: dict[int, Session | None] = {}
-    with one_blas_thread(), line, line.makefile("rb") as heard:
+    heard, said = bytearray(), list[bytes]()
+    with one_blas_thread(), line:
         warm(model, look_ahead)
+        gc.collect()
+        gc.freeze()  # the model is not looked through again: shorter pauses
         line.sendall(_packed("ready"))
-        while len(head := heard.read(_LENGTH.size)) == _LENGTH.size:
-            client, message, t_in, flags, whole = pickle.loads(heard.read(_LENGTH.unpack(head)[0]))
-            if message is None:
-                sessions.pop(client, None)
-                continue
-            session = sessions.get(client)
-            sessions[client], reply = replied(model, session, message, t_in, flags, whole, online, look_ahead)
-            line.sendall(_packed(reply))
+        while data := line.recv(_MOST):
+            heard += data
+            for client, message, t_in, flags, whole in _unpacked(heard):
+                if message is None:
+                    sessions.pop(client, None)
+                    continue
+                session = sessions.get(client)
+                sessions[client], reply = replied(model, session, message, t_in, flags, whole, online, look_ahead)
+                said.append(_packed(reply))
+                if len(said) == _TOGETHER:
+                    line.sendall(b"".join(said))
+                    said.clear()
+            line.sendall(b"".join(said))
+            said.clear()
 
 
 def _packed(what: Any) -> bytes:
     data = pickle.dumps(what, pickle.HIGHEST_PROTOCOL)
     return _LENGTH.pack(len(data)) + data
+
+
+def _unpacked(heard: bytearray) -> list[Any]:
+    """What has come whole, taken out of the buffer."""
+    found, start = [], 0
+    while len(heard) - start >= _LENGTH.size:
+        end = start + _LENGTH.size + _LENGTH.unpack_from(heard, start)[0]
+        if len(heard) < end:
+            break
+        found.append(pickle.loads(heard[start + _LENGTH.size : end]))
+        start = end
+    del heard[:start]
+    return found
