@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter, thread_time
+from time import perf_counter, process_time, thread_time
 
 import numpy as np
 import psutil
@@ -36,22 +36,26 @@ PATIENCE = 3.0  # s for the last answers
 
 @dataclass(frozen=True, eq=False)
 class Crowd:
-    """What a crowd of clients saw: round trips in s, frames without an answer, processor seconds of the server."""
+    """What a crowd of clients saw: round trips in s, frames without an answer, processor seconds of the server for a
+    frame that is answered, and of the crowd itself, which shares the machine with it, for a frame that is sent."""
 
     round_trip: Floats
     lost: int
     processor: float
+    own: float
 
     def metrics(self, clients: int) -> list[Metric]:
         """As information: absolute times are never gated."""
-        key, frames = f"live.{clients}", len(self.round_trip) + self.lost
+        key = f"live.{clients}"
         p50, p95, p99 = np.percentile(self.round_trip, (50, 95, 99)).tolist()
         return [
             Metric(f"{key}.round_trip.p50", p50, "s", "info"),
             Metric(f"{key}.round_trip.p95", p95, "s", "info"),
             Metric(f"{key}.round_trip.p99", p99, "s", "info", target=CROWDS.get(clients)),
             Metric(f"{key}.lost", self.lost, "frames", "info"),
-            Metric(f"{key}.processor_per_frame", self.processor / max(1, frames), "s", "info"),
+            Metric(f"{key}.processor_per_frame", self.processor, "s", "info"),
+            Metric(f"{key}.cores", self.processor * FPS * clients, "cores", "info"),
+            Metric(f"{key}.clients_per_frame", self.own, "s", "info"),
         ]
 
 
@@ -119,18 +123,17 @@ async def crowded(url: str, recordings: list[Floats], clients: int, server: psut
     """Clients at 30 Hz, each with a phase of its own, for some seconds."""
     count = round(SECONDS * FPS)
     at, back = np.full((clients, count), np.nan), np.full((clients, count), np.nan)
-    before, start = _processor(server), perf_counter() + 1.0
+    before, own, start = _processor(server), process_time(), perf_counter() + 1.0
     await asyncio.gather(
         *(
             _client(url, recordings[k % len(recordings)], start + k / clients / FPS, at[k], back[k])
             for k in range(clients)
         )
     )
-    processor = _processor(server) - before
-    counted = slice(round(WARM * FPS), None)
-    took = (back - at)[:, counted]
-    whole = clients * count / took.size
-    return Crowd(took[np.isfinite(took)], int(np.isnan(back).sum()), processor / whole)
+    processor, own = _processor(server) - before, process_time() - own
+    took = (back - at)[:, round(WARM * FPS) :]
+    answered = int(np.isfinite(back).sum())
+    return Crowd(took[np.isfinite(took)], back.size - answered, processor / max(1, answered), own / back.size)
 
 
 async def _client(url: str, recording: Floats, start: float, at: Floats, back: Floats) -> None:
