@@ -83,6 +83,11 @@ class Reply:
     error: bool = False
     before: tuple["Reply", ...] = ()
 
+    @property
+    def plain(self) -> bool:
+        """Whether it is data to be sent back and nothing else."""
+        return self.data is not None and not (self.hello or self.frame or self.error or self.before)
+
 
 def replied(
     model: "CorrectorModel",

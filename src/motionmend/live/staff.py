@@ -187,7 +187,9 @@ class Staff:
             if client in self._hellos:
                 await line.ask((client, self._hellos[client], t_in, (), False))
                 flags = (*flags, "restarted")
-        reply: Reply | None = await line.ask((client, message, t_in, flags, whole))
+        reply: Reply | bytes | str | None = await line.ask((client, message, t_in, flags, whole))
+        if isinstance(reply, bytes | str):
+            return Reply(reply)
         if reply is None:
             return Reply(encode_error(MessageError(ENDED), isinstance(message, str)), error=True)
         if reply.hello is not None:
@@ -246,7 +248,7 @@ def _work(model: "CorrectorModel", online: bool, look_ahead: float, line: socket
                     continue
                 session = sessions.get(client)
                 sessions[client], reply = replied(model, session, message, t_in, flags, whole, online, look_ahead)
-                said.append(_packed(reply))
+                said.append(_packed(reply.data if reply.plain else reply))
                 if len(said) == _TOGETHER:
                     line.sendall(b"".join(said))
                     said.clear()
