@@ -17,3 +17,18 @@ def bend_back(x, weight, bend, scale):
 def step_along(x, residual, direction, turned, length):
     """Both after a step."""
     return x + length * direction, residual - length * turned
+
+
+def gap_system(products, frame, channel, frames, band):
+    """Lower bands by the dense second derivatives over all samples."""
+    channels = products.shape[2]
+    dense = np.zeros((frames, channels, frames, channels))
+    for t in range(2, frames):
+        for k in range(3):
+            for last in range(3):
+                dense[t - k, :, t - last] += products[k, last]
+    own = dense[frame, channel][:, frame, channel]
+    lower = np.zeros((band, len(frame)))
+    for below in range(min(band, len(frame))):
+        lower[below, : len(frame) - below] = np.diagonal(own, -below)
+    return lower

@@ -15,6 +15,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Bools, Bytes, Floats
 from ..numerics.coupled import lone_step_variance, smooth_coupled
+from .gap_shares import fillings, mixed, shares
+from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_noise, next_rate
@@ -72,6 +74,7 @@ def adapt(
     fps: float,
     *,
     closer: Callable[[Floats], Prior | None] | None = None,
+    process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
@@ -84,6 +87,7 @@ def adapt(
     prior : what clean motion is like at `fps`.
     fps : Hz.
     closer : a prior nearer to a first estimate (T, C); None, or what gives None, keeps the first.
+    process : of clean motion, for gaps; None = nothing is known of them.
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched, at_pole : (T, C) of `poles.pole_crossings`.
     """
@@ -135,7 +139,7 @@ def adapt(
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:  # gaps of markers are filled, and judged, by the markers about them
-        beyond, taken = _excess_in_gaps(measured, outlier, values, liveliness, calm, prior, noise, fps)
+        values, beyond, taken = _in_gaps(measured, outlier, values, liveliness, calm, prior, process, noise, fps)
         variance, steps = variance * beyond, steps + taken
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
 
@@ -159,26 +163,27 @@ def _told(
     return support(measured, present & ~outlier, smooth, values, bases, noise, fps)
 
 
-def _excess_in_gaps(
+def _in_gaps(
     measured: Floats,
     outlier: Bools,
     values: Floats,
     liveliness: Floats,
     calm: Floats,
     prior: Prior,
+    process: Process | None,
     noise: Floats,
     fps: float,
-) -> tuple[Floats, int]:
-    """(T, C) factor on the variance in gaps, 1 elsewhere, and steps of conjugate gradients.
+) -> tuple[Floats, Floats, int]:
+    """(T, C) the channels with gaps filled as the recording's own say, a factor on the variance, and steps.
 
     The gaps are laid elsewhere and filled once more, by all that was found but what is hidden now; outliers stay
     what they are, so that no history has to be searched again.
     """
     present = np.isfinite(measured)
     gaps = gaps_of(present)
+    if not gaps:
+        return values, np.ones(measured.shape), 0
     moved = laid_elsewhere(gaps, present)
-    if not moved:
-        return np.ones(measured.shape), 0
     hidden = hidden_by(moved, measured.shape)
     left = np.where(hidden, np.nan, measured)
     begin = bridged(np.where(hidden, np.nan, values))
@@ -189,7 +194,11 @@ def _excess_in_gaps(
     filled, steps = smooth_coupled(goal, everything, calm, np.sqrt(lively), begin)
     variance, _ = _certainty(everything, lone_step_variance(everything, calm) * lively)
     telling = present & ~outlier & (values.std(axis=0) > AT_REST)
-    return excess(gaps, moved, filled - values, variance, telling), steps
+    tried = fillings(filled, hidden | ~present, process, fps)
+    counts = shares(gaps + moved, moved, tried - values, telling)
+    away = mixed(tried, counts) - values
+    best = mixed(fillings(values, ~present, process, fps), counts)
+    return best, excess(gaps, moved, away, variance, telling), steps
 
 
 def _calm(bends: Floats, fps: float) -> Floats:

@@ -16,6 +16,7 @@ from .labels import Swap, find_swaps, put_right
 from .layout import Layout, own_layout
 from .learning import at_rate as series_at_rate
 from .library import Library
+from .likeliest_gaps import Process
 from .limits import seen_between, within_body_limits, within_seen
 from .local_prior import Neighbourhood, Prior, neighbourhood
 from .marker_library import MarkerLibrary
@@ -44,6 +45,7 @@ class Knowledge:
     bases : spatio-temporal patterns at `fps` Hz.
     postures : examples of marker sets; None for motions.
     fps : Hz.
+    process : how clean motion goes on, for gaps.
     """
 
     layout: Layout
@@ -51,6 +53,7 @@ class Knowledge:
     bases: Eigenbases | None
     postures: MarkerLibrary | None
     fps: float
+    process: Process | None = None
 
 
 def mend_alone(recording: Recording) -> Repaired[Recording]:
@@ -106,12 +109,13 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     if isinstance(recording, Motion):
         vouched, at_pole = pole_crossings(values, recording.skeleton, channels.columns)
 
-    def mended(prior: Prior, near: Neighbourhood | None = None) -> Mended:
+    def mended(prior: Prior, near: Neighbourhood | None = None, process: Process | None = None) -> Mended:
         return mend_channels(
             values,
             prior,
             recording.fps,
             near=near,
+            process=process,
             together=3 if isinstance(recording, Markers) else 1,
             vouched=vouched,
             at_pole=at_pole,
@@ -120,7 +124,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
         patterns, stride = at_rate(known.bases, known.fps, recording.fps)
-        first = mended(Prior(known.library.usual_bends(recording.fps), patterns, stride), near)
+        first = mended(Prior(known.library.usual_bends(recording.fps), patterns, stride), near, known.process)
         if not doubtful(first):
             return first
         own = _own_prior(first, recording, known.fps)

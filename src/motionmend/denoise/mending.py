@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
 from .adaptive import Adapted, adapt
+from .likeliest_gaps import Process
 from .local_prior import Neighbourhood, Prior, local_prior
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
@@ -51,6 +52,7 @@ def mend_channels(
     fps: float,
     *,
     near: Neighbourhood | None = None,
+    process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
@@ -63,6 +65,7 @@ def mend_channels(
     prior : what clean motion is like at `fps`.
     fps : Hz.
     near : a library to pick from what is most like the recording; None takes the prior as it is.
+    process : of clean motion, for gaps.
     together : neighbouring columns that are outliers together.
     vouched, at_pole : (T, C) of `poles.pole_crossings`; None = nowhere.
 
@@ -85,6 +88,7 @@ def mend_channels(
             prior,
             fps,
             closer=closer,
+            process=process,
             together=together,
             vouched=_among_missing(vouched[seen], least)[1],
             at_pole=_among_missing(at_pole[seen], least)[1],

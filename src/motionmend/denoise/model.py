@@ -17,6 +17,7 @@ from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
+from .likeliest_gaps import process_of
 from .marker_library import MarkerLibrary
 from .mend_recording import Knowledge, mend_alone, mend_recording
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
@@ -177,7 +178,8 @@ class DenoiserModel:
     def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
         fps = self.settings.fps
         if method == "adaptive":
-            return mend_recording(recording, Knowledge(self.layout, self.library, self.bases, self.postures, fps))
+            known = Knowledge(self.layout, self.library, self.bases, self.postures, fps, process_of(self.dynamics))
+            return mend_recording(recording, known)
         channels = to_channels(recording, self.layout)
         if method == "paper":
             found = repair_channels(channels.values, self.bases, fps, recording.fps, robust)

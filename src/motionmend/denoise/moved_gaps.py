@@ -94,6 +94,11 @@ def hidden_by(moved: list[Gap], shape: tuple[int, ...]) -> Bools:
     return hidden
 
 
+def alike(gap: Gap, other: Gap) -> float:
+    """How much one gap tells of another, in (0, 1]."""
+    return float(np.exp(-0.5 * gap.unlike(other) / ALIKE**2))
+
+
 def excess(gaps: list[Gap], moved: list[Gap], away: Floats, variance: Floats, telling: Bools) -> Floats:
     """(T, C) factor on the variance inside gaps; 1 elsewhere.
 
@@ -122,9 +127,9 @@ def excess(gaps: list[Gap], moved: list[Gap], away: Floats, variance: Floats, te
     order = np.argsort(size, kind="stable")
     size, share, whose = size[order], share[order], whose[order]
     for gap in gaps:
-        alike = np.exp([-0.5 * gap.unlike(other) / ALIKE**2 for other in moved])
-        below = np.cumsum(share * np.concatenate([[BELIEVED], alike])[whose])
-        freedom = FREEDOM + alike.sum()
+        like = np.array([alike(gap, other) for other in moved])
+        below = np.cumsum(share * np.concatenate([[BELIEVED], like])[whose])
+        freedom = FREEDOM + like.sum()
         inside = beyond_normal(size, below) * freedom / (freedom - 2.0)
         factor[gap.start : gap.stop, gap.channels] = np.clip(inside, LEAST**2, MOST_EXCESS**2)
     return factor
