@@ -10,7 +10,7 @@ from motionmend.arrays import Floats
 from motionmend.bodies.performer import LANDMARKS
 from motionmend.report.figures import lines_figure
 from motionmend.track.model import TrackerModel
-from motionmend.track.settings import settings_of
+from motionmend.track.settings import PER_RADIAN, settings_of
 
 from .common import FPS, Findings, Table, motion, reduced
 from .track_common import ABOUT, BENDS, LIBRARY, away, follow, hidden, shown, stage
@@ -55,12 +55,12 @@ def run(mocap: Path, pictures: Path) -> Findings:
     tried("no prior", models["mixed"], "paper", plain, 0.0)
     for kind in ("specific", "mixed"):
         for strength in STRENGTHS:
-            tried(f"{kind} {strength:g}", models[kind], "paper", (*plain, "prior"), strength)
+            tried(f"{kind} {strength:g}", models[kind], "paper", (*plain, "prior"), strength * PER_RADIAN)
     ours = settings_of("default")
     tried("default, no prior", models["mixed"], "default", tuple(t for t in ours.terms if t != "prior"), 0.0)
     for kind in models:
         tried(f"default, {kind}", models[kind], "default", ours.terms, ours.prior)
-    chosen = ("no prior", "specific 0.01", "mixed 0.01", "default, mixed")
+    chosen = ("no prior", "specific 0.001", "mixed 0.001", "default, mixed")
     lines_figure(
         pictures / "track_fig_6b.png",
         np.arange(len(frames[0]), dtype=float),
@@ -73,11 +73,10 @@ def run(mocap: Path, pictures: Path) -> Findings:
     return Findings(
         {
             "arm_none": float(none.mean()),
-            "arm_specific": float(np.mean(hurt["specific 0.01"])),
-            "arm_mixed": float(np.mean(hurt["mixed 0.01"])),
-            "arm_mixed_weak": float(np.mean(hurt["mixed 0.001"])),
-            "specific_of_none": float(np.max(hurt["specific 0.01"] / none)),
-            "mixed_of_none": float(np.max(hurt["mixed 0.01"] / none)),
+            "arm_specific": float(np.mean(hurt["specific 0.001"])),
+            "arm_mixed": float(np.mean(hurt["mixed 0.001"])),
+            "specific_of_none": float(np.max(hurt["specific 0.001"] / none)),
+            "mixed_of_none": float(np.max(hurt["mixed 0.001"] / none)),
             "arm_default_none": float(ours_none.mean()),
             "arm_default": float(np.mean(hurt["default, mixed"])),
             "arm_default_worst": float(np.max(hurt["default, mixed"])),
@@ -91,7 +90,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             ABOUT,
             f"CMU {BENDS[0].clip}, {len(frames[0])} frames, from two sides on which the left forearm is out of sight in "
             f"{gone[0].sum()} and {gone[1].sum()}; these and ten after each count. `specific` holds the other parts of the clip, `mixed` those and fourteen "
-            "other clips, `strange` the fourteen alone; the number is lambda2, on metres and radians.",
+            "other clips, `strange` the fourteen alone; the number is lambda2, on metres and degrees.",
         ),
         (
             Table(

@@ -15,7 +15,7 @@ def nearest_in_window(pixels, points, target, half, gate, tones=None, target_ton
             for c in range(max(0, column - half), min(width, column + half + 1)):
                 distance = np.linalg.norm(target[r, c].astype(float) - points[i].astype(float))
                 if tone_weight > 0 and np.isfinite(tones[i]) and np.isfinite(target_tones[r, c]):
-                    distance += tone_weight * abs(float(target_tones[r, c]) - float(tones[i]))
+                    distance = np.hypot(distance, np.sqrt(tone_weight) * (float(target_tones[r, c]) - float(tones[i])))
                 if distance < gate and not distance >= best[i]:
                     best[i], index[i] = distance, r * width + c
     return best, index

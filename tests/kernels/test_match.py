@@ -70,13 +70,13 @@ def test_unlike_intensities_are_as_far_as_they_weigh(rng):
     tones = rng.uniform(0, 255, 40).astype(np.float32)
     tones[:5] = np.nan
     image = rng.uniform(0, 255, target.shape[:2]).astype(np.float32)
-    found = nearest_of(pixels, points, depth, 5, 1.0, 0.9 / F, tones, image, 1e-4)
-    distance, index = naive.nearest_in_window(pixels, points, target, 5, 1.0, tones, image, 1e-4)
+    found = nearest_of(pixels, points, depth, 5, 1.0, 0.9 / F, tones, image, 1e-6)
+    distance, index = naive.nearest_in_window(pixels, points, target, 5, 1.0, tones, image, 1e-6)
     hit = found >= 0
     np.testing.assert_array_equal(hit, index >= 0)
     got = np.linalg.norm(target.reshape(-1, 3)[found[hit]].astype(float) - points[hit], axis=1)
     unlike = np.abs(image.ravel()[found[hit]] - tones[hit])
-    np.testing.assert_allclose(got + 1e-4 * np.nan_to_num(unlike), distance[hit], atol=1e-5)
+    np.testing.assert_allclose(np.hypot(got, 1e-3 * np.nan_to_num(unlike)), distance[hit], atol=1e-5)
 
 
 @pytest.mark.parametrize("along", [0.0, 0.6, 1.0])

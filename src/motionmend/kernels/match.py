@@ -46,7 +46,8 @@ def nearest(
     gate : m; points farther than this are not found.
     apart : a point at depth 1 that is seen one pixel from a ray is at least so far from it, m.
     tone, target_tones : intensity of the point, NaN = not known, and (H, W); read when `tone_weight` > 0.
-    tone_weight : m per unit of intensity, added to the distance. An unknown (NaN) intensity adds nothing.
+    tone_weight : m² per squared unit of intensity, added to the squared distance. An unknown (NaN) intensity adds
+        nothing.
 
     Returns
     -------
@@ -71,10 +72,9 @@ def nearest(
                 dx, dy = (c - cx) * far * over_x - x, (r - cy) * far * over_y - y
                 squared += dx * dx + dy * dy
                 if toned and squared < best:
-                    difference = abs(target_tones[r, c] - tone)
+                    difference = target_tones[r, c] - tone
                     if not np.isnan(difference):
-                        distance = sqrt(squared) + tone_weight * difference
-                        squared = distance * distance
+                        squared += tone_weight * difference * difference
                 if squared < best:
                     best = squared
                     at = r * width + c

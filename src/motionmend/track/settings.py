@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import degrees
 from typing import final
 
 from ..errors import UsageError
 
+PER_RADIAN = degrees(1.0) ** 2  # a weight of squared degrees, as one of squared radians
 TERMS = ("surface", "color", "edge", "prior", "limits", "freespace")
 
 
@@ -34,7 +36,8 @@ class TrackSettings:
     scale : of the Geman-McClure estimator; infinite = least squares.
     gate : matches farther than this are none.
     free_scale : as `scale`, of points where nobody is.
-    color_weight : m of distance that a difference of 1 in intensity (0 to 255) counts as while matching.
+    color_weight : m² that a squared difference of 1 in intensity (0 to 255) counts beside squared distances while
+        matching.
     edge, prior, limits, freespace, smooth : weights of the terms, the surface's being 1.
     neighbors, following, energy : K, w and the share of energy of the local PCA.
     spread : rad, of a pose about its neighbours' that costs nothing much; 0 = the dissertation's projection.
@@ -64,7 +67,7 @@ class TrackSettings:
     scale: float = 0.05
     gate: float = 0.25
     free_scale: float = 0.15
-    color_weight: float = 0.0
+    color_weight: float = 1e-5
     edge: float = 0.3
     prior: float = 0.1
     limits: float = 1.0
@@ -83,7 +86,9 @@ class TrackSettings:
 
 PRESETS = {
     "default": TrackSettings("default", ("surface", "edge", "prior", "limits", "freespace")),
-    # Section 3.4.1: 15 x 15, weights 1.0 and 0.0001, every 4th pixel. 3.4.2: Canny, 21 x 21. 3.6: lambda 1 to 3.
+    # Section 3.4.1: 15 x 15, weights 1.0 and 0.0001 (of squares, as in equation 3.4), every 4th pixel. 3.4.2: Canny,
+    # 21 x 21. 3.6: lambda 1 to 3, of metres (3.4.1: the background is 100 away) and of degrees (as all angles of
+    # section 2): on radians lambda 2 and 3 are nothing beside the surface, and the prior helps nowhere.
     "paper": TrackSettings(
         "paper",
         ("surface", "color", "edge", "prior"),
@@ -100,8 +105,8 @@ PRESETS = {
         gate=float("inf"),
         color_weight=1e-4,
         edge=10.0,
-        prior=1e-3,
-        smooth=1e-5,
+        prior=1e-3 * PER_RADIAN,
+        smooth=1e-5 * PER_RADIAN,
         spread=0.0,
         velocity=0.0,
         damping=0.0,

@@ -12,6 +12,7 @@ from .settings import TrackSettings
 from .terms import Share, cost_of
 from .view import Sums, View
 
+SHOWN = 0.1  # m; farther than this from what was seen in the frame before, a point was hidden then
 WIDER = 4  # px, by which the window is wider on either side at first
 _NO_TONES = np.empty(0, np.float32)
 
@@ -24,13 +25,13 @@ class SurfaceTerm:
     Attributes
     ----------
     evidence, settings : of the frame.
-    before : (B, 4, 4) bones in the frame before, and its raster `before_tones`, `before_intrinsics`: where a rendered
+    before : (B, 4, 4) bones in the frame before, its intensities and depths (h, w) and intrinsics: where a rendered
         point had its colour. None without colour.
     """
 
     evidence: Evidence
     settings: TrackSettings
-    before: tuple[Floats, Singles, Floats] | None = None
+    before: tuple[Floats, Singles, Singles, Floats] | None = None
     name: str = "surface"
 
     def residual(self, view: View) -> float:
@@ -70,10 +71,10 @@ class SurfaceTerm:
         return Share(cost, inliers, total)
 
     def _tones(self, view: View) -> tuple[Singles, float]:
-        """The intensities the rendered points had in the frame before, and what they count."""
+        """The intensities of the rendered points that were in sight in the frame before, and what they count."""
         if self.before is None or not self.evidence.tones.size:
             return _NO_TONES, 0.0
-        placed, image, (fx, fy, cx, cy) = self.before
+        placed, image, depth, (fx, fy, cx, cy) = self.before
         turn = placed @ np.linalg.inv(view.placed)
         moved = turn[view.bones]
         point = np.einsum("nij,nj->ni", moved[:, :3, :3], view.samples.astype(np.float64)) + moved[:, :3, 3]
@@ -82,7 +83,8 @@ class SurfaceTerm:
             row = np.rint(fy * point[:, 1] / point[:, 2] + cy)
         inside = (row >= 0) & (row < image.shape[0]) & (column >= 0) & (column < image.shape[1])
         tones = np.full(len(point), np.nan, np.float32)
-        tones[inside] = image[row[inside].astype(np.int64), column[inside].astype(np.int64)]
+        at = row[inside].astype(np.int64), column[inside].astype(np.int64)
+        tones[inside] = np.where(np.abs(depth[at] - point[inside, 2]) < SHOWN, image[at], np.nan)
         return tones, self.settings.color_weight
 
 

@@ -59,7 +59,7 @@ class TrackState:
     facing : what is known of front and back.
     hypothesis : another pose that is followed beside this one, until one of them is refuted.
     girth : what was learned of the person's widths; None where they are not learned.
-    before : bones, intensities and intrinsics of the last frame, where colour counts.
+    before : bones, intensities, depths and intrinsics of the last frame, where colour counts.
     time : s, of the last frame.
     """
 
@@ -75,7 +75,7 @@ class TrackState:
     facing: Facing = field(default_factory=Facing)
     hypothesis: Hypothesis | None = None
     girth: Girth | None = None
-    before: tuple[Floats, Singles, Floats] | None = None
+    before: tuple[Floats, Singles, Singles, Floats] | None = None
     time: float = float("nan")
 
 
@@ -323,7 +323,8 @@ def _tracked(
     if "color" in settings.terms and observation.intensity is not None:
         from ..bodies.performer import bone_frames
 
-        before = bone_frames(performer, pose), observation.intensity, intrinsics(observation.camera)
+        images = observation.intensity, observation.depth
+        before = bone_frames(performer, pose), *images, intrinsics(observation.camera)
     girth = state.girth
     # A pose that was just found, or fits worse than usual, says little of widths.
     sure = elapsed > 0.0 and not (lost or recovered or restarts or wrong > DOUBTFUL * state.wrong + 0.01)
