@@ -365,3 +365,19 @@ def test_sides_confused_from_the_first_frame_are_told_from_those_confused_later(
     found = model.correct(raw.with_positions(given)).positions
     apart = np.linalg.norm(found - model.correct(raw).positions, axis=2)[:, sides]
     assert apart.mean() < 0.05
+
+
+@pytest.mark.parametrize("parts", [("Elbow", "Wrist", "Hand"), ("Hand", "Wrist"), ("Knee", "Ankle", "Foot")])
+def test_limbs_on_the_wrong_side_throughout_are_put_right(model: CorrectorModel, parts: tuple[str, ...]) -> None:
+    raw = recording(sensed(truth("walk", 35, 2.0), 35), state=True)
+    left = [NAMES.index(f"{part}Left") for part in parts]
+    right = [NAMES.index(f"{part}Right") for part in parts]
+    given = raw.positions.copy()
+    given[:, left + right] = raw.positions[:, right + left]
+    wanted = model.correct(raw).positions[:, left + right]
+    found = model.correct(raw.with_positions(given))
+    at_once = live(model, raw.with_positions(given))[0]
+    assert np.linalg.norm(found.positions[:, left + right] - wanted, axis=2).mean() < 0.03
+    assert np.linalg.norm(at_once[:, left + right] - wanted, axis=2).mean() < 0.05
+    assert found.reliability is not None
+    assert found.reliability[:, left + right].max() < 0.5

@@ -50,6 +50,24 @@ class Anatomy:
         return table
 
     @cached_property
+    def limbs(self) -> tuple[tuple[Ints, ...], ...]:
+        """For each pair of limbs, what may be confused of it: left and right joints (N, 2) from each joint outward."""
+        beyond = np.eye(len(self.names), dtype=np.bool_)  # (J, J) the joint and what hangs on it
+        for _ in self.names:
+            for parent, child in self.bones:
+                beyond[parent] |= beyond[child]
+        loose = [k for k, m in enumerate(self.mirror) if m != k and not self.trunk[k]]
+        tops = [k for k in loose if k < self.mirror[k] and self.parents[k] not in loose]
+        return tuple(
+            tuple(
+                np.array([(j, self.mirror[j]) for j in loose if beyond[k, j]], dtype=np.int64)
+                for k in loose
+                if beyond[top, k]
+            )
+            for top in tops
+        )
+
+    @cached_property
     def pairs(self) -> Ints:
         """(M, 2) left and right joints, each pair once."""
         return np.array([(k, m) for k, m in enumerate(self.mirror) if k < m], dtype=np.int64).reshape(-1, 2)

@@ -18,12 +18,14 @@ from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, settled_recording, smoothed
+from .sides import confused_limbs
 from .spatial import Processes, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
 GLIMPSE = 300  # frames of a recording that are looked at twice
+LOOKED_AT = 100  # frames that tell whether limbs hang on the wrong side in most of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,13 +134,15 @@ def by_learner(knowledge: Knowledge, postures: Postures, method: str) -> Posture
 
 
 def _watched(
-    watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures, confused: Bools | None = None
+    watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures, confused: Bools
 ) -> list[Sight]:
+    """The frames looked at with the sides of joints (T, J) changed back that are known to be confused."""
     sights: list[Sight] = []
     for t, row in enumerate(rows):
         told = None if postures.state is None else joining.states(postures.state[t])
-        if told is not None and confused is not None:
-            told = np.where(confused[t], told[watcher.body.mirror], told)
+        if confused[t].any():
+            row = np.where(confused[t][:, None], row[watcher.body.mirror], row)
+            told = None if told is None else np.where(confused[t], told[watcher.body.mirror], told)
         sight = look(watcher, sight, row, told, float(postures.times[t]))
         sights.append(sight)
     return sights
@@ -149,19 +153,23 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     whether sides were confused from the beginning."""
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
-    watcher = accustomed(watcher, rows)
+    confused = np.tile(_confused_throughout(watcher, rows), (len(rows), 1))
+    watcher = accustomed(watcher, np.where(confused[..., None], rows[:, watcher.body.mirror], rows))
     begun = replace(fresh(watcher), upright=upright(rows, watcher.body))
-    glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures)
+    glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures, confused)
     last = glimpse[-1]
     met = replace(begun.followed, own=last.followed.own, met=last.followed.met)
     begun = replace(begun, lengths=last.lengths, followed=met)
-    confused = _confused_before(glimpse, len(rows))
-    if not confused.any():
-        return joining, _watched(watcher, joining, begun, rows, postures)
-    other = watcher.body.mirror
-    rows = np.where(confused[..., None], rows[:, other], rows)
+    confused = confused ^ _confused_before(glimpse, len(rows))
     sights = _watched(watcher, joining, begun, rows, postures, confused)
     return joining, [replace(one, swapped=one.swapped ^ was) for one, was in zip(sights, confused, strict=True)]
+
+
+def _confused_throughout(watcher: Watcher, rows: Floats) -> Bools:
+    """(J,) joints of limbs that hang on the wrong side in most of a recording (T, J, 3)."""
+    some = rows[np.linspace(0, len(rows) - 1, min(len(rows), LOOKED_AT)).astype(int)]
+    _, standing, placement = _standing(watcher, some)
+    return confused_limbs(watcher.factors, watcher.standard, watcher.body, placement.inward(standing))
 
 
 def _confused_before(sights: Sequence[Sight], frames: int) -> Bools:
@@ -174,13 +182,7 @@ def _confused_before(sights: Sequence[Sight], frames: int) -> Bools:
 def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight], Floats, Placement]:
     """The recording in standard form as the sensor gave it, all joints trusted, missing ones at their mean places."""
     joining = joined(postures.names, watcher.body)
-    given = rows_of(joining.to_model, postures.positions)
-    begun = acquainted(watcher, given, fresh(watcher))
-    turn_up = np.eye(3) if begun.upright is None else begun.upright
-    rows = given @ turn_up.T
-    weights = np.asarray(np.isfinite(rows).all(axis=2), dtype=np.float64)
-    scale = np.full(len(rows), size_of(watcher, begun.lengths))
-    placement = placed(rows, weights, scale, watcher.standard, watcher.body)
+    begun, rows, placement = _standing(watcher, rows_of(joining.to_model, postures.positions))
     standard = placement.inward(rows)
     standard = np.where(np.isfinite(standard), standard, watcher.factors.mean)
     sights = [
@@ -192,6 +194,16 @@ def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight],
         for t, row in enumerate(rows)
     ]
     return joining, sights, standard, placement
+
+
+def _standing(watcher: Watcher, rows: Floats) -> tuple[Sight, Floats, Placement]:
+    """A person acquainted by all of a recording (T, J, 3), the recording upright, and where the person stands in it."""
+    begun = acquainted(watcher, rows, fresh(watcher))
+    turn_up = np.eye(3) if begun.upright is None else begun.upright
+    rows = rows @ turn_up.T
+    weights = np.asarray(np.isfinite(rows).all(axis=2), dtype=np.float64)
+    scale = np.full(len(rows), size_of(watcher, begun.lengths))
+    return begun, rows, placed(rows, weights, scale, watcher.standard, watcher.body)
 
 
 def _calmed(offsets: Floats, sights: Sequence[Sight], times: Floats) -> Floats:

@@ -58,14 +58,40 @@ def confused_until_now(
     pairs : (N, 2) joints that have changed places.
     seconds : for which they were where they were.
     """
-    other = changed(posture, pairs)
+    return bool(-_odds(factors, usual, body, posture[None], pairs)[0] - seconds / FAILING_SECONDS > REVISED)
+
+
+def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: Floats) -> Bools:
+    """(J,) joints of limbs that hang on the wrong side, by what bodies look like and how long bones are.
+
+    Of what may be confused of a limb, from each joint outward, the likeliest is taken.
+
+    Parameters
+    ----------
+    usual : the standard body.
+    postures : (T, J, 3) in standard form, NaN = missing; what most of them say counts.
+    """
+    confused = np.zeros(len(body.names), dtype=np.bool_)
+    seen = postures[np.isfinite(postures).any(axis=(1, 2))]
+    if not len(seen):
+        return confused
+    for parts in body.limbs:
+        odds = [float(_odds(factors, usual, body, seen, pairs).mean()) for pairs in parts]
+        if max(odds) > REVISED:
+            confused[parts[int(np.argmax(odds))].ravel()] = True
+    return confused
+
+
+def _odds(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, pairs: Ints) -> Floats:
+    """(T,) log-odds that the members of pairs (N, 2) stand in each other's place in postures (T, J, 3)."""
     joints = pairs.ravel()
+    other = np.array(postures)
+    other[:, joints] = postures[:, pairs[:, ::-1].ravel()]
     _, cov = process.expected(factors, process.start(factors))
     variance = (np.trace(cov, axis1=1, axis2=2) / 3.0 + factors.noise + STRANGER**2)[joints]
-    far = [((one[joints] - factors.mean[joints]) ** 2).sum(axis=1) / variance for one in (posture, other)]
-    lengths = [bone_lengths(one[None], body)[0] for one in (posture, other)]
-    off = [(np.log(np.maximum(one, 1e-6) / usual.lengths) / BONE_SPREAD) ** 2 for one in lengths]
-    now, before = (
-        np.nansum(np.minimum(a, FARTHEST)) + np.nansum(np.minimum(b, FARTHEST)) for a, b in zip(far, off, strict=True)
-    )
-    return bool(0.5 * (before - now) - seconds / FAILING_SECONDS > REVISED)
+    total = np.zeros(len(postures))
+    for sign, one in ((0.5, postures), (-0.5, other)):
+        far = ((one[:, joints] - factors.mean[joints]) ** 2).sum(axis=2) / variance
+        off = (np.log(np.maximum(bone_lengths(one, body), 1e-6) / usual.lengths) / BONE_SPREAD) ** 2
+        total += sign * (np.nansum(np.minimum(far, FARTHEST), axis=1) + np.nansum(np.minimum(off, FARTHEST), axis=1))
+    return total

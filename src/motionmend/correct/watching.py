@@ -12,7 +12,7 @@ from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
-from .sides import changed, confused_until_now, trunk_turned
+from .sides import changed, confused_limbs, confused_until_now, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
@@ -183,6 +183,12 @@ def look(
         sight.placement.origin[0],
         sight.scale,
     )
+    if away > PATIENCE:
+        hung = confused_limbs(watcher.factors, watcher.standard, body, standard[None])
+        if hung.any():
+            limbs = body.pairs[hung[body.pairs[:, 0]]]
+            rows, states = changed_sides(rows, states, limbs)
+            standard, swapped = changed(standard, limbs), swapped | hung
     forecast = before.belief
     if seconds > 0:
         forecast = process.ahead(watcher.factors, forecast, seconds)
@@ -203,7 +209,7 @@ def look(
         else:
             rows, states = changed_sides(rows, states, limbs)
             standard = changed(standard, limbs)
-            swapped = swapped | sides
+            swapped = swapped ^ sides
     lengths, raw, *signs = kernel.signs(
         rows,
         sight.rows,
