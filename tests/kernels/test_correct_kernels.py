@@ -39,9 +39,12 @@ def test_factors_go_ahead_as_the_matrix_exponential_says(seconds: float) -> None
     rng = np.random.default_rng(3)
     root = rng.normal(size=(8, 8))
     mean, cov, rates = rng.normal(size=8), root @ root.T, np.array([0.5, 1.0, 3.0, 8.0])
-    for got, wanted in zip(
-        factors.ahead(mean, cov, rates, seconds), naive.factors_ahead(mean, cov, rates, seconds), strict=True
-    ):
+    loadings = rng.normal(size=(5, 3, 4))
+    moved, later = naive.factors_ahead(mean, cov, rates, seconds)
+    whole = moved, later, loadings @ moved[:4], loadings @ later[:4, :4] @ loadings.swapaxes(1, 2)
+    for got, wanted in zip(factors.forecast(loadings, mean, cov, rates, seconds), whole, strict=True):
+        np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-8)
+    for got, wanted in zip(factors.ahead(mean, cov, rates, seconds), whole[:2], strict=True):
         np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-8)
 
 

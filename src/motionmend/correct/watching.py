@@ -1,6 +1,7 @@
 """One frame of a sensor looked at: brought to standard form, and followed through failures."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
-from .sides import changed, confused_limbs, confused_until_now, trunk_turned
+from .sides import changed, confused_limbs, confused_until_now, faces_away, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
@@ -165,37 +166,25 @@ def look(
     if away > PATIENCE:
         before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
     turned = trunk_turned(rows, sight.direction, away, body)
-    swapped = np.zeros(len(rows), dtype=np.bool_)
+    none = np.zeros(len(rows), dtype=np.bool_)
+    swapped, righted = none, none
     if np.count_nonzero(turned):
         rows, states = changed_sides(rows, states, body.across[turned])
-        swapped[body.across[turned]] = True
-    usual, size, direction, *placed, standard = kernel.place(
-        rows,
-        before.failing,
-        sight.lengths,
-        body.bones,
-        body.across,
-        body.trunk,
-        watcher.standard.lengths,
-        watcher.standard.trunk,
-        sight.direction,
-        sight.placement.turn[0],
-        sight.placement.origin[0],
-        sight.scale,
-    )
+        swapped = np.isin(np.arange(len(rows)), body.across[turned])
+    usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
+    if away > PATIENCE and faces_away(watcher.factors, watcher.standard, body, standard[None]):
+        rows, states = changed_sides(rows, states, body.pairs)
+        swapped[body.pairs] = True
+        usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
     if away > PATIENCE:
         hung = confused_limbs(watcher.factors, watcher.standard, body, standard[None])
         if hung.any():
             limbs = body.pairs[hung[body.pairs[:, 0]]]
             rows, states = changed_sides(rows, states, limbs)
-            standard, swapped = changed(standard, limbs), swapped | hung
-    forecast = before.belief
-    if seconds > 0:
-        forecast = process.ahead(watcher.factors, forecast, seconds)
-    ahead = process.expected(watcher.factors, forecast)
+            standard, swapped = changed(standard, limbs), swapped ^ hung
     known = watcher.factors
+    forecast, ahead = process.forecast(known, before.belief, seconds)
     sides, unsure = kernel.crossed(standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror)
-    righted = np.zeros(len(rows), dtype=np.bool_)
     if np.count_nonzero(sides):
         limbs = body.pairs[sides[body.pairs[:, 0]]]
         met = float(before.met[sides].max())
@@ -234,7 +223,26 @@ def look(
         followed,
         swapped,
         righted,
-        unsure or bool(followed.failing.sum() > len(rows) - 3.0),
+        unsure or sum(followed.failing.tolist()) > len(rows) - 3.0,
+    )
+
+
+def _place(watcher: Watcher, sight: Sight, failing: Floats, rows: Floats) -> Any:
+    """Where the person stands: usual lengths, size, direction, turn, origin, scale, and standard form (J, 3)."""
+    body = watcher.body
+    return kernel.place(
+        rows,
+        failing,
+        sight.lengths,
+        body.bones,
+        body.across,
+        body.trunk,
+        watcher.standard.lengths,
+        watcher.standard.trunk,
+        sight.direction,
+        sight.placement.turn[0],
+        sight.placement.origin[0],
+        sight.scale,
     )
 
 

@@ -151,6 +151,14 @@ def expected(loadings: Floats, mean: Floats, cov: Floats) -> Any:
 
 
 @compiled
+def forecast(loadings: Floats, mean: Floats, cov: Floats, rates: Floats, seconds: float) -> Any:
+    """Factors after a time as of `ahead`, and what they then make as of `expected`: in one call, for live frames."""
+    moved, later = ahead(mean, cov, rates, seconds)
+    values, covs = expected(loadings, moved, later)
+    return moved, later, values, covs
+
+
+@compiled
 def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> Any:
     """How far each group of three coordinates is from where all others expect it.
 

@@ -125,6 +125,12 @@ def expected(factors: Factors, belief: Belief) -> tuple[Floats, Floats]:
     return values, covs
 
 
+def forecast(factors: Factors, belief: Belief, seconds: float) -> tuple[Belief, tuple[Floats, Floats]]:
+    """The belief after a time without looking, and what is then `expected`."""
+    mean, cov, values, covs = kernel.forecast(factors.loadings, belief.mean, belief.cov, factors.rates, seconds)
+    return Belief(mean, cov), (values, covs)
+
+
 def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> tuple[Floats, Floats]:
     """How far each group is from where all the others and the past expect it.
 
