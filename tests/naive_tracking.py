@@ -1,6 +1,10 @@
 """Plain NumPy twins of the tracker's kernels: slow, short, and plainly right."""
 
+from dataclasses import replace
+
 import numpy as np
+
+from motionmend.bodies.solids import Solids
 
 # ---- kernels/match.py ------------------------------------------------------------
 
@@ -74,8 +78,24 @@ def joint_spread(covariance, twists, moved, point):
 # ---- kernels/limbs.py ------------------------------------------------------------
 
 
-def disagreement(seen, free, rendered, most):
-    """Sum over pixels: unknown 0, only one of both 1, else the capped difference."""
+def disagreement(seen, free, rendered, most, without=None):
+    """Sum over pixels: unknown 0, only one of both 1, or 0.4 next to the other, else the capped difference.
+
+    `without` : rendered without a limb, whose outline has no margin then.
+    """
     both = np.isfinite(seen) & np.isfinite(rendered)
-    total = (np.isfinite(seen) & np.isnan(rendered)).sum() + (np.isnan(seen) & free & np.isfinite(rendered)).sum()
-    return total + np.minimum(1.0, np.abs(seen[both].astype(float) - rendered[both]) / most).sum()
+    missed, claimed = np.isfinite(seen) & np.isnan(rendered), np.isnan(seen) & free & np.isfinite(rendered)
+    model = np.isfinite(rendered if without is None else without)
+    total = np.minimum(1.0, np.abs(seen[both].astype(float) - rendered[both]) / most).sum()
+    for fault, body in ((missed, model), (claimed, np.isfinite(seen))):
+        grown = np.pad(body, 1)
+        near = grown[2:, 1:-1] | grown[:-2, 1:-1] | grown[1:-1, 2:] | grown[1:-1, :-2]
+        total += np.where(near[fault], 0.4, 1.0).sum()
+    return total
+
+
+def without_limb(body, limb):
+    """The performer but for the solids of a limb."""
+    bone, *others = body.solids.arrays
+    kept = ~np.isin(bone, limb.bones)
+    return replace(body, solids=Solids(bone[kept], *(part[kept] for part in others)))

@@ -62,9 +62,12 @@ def test_a_limb_is_searched_closer_and_closer(rng):
         drawn = draws(np.random.default_rng(5), limb, (0.3, 0.1), 3, 4)
         some = rng.normal(0, 0.5, (6, len(limb.columns)))
 
-        def cost(row, limb=limb):
+        rest = cast_parts(naive_tracking.without_limb(BODY, limb), pose, coarse)[0]
+
+        def cost(row, limb=limb, rest=rest):
             moved = with_limb(pose, limb, row)
-            seen = naive_tracking.disagreement(coarse.seen, coarse.free, cast_parts(BODY, moved, coarse)[0], MOST) / 300
+            whole = cast_parts(BODY, moved, coarse)[0]
+            seen = naive_tracking.disagreement(coarse.seen, coarse.free, whole, MOST, rest) / 300
             away, before = moved.joints - mean, pose.joints - mean
             return seen + away @ form @ away - before @ form @ before
 

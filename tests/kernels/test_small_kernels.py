@@ -99,8 +99,9 @@ def test_disagreement_and_what_a_limb_changes_of_it(rng):
     for limb in LIMBS:
         tried = np.stack((pose.joints[limb.columns], moved.joints[limb.columns]))
         costs = limb_costs(body, pose, limb, tried, coarse)
+        rest = cast_parts(naive.without_limb(body, limb), pose, coarse)[0]
         others = [
-            naive.disagreement(seen, free, cast_parts(body, with_limb(pose, limb, row), coarse)[0], MOST)
+            naive.disagreement(seen, free, cast_parts(body, with_limb(pose, limb, row), coarse)[0], MOST, rest)
             for row in tried
         ]
         np.testing.assert_allclose(costs, np.array(others) / coarse.pixels, atol=1e-5)

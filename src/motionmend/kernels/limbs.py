@@ -10,18 +10,42 @@ _frames, _frame = articulated.frames, articulated.frame
 _picture = rendered.picture
 _place, _prepare, _cast, _cast_onto = raycast.place, raycast.prepare, raycast.cast, raycast.cast_onto
 
+BESIDE = 0.4  # of a pixel that only one of the two bodies has, next to the other's outline
+
 
 @compiled
-def unlikeness(seen: float, free: bool, rendered: float, most: float) -> float:
-    """How wrong one pixel is, 0 to 1: the difference in depth over `most`, 1 where only one of the two has a body.
+def unlikeness(seen: Singles, free: Bools, rendered: Singles, row: int, column: int, most: float) -> float:
+    """How wrong a pixel of images (H, W) is, 0 to 1: the difference in depth over `most`, 1 where only one has a body.
 
-    A pixel that is neither the person nor free counts 0 whatever is rendered.
+    A pixel that is neither the person nor free counts 0 whatever is rendered. Beside the body that it lacks one counts
+    `BESIDE`: a shirt is wider than the trunk in it, and not an arm.
     """
-    if np.isnan(seen):
-        return 1.0 if free and not np.isnan(rendered) else 0.0
-    if np.isnan(rendered):
-        return 1.0
-    return min(1.0, abs(seen - rendered) / most)
+    if np.isnan(rendered[row, column]):
+        if np.isnan(seen[row, column]):
+            return 0.0
+        return BESIDE if beside(rendered, row, column) else 1.0
+    return _filled(seen, free, rendered[row, column], row, column, most)
+
+
+@compiled
+def _filled(seen: Singles, free: Bools, z: float, row: int, column: int, most: float) -> float:
+    """The same where a depth z is rendered."""
+    if np.isnan(seen[row, column]):
+        if not free[row, column]:
+            return 0.0
+        return BESIDE if beside(seen, row, column) else 1.0
+    return float(min(1.0, abs(seen[row, column] - z) / most))
+
+
+@compiled
+def beside(depth: Singles, row: int, column: int) -> bool:
+    """Whether one of a pixel's four neighbours in an image (H, W) has a depth."""
+    return bool(
+        (row > 0 and not np.isnan(depth[row - 1, column]))
+        or (row + 1 < depth.shape[0] and not np.isnan(depth[row + 1, column]))
+        or (column > 0 and not np.isnan(depth[row, column - 1]))
+        or (column + 1 < depth.shape[1] and not np.isnan(depth[row, column + 1]))
+    )
 
 
 @compiled
@@ -30,7 +54,7 @@ def disagreement(seen: Singles, free: Bools, rendered: Singles, most: float) -> 
     total = 0.0
     for row in range(seen.shape[0]):
         for column in range(seen.shape[1]):
-            total += unlikeness(seen[row, column], free[row, column], rendered[row, column], most)
+            total += unlikeness(seen, free, rendered, row, column, most)
     return total
 
 
@@ -157,7 +181,7 @@ def limb_search(
     rest = 0.0
     for row in range(height):
         for column in range(width):
-            below[row, column] = unlikeness(seen[row, column], free[row, column], base[row, column], most)
+            below[row, column] = unlikeness(seen, free, base, row, column, most)
             rest += below[row, column]
             depth[row, column] = np.nan
     bones, shapes = np.empty(count, np.int64), np.empty(count, np.uint8)
@@ -248,6 +272,8 @@ def _changed(
 ) -> float:
     """By how much the disagreement changes when the limb is added with these values (n,) to the rest of the body.
 
+    The limb's own outline has no margin here: what it leaves beside itself counts in full.
+
     `bones` .. `tapers` are of the limb's solids; `base`, `below` (H, W) the rest as rendered and its unlikeness;
     `depth` is empty before and after; `joints`, `frames`, `placed`, `parts` and `solid` are overwritten.
     """
@@ -273,7 +299,7 @@ def _changed(
             depth[row, column] = np.nan  # empty for the next
             if z >= base[row, column]:
                 continue
-            total += unlikeness(seen[row, column], free[row, column], z, most)
+            total += _filled(seen, free, z, row, column, most)
             total -= below[row, column]
     return total
 

@@ -51,6 +51,10 @@ _FACTORS: tuple[tuple[str, tuple[str, ...], tuple[int, ...], float], ...] = (
 _SPREAD = np.array([spread for *_, spread in _FACTORS])
 GATE = 0.15  # m, what is farther off is not this surface
 SCALE = 0.03  # m, of the Geman-McClure weight: clothes are off by as much
+# A surface's samples err together: clothes bulge by a centimetre or two over a hand's breadth, and where they do in one
+# frame they do in the next.
+NOISE = 0.02  # m, of one sample
+CLUMP = 24.0  # samples tell as much as one
 _SAMPLES = 500  # of each kind in one frame
 
 Follow: TypeAlias = Callable[[Performer], Sequence[tuple[Observation, Pose]]]
@@ -133,8 +137,7 @@ def calibrate(
             if not len(value):
                 links.append(None)
                 continue
-            # A surface's samples err together: clothes bulge by a centimetre or two over a hand's breadth.
-            trust = weight / (0.02**2 * 6.0)
+            trust = weight / (NOISE**2 * CLUMP)
             normal = (by_pose * trust[:, None]).T @ by_pose
             normal[np.diag_indices(DOFS)] += 1.0  # joints that no pixel tells of stay
             couple = (by_pose * trust[:, None]).T @ by_shape

@@ -80,14 +80,15 @@ def mend_limbs(
         candidates = np.concatenate((now, model.limb_shapes[number]))
         costs, best, cost = limb_search(performer, pose, limb, candidates, coarse, DRAWS[number], mean, form)
         way = with_limb(pose, limb, best)
-        if cost < wrong - 0.5 * GAIN:
-            better.append((cost - wrong, number, way))
+        here = costs[0]  # as the search counts, which leaves no margin about the limb
+        if cost < here - 0.5 * GAIN:
+            better.append((cost - here, number, way))
         if worse:
             # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
             before, best, cost = limb_search(performer, expected, limb, candidates, coarse, DRAWS[number], mean, form)
             way = with_limb(expected, limb, best)
-            if cost < min(before[1] - 0.5 * GAIN, wrong + GAIN):
-                better.append((cost - wrong, number, way))
+            if cost < min(before[1] - 0.5 * GAIN, here + GAIN):
+                better.append((cost - here, number, way))
         if hidden:
             doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
     moved, hypothesis = 0, None
