@@ -11,7 +11,7 @@ from motionmend.bodies.joint_sets import KINECT20
 from motionmend.bodies.postures import INFERRED
 from motionmend.correct.anatomy import anatomy, following
 from motionmend.correct.classic import FILTERS
-from motionmend.correct.energy import UNKNOWN, Terms, Weights, adapted, energy, sampled, solved
+from motionmend.correct.energy import Terms, Weights, adapted, energy, sampled, solved
 from motionmend.correct.normalise import Placement, turns, upright
 from motionmend.correct.reliability import (
     FAILING_SECONDS,
@@ -29,7 +29,8 @@ from motionmend.evaluate.sensor_failures import fail
 def terms(seed: int, steady: bool = True) -> Terms:
     rng = np.random.default_rng(seed)
     observed, offset, ahead = rng.normal(size=(3, 6, 3))
-    return Terms(observed, 0.05 * offset, observed + 0.05 * ahead if steady else None, rng.uniform(size=6))
+    steadily = observed + 0.05 * ahead if steady else None
+    return Terms(observed, 0.05 * offset, steadily, rng.uniform(size=6), rng.uniform(0.2, 5.0, 6))
 
 
 @given(st.integers(0, 1000), st.booleans())
@@ -50,16 +51,24 @@ def test_the_papers_descent_comes_to_the_same_place() -> None:
     assert energy(found, one, weights) - least < 0.05 * (start - least)
 
 
+def test_an_offset_that_is_doubted_is_drawn_the_further_to_the_reliable_sensor() -> None:
+    one = Terms(np.zeros((3, 3)), np.full((3, 3), 0.1), None, np.ones(3), np.array([0.01, 1.0, 100.0]))
+    known, usual, doubted = solved(one, Weights())[:, 0]
+    assert known > 0.095
+    assert usual == pytest.approx(0.1 * 0.6 / 0.8)
+    assert doubted < 0.01
+
+
 def test_weights_follow_what_is_reliable_and_what_is_known() -> None:
     weights = Weights(0.6, 0.2, 0.2)
-    variance, reliability = np.array([0.0, 1e6, np.inf, UNKNOWN**2]), np.array([1.0, 1.0, 0.0, 0.5])
-    spatial, temporal, sensor = adapted(variance, reliability, weights)
+    doubt, reliability = np.array([1e-6, 1e6, 1e6, 1.0]), np.array([1.0, 1.0, 0.0, 0.5])
+    spatial, temporal, sensor = adapted(doubt, reliability, weights)
     np.testing.assert_allclose(spatial, 0.6)
     np.testing.assert_allclose(temporal, [0.0, 0.0, 0.2, 0.1])
-    np.testing.assert_allclose(sensor, [0.0, 0.2, 0.1, 0.1], atol=1e-6)
-    one = Terms(np.zeros((4, 3)), np.full((4, 3), 0.1), np.full((4, 3), 1.0), reliability)
+    np.testing.assert_allclose(sensor, [0.0, 0.2, 0.2, 0.1], atol=1e-6)
+    one = Terms(np.zeros((4, 3)), np.full((4, 3), 0.1), np.full((4, 3), 1.0), reliability, doubt)
     found = solved(one, (spatial, temporal, sensor))
-    np.testing.assert_allclose(found[0], 0.1)  # known and reliable: the offset is believed and nothing else
+    np.testing.assert_allclose(found[0], 0.1, atol=1e-5)  # known and reliable: the offset is believed and nothing else
     assert (found[1] < 0.1).all()  # reliable and not known: back toward the sensor
     assert (found[2] > 0.3).all()  # not reliable: on with what was
 

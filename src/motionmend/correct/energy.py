@@ -1,5 +1,7 @@
 """The energy of section 4.5: what the offsets, the past and the reliable joints say, weighed against each other.
 
+The spatial term is a log-probability (eq. 7): what the mixture is less sure of weighs less. The paper gives no units,
+so that v is the variance by the usual one, and the weights mean what they say for a joint that is known as usual.
 Eq. 22 is quadratic in the offset Y, and each joint's coordinates stand alone in it, so its minimum is one division:
 
     (w_S / v + w_T + w_R r^2) Y = w_S mu / v + w_T (2 M_1 - M_2 - X)
@@ -20,10 +22,7 @@ class Weights(NamedTuple):
     reliability: float = 0.2
 
 
-UNKNOWN = 0.05  # standard metres: a deviation at which a posture tells of the offset as much as it leaves open
-
-
-def adapted(variance: Floats, reliability: Floats, weights: Weights) -> tuple[Floats, Floats, Floats]:
+def adapted(doubt: Floats, reliability: Floats, weights: Weights) -> tuple[Floats, Floats, Floats]:
     """Weights of each joint of a frame, as section 6 asks for them.
 
     The past counts as far as the sensor is not reliable: a joint that is seen needs no steadying. The sensor's own
@@ -32,7 +31,7 @@ def adapted(variance: Floats, reliability: Floats, weights: Weights) -> tuple[Fl
 
     Parameters
     ----------
-    variance : (J,) of the offset, of the mixture; standard metres squared, not finite where it knows nothing.
+    doubt : (J,) variance of the offset by the usual one.
     reliability : (J,) in [0, 1].
     weights : at their most.
 
@@ -40,12 +39,10 @@ def adapted(variance: Floats, reliability: Floats, weights: Weights) -> tuple[Fl
     -------
     Of the spatial, the temporal and the reliability term, (J,) each.
     """
-    known = np.where(np.isfinite(variance), variance, UNKNOWN**2)
-    open_ = known / (known + UNKNOWN**2)
     return (
-        np.full(len(known), weights.spatial),
+        np.full(len(doubt), weights.spatial),
         weights.temporal * (1.0 - reliability),
-        weights.reliability * open_,
+        weights.reliability * doubt / (1.0 + doubt),
     )
 
 
@@ -53,18 +50,20 @@ class Terms(NamedTuple):
     """What the energy of one frame is made of.
 
     observed (J, 3) is the sensor's posture, offset (J, 3) what the spatial term says, steady (J, 3) where the posture
-    would be if it went on as it did (2 M_1 - M_2), reliability (J,) in [0, 1].
+    would be if it went on as it did (2 M_1 - M_2), reliability (J,) in [0, 1], doubt (J,) the variance of the offset by
+    the usual one (eq. 7, 9).
     """
 
     observed: Floats
     offset: Floats
     steady: Floats | None
     reliability: Floats
+    doubt: Floats
 
 
 def energy(offset: Floats, terms: Terms, weights: Weights) -> float:
     """The value of eq. 22 at an offset (J, 3)."""
-    value = weights.spatial * float(((offset - terms.offset) ** 2).sum())
+    value = weights.spatial * float(((offset - terms.offset) ** 2 / terms.doubt[:, None]).sum())
     value += weights.reliability * float((terms.reliability[:, None] ** 2 * offset**2).sum())
     if terms.steady is not None:
         value += weights.temporal * float(((offset + terms.observed - terms.steady) ** 2).sum())
@@ -80,6 +79,7 @@ def solved(terms: Terms, weights: Weights | tuple[Floats, Floats, Floats]) -> Fl
     weights : the same for all joints, or three arrays (J,).
     """
     spatial, temporal, reliability = (np.broadcast_to(w, terms.reliability.shape)[:, None] for w in weights)
+    spatial = spatial / terms.doubt[:, None]
     matrix = spatial + reliability * terms.reliability[:, None] ** 2
     right = spatial * terms.offset
     if terms.steady is not None:
@@ -128,7 +128,7 @@ def sampled(
 
 
 def _gradient(offset: Floats, terms: Terms, weights: Weights) -> Floats:
-    slope = weights.spatial * (offset - terms.offset)
+    slope = weights.spatial / terms.doubt[:, None] * (offset - terms.offset)
     slope = slope + weights.reliability * terms.reliability[:, None] ** 2 * offset
     if terms.steady is not None:
         slope = slope + weights.temporal * (offset + terms.observed - terms.steady)

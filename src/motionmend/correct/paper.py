@@ -79,7 +79,7 @@ def corrected_as_published(
     online : learn from frames with high reliability and low variance (algorithm 2).
     seed : of the descent.
     weights : of the terms.
-    adaptive : let them follow each joint's variance and reliability (`energy.adapted`); solved exactly.
+    adaptive : let them follow each joint's doubt and reliability (`energy.adapted`); solved exactly.
 
     Returns
     -------
@@ -89,6 +89,8 @@ def corrected_as_published(
     inputs = neighbour_inputs(standard, body)
     mean, variance = predict(mixture, inputs, NEAREST)
     certain = np.median(variance, axis=0)
+    stated = np.isfinite(variance)
+    usual_variance = float(np.median(variance[stated])) if stated.any() else 1.0
     if online:
         mixture = with_places(mixture, NEW_MODELS, NEW_SAMPLES)
     lengths = bone_lengths(rows, body)
@@ -108,9 +110,11 @@ def corrected_as_published(
         reliable[t] = paper_reliability((moving, kinematics(lengths[t], usual, body), tracking(told, present)))
         here = Placement(placement.turn[t : t + 1], placement.origin[t : t + 1], placement.scale[t : t + 1])
         steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if t > 1 else None
-        terms = Terms(standard[t], mean[t], steady, reliable[t])
+        # Joints whose truth nobody knew are weighed plainly.
+        doubt = np.where(np.isfinite(variance[t]), np.maximum(variance[t] / usual_variance, 1e-6), 1.0)
+        terms = Terms(standard[t], mean[t], steady, reliable[t], doubt)
         if exactly or adaptive:
-            offset = solved(terms, adapted(variance[t], reliable[t], weights) if adaptive else weights)
+            offset = solved(terms, adapted(doubt, reliable[t], weights) if adaptive else weights)
         else:
             start = here.inward(placed[-1][None])[0] - standard[t] if placed else mean[t]
             offset = sampled(terms, weights, start, rng)
