@@ -56,6 +56,20 @@ def test_floor_and_wall_are_taken_away(seed, wall, floor):
     assert _overlap(find_person(scene, whole), seen) > 0.90
 
 
+def test_the_floor_between_the_feet_is_nobodys(rng):
+    pose = standing((0.0, 0.0, 2.8))
+    alone = picture(pose)
+    lowest = alone.camera.points(alone.depth)[..., 1]
+    whole = in_room(alone, floor=float(np.nanmax(lowest)) + 0.02, wall=4.5, rng=rng)
+    scene = scene_of(whole)
+    for _ in range(3):  # the floor is learned as background, too
+        person = find_person(scene, whole)
+        scene = remember(scene, whole, person)
+    found = np.isfinite(find_person(scene, whole).depth)
+    assert (found & np.isnan(alone.depth)).sum() < 0.01 * found.sum()
+    assert (found & np.isfinite(alone.depth)).sum() > 0.93 * np.isfinite(alone.depth).sum()
+
+
 def test_planes_are_the_same_for_the_same_seed(rng):
     frame = in_room(picture(standing()), rng=rng)
     np.testing.assert_array_equal(scene_of(frame, 3).planes, scene_of(frame, 3).planes)

@@ -242,6 +242,12 @@ def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bool
     closed = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_CLOSE, window) > 0
     out = np.zeros_like(mask)
     out[rows, columns] = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
+    # Not the floor between the feet: that was never mistaken.
+    rows, columns = np.nonzero(out)
+    z = depth[rows, columns].astype(np.float64)
+    along = camera.unproject(np.column_stack([columns, rows]), z) @ scene.planes[:, :3].T
+    on = along + scene.planes[:, 3] < NOISE_NEAR + NOISE_STEEP * z[:, None] * np.abs(along)
+    out[rows, columns] = ~on.any(axis=1)
     return out
 
 
