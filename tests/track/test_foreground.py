@@ -70,6 +70,21 @@ def test_the_floor_between_the_feet_is_nobodys(rng):
     assert (found & np.isfinite(alone.depth)).sum() > 0.93 * np.isfinite(alone.depth).sum()
 
 
+@pytest.mark.parametrize(("away", "kept"), [(0.43, True), (0.8, False)])
+def test_a_forearm_whose_upper_arm_is_hidden_belongs_to_the_body(rng, away, kept):
+    nobody = DepthFrame(CAMERA, np.full((240, 320), np.nan, np.float32))
+    scene = empty_scene([in_room(nobody, rng=rng) for _ in range(2)])
+    alone = picture(standing((0.0, 0.1, 2.8)))
+    rows, columns = np.nonzero(np.isfinite(alone.depth[60:90]))
+    row, edge = 60 + int(rows.mean()), int(columns.max())
+    middle = edge + round(away * CAMERA.fx / 2.8)
+    with_arm = alone.depth.copy()
+    with_arm[row - 12 : row + 13, middle : middle + 7] = 2.8
+    found = find_person(scene, in_room(DepthFrame(CAMERA, with_arm), rng=rng))
+    assert np.isfinite(found.depth[row - 8 : row + 9, middle + 2 : middle + 5]).all() == kept
+    assert _overlap(found, alone) > 0.85
+
+
 def test_planes_are_the_same_for_the_same_seed(rng):
     frame = in_room(picture(standing()), rng=rng)
     np.testing.assert_array_equal(scene_of(frame, 3).planes, scene_of(frame, 3).planes)

@@ -31,6 +31,7 @@ LARGEST, SMALLEST = 1.8, 0.04
 USUAL_AREA, ARM_AREA = 0.5, 0.06
 
 _REACH = 0.35  # m, between two pieces of one body
+_ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
 _STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 
 
@@ -243,11 +244,11 @@ def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bool
     out = np.zeros_like(mask)
     out[rows, columns] = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
     # Not the floor between the feet: that was never mistaken.
-    rows, columns = np.nonzero(out)
-    z = depth[rows, columns].astype(np.float64)
-    along = camera.unproject(np.column_stack([columns, rows]), z) @ scene.planes[:, :3].T
+    pixels = np.argwhere(out)
+    z = depth[out].astype(np.float64)
+    along = camera.unproject(pixels[:, ::-1], z) @ scene.planes[:, :3].T
     on = along + scene.planes[:, 3] < NOISE_NEAR + NOISE_STEEP * z[:, None] * np.abs(along)
-    out[rows, columns] = ~on.any(axis=1)
+    out[out] = ~on.any(axis=1)
     return out
 
 
@@ -304,14 +305,15 @@ def _joined(main: int, clouds: dict[int, Floats], measures: Floats, known: Float
         tree = cKDTree(clouds[newest])
         for s in gaps:
             apart = np.maximum(lows[s] - highs[newest], lows[newest] - highs[s])
-            if apart.max() < _REACH:
-                gap, _ = tree.query(clouds[s], distance_upper_bound=_REACH)
+            if apart.max() < _ARM:
+                gap, _ = tree.query(clouds[s], distance_upper_bound=_ARM)
                 gaps[s] = min(gaps[s], float(np.min(gap)))
         fitting = []
         for s, gap in gaps.items():
             # A limb behind or before another one is apart by less than an arm's length, and small.
             was = known[s] > 0.5
-            near = gap < (_REACH if was or size[s] < max(0.25 * size[main], ARM_AREA) else 0.12)
+            arm = measures[s, 11] > 0.5 and size[s] < ARM_AREA
+            near = gap < (_ARM if arm else _REACH if was or size[s] < max(0.25 * size[main], ARM_AREA) else 0.12)
             wide = (np.maximum(high, highs[s]) - np.minimum(low, lows[s])).max()
             # Where the person walks over known ground, a piece that has always been there is none of theirs.
             stays = measures[main, 11] > 0.5 > measures[s, 11] and not was
