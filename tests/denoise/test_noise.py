@@ -144,3 +144,19 @@ def test_rates_of_long_channels_are_their_own():
 def test_rates_of_nothing_are_finite():
     nothing = np.zeros((10, 3), dtype=bool)
     assert np.isfinite(next_rate(nothing, nothing)).all()
+
+
+@given(SEEDS, st.floats(0.001, 0.4), st.floats(0.0, 5.0))
+@settings(max_examples=50)
+def test_a_share_that_falls_is_taken_further_and_one_that_holds_is_not(seed, share, more):
+    rng = np.random.default_rng(seed)
+    outlier = rng.random((400, 5)) < share
+    present = np.ones_like(outlier)
+    usual, expected = next_rate(outlier, present), np.full(5, share * (1.0 + more))
+    found = next_rate(outlier, present, expected)
+    assert (found <= usual).all()
+    assert (found > 0).all()
+    if more < 0.1:
+        np.testing.assert_allclose(found, usual, rtol=0.5 if share < 0.02 else 1e-12)
+    if more > 2.0 and share > 0.02:
+        assert (found < 0.7 * usual).all()

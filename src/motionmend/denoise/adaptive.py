@@ -135,7 +135,8 @@ def adapt(
         taken_up = weight * variance
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
         square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
-        noise, rate = next_noise(noise, square, freedom), next_rate(outlier, present)
+        noise = next_noise(noise, square, freedom)
+        rate = next_rate(outlier, present, rate if turn > 0 else None)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:  # gaps of markers are filled, and judged, by the markers about them

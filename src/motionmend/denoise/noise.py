@@ -17,6 +17,9 @@ CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken fo
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
 RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in each channel's own
 LEAST_RATE, MOST_RATE = 1e-4, 0.5
+# A share of outliers that falls by more than this has not fallen far enough: some were only found because so many were
+# expected. It is taken further, by what it fell beyond that, to this power.
+STEADY, FURTHER = 0.7, 3.0
 
 
 def first_noise(measured: Floats) -> Floats:
@@ -91,13 +94,17 @@ def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
     return np.asarray(np.exp((level / doubt + common / apart) / (1.0 / doubt + 1.0 / apart)))
 
 
-def next_rate(outlier: Bools, present: Bools) -> Floats:
+def next_rate(outlier: Bools, present: Bools, expected: Floats | None = None) -> Floats:
     """(C,) share of each channel's samples that are outliers, drawn towards that of the recording.
 
     Parameters
     ----------
     outlier, present : (T, C).
+    expected : (C,) the share with which these outliers were found; None = a guess that tells nothing.
     """
     hits, samples = outlier.sum(axis=0), present.sum(axis=0)
     overall = (hits.sum() + 0.5) / (samples.sum() + 50.0)
-    return np.asarray(np.clip((hits + RATES_ALIKE * overall) / (samples + RATES_ALIKE), LEAST_RATE, MOST_RATE))
+    rate = (hits + RATES_ALIKE * overall) / (samples + RATES_ALIKE)
+    if expected is not None:
+        rate = rate * min(1.0, overall / (STEADY * expected.mean())) ** FURTHER
+    return np.asarray(np.clip(rate, LEAST_RATE, MOST_RATE))
