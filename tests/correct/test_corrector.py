@@ -367,17 +367,20 @@ def test_sides_confused_from_the_first_frame_are_told_from_those_confused_later(
     assert apart.mean() < 0.05
 
 
-@pytest.mark.parametrize("parts", [("Elbow", "Wrist", "Hand"), ("Hand", "Wrist"), ("Knee", "Ankle", "Foot")])
-def test_limbs_on_the_wrong_side_throughout_are_put_right(model: CorrectorModel, parts: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("parts", [("Elbow", "Wrist", "Hand"), ("Hand", "Wrist"), ("Knee", "Ankle", "Foot"), ("",)])
+@pytest.mark.parametrize("spell", [slice(None), slice(0, 45)])
+def test_sides_exchanged_throughout_or_mostly_are_put_right(
+    model: CorrectorModel, parts: tuple[str, ...], spell: slice
+) -> None:
+    """Of limbs, or of the whole body, as of one who turns the back."""
     raw = recording(sensed(truth("walk", 35, 2.0), 35), state=True)
-    left = [NAMES.index(f"{part}Left") for part in parts]
-    right = [NAMES.index(f"{part}Right") for part in parts]
+    joints = [k for k, name in enumerate(NAMES) if name.startswith(parts) and name.endswith(("Left", "Right"))]
     given = raw.positions.copy()
-    given[:, left + right] = raw.positions[:, right + left]
-    wanted = model.correct(raw).positions[:, left + right]
+    given[spell, joints] = raw.positions[spell][:, mirrored(NAMES)[joints]]
+    wanted = model.correct(raw).positions[:, joints]
     found = model.correct(raw.with_positions(given))
     at_once = live(model, raw.with_positions(given))[0]
-    assert np.linalg.norm(found.positions[:, left + right] - wanted, axis=2).mean() < 0.03
-    assert np.linalg.norm(at_once[:, left + right] - wanted, axis=2).mean() < 0.05
+    assert np.linalg.norm(found.positions[:, joints] - wanted, axis=2).mean() < 0.03
+    assert np.linalg.norm(at_once[:, joints] - wanted, axis=2).mean() < 0.05
     assert found.reliability is not None
-    assert found.reliability[:, left + right].max() < 0.5
+    assert found.reliability[spell][:, joints].max() < 0.5

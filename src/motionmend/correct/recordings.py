@@ -18,14 +18,14 @@ from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, settled_recording, smoothed
-from .sides import confused_limbs
+from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
 GLIMPSE = 300  # frames of a recording that are looked at twice
-LOOKED_AT = 100  # frames that tell whether limbs hang on the wrong side in most of it
+ENOUGH = 1.5  # log-odds at which sides are exchanged throughout; one frame needs twice as much
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,23 +153,28 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     whether sides were confused from the beginning."""
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
-    confused = np.tile(_confused_throughout(watcher, rows), (len(rows), 1))
-    watcher = accustomed(watcher, np.where(confused[..., None], rows[:, watcher.body.mirror], rows))
+    watcher = accustomed(watcher, rows)
     begun = replace(fresh(watcher), upright=upright(rows, watcher.body))
-    glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures, confused)
+    glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures, np.zeros(rows.shape[:2], dtype=np.bool_))
     last = glimpse[-1]
     met = replace(begun.followed, own=last.followed.own, met=last.followed.met)
-    begun = replace(begun, lengths=last.lengths, followed=met)
-    confused = confused ^ _confused_before(glimpse, len(rows))
+    came = int(np.argmax(np.isfinite(rows[:GLIMPSE]).any(axis=(1, 2))))
+    known = float(postures.times[came])  # which side is which is asked of all frames, not of one
+    begun = replace(begun, lengths=last.lengths, followed=met, seen=known)
+    confused = _confused_before(glimpse, len(rows)) ^ glimpse[came].swapped ^ _confused_throughout(watcher, glimpse)
     sights = _watched(watcher, joining, begun, rows, postures, confused)
     return joining, [replace(one, swapped=one.swapped ^ was) for one, was in zip(sights, confused, strict=True)]
 
 
-def _confused_throughout(watcher: Watcher, rows: Floats) -> Bools:
-    """(J,) joints of limbs that hang on the wrong side in most of a recording (T, J, 3)."""
-    some = rows[np.linspace(0, len(rows) - 1, min(len(rows), LOOKED_AT)).astype(int)]
-    _, standing, placement = _standing(watcher, some)
-    return confused_limbs(watcher.factors, watcher.standard, watcher.body, placement.inward(standing))
+def _confused_throughout(watcher: Watcher, sights: Sequence[Sight]) -> Bools:
+    """(J,) joints whose sides are exchanged in most frames: changes were followed, what came first is asked of all."""
+    body, standard, factors = watcher.body, watcher.standard, watcher.factors
+    postures = np.concatenate([one.placement.inward(one.rows[None]) for one in sights])
+    confused = np.zeros(len(body.names), dtype=np.bool_)
+    if faces_away(factors, standard, body, postures, ENOUGH):
+        confused[body.pairs] = True
+        postures = about_turn(postures, body)
+    return confused ^ confused_limbs(factors, standard, body, postures, ENOUGH)
 
 
 def _confused_before(sights: Sequence[Sight], frames: int) -> Bools:
@@ -182,7 +187,13 @@ def _confused_before(sights: Sequence[Sight], frames: int) -> Bools:
 def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight], Floats, Placement]:
     """The recording in standard form as the sensor gave it, all joints trusted, missing ones at their mean places."""
     joining = joined(postures.names, watcher.body)
-    begun, rows, placement = _standing(watcher, rows_of(joining.to_model, postures.positions))
+    given = rows_of(joining.to_model, postures.positions)
+    begun = acquainted(watcher, given, fresh(watcher))
+    turn_up = np.eye(3) if begun.upright is None else begun.upright
+    rows = given @ turn_up.T
+    weights = np.asarray(np.isfinite(rows).all(axis=2), dtype=np.float64)
+    scale = np.full(len(rows), size_of(watcher, begun.lengths))
+    placement = placed(rows, weights, scale, watcher.standard, watcher.body)
     standard = placement.inward(rows)
     standard = np.where(np.isfinite(standard), standard, watcher.factors.mean)
     sights = [
@@ -194,16 +205,6 @@ def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight],
         for t, row in enumerate(rows)
     ]
     return joining, sights, standard, placement
-
-
-def _standing(watcher: Watcher, rows: Floats) -> tuple[Sight, Floats, Placement]:
-    """A person acquainted by all of a recording (T, J, 3), the recording upright, and where the person stands in it."""
-    begun = acquainted(watcher, rows, fresh(watcher))
-    turn_up = np.eye(3) if begun.upright is None else begun.upright
-    rows = rows @ turn_up.T
-    weights = np.asarray(np.isfinite(rows).all(axis=2), dtype=np.float64)
-    scale = np.full(len(rows), size_of(watcher, begun.lengths))
-    return begun, rows, placed(rows, weights, scale, watcher.standard, watcher.body)
 
 
 def _calmed(offsets: Floats, sights: Sequence[Sight], times: Floats) -> Floats:

@@ -22,6 +22,7 @@ from .reliability import FAILING_SECONDS
 MEMORY = 0.5  # s; after a longer break the trunk may face anywhere
 REVISED = 3.0  # log-odds at which it was before that sides were confused
 BONE_SPREAD = 0.2  # deviation of the logarithm of a bone's length among people and sensors, their size taken out
+BODY = 2.0  # squared z-score of a coordinate up to which a posture may be a body's
 FARTHEST = 9.0  # squared z-score beyond which a joint's place or a bone's length says nothing more
 
 
@@ -58,40 +59,70 @@ def confused_until_now(
     pairs : (N, 2) joints that have changed places.
     seconds : for which they were where they were.
     """
-    return bool(-_odds(factors, usual, body, posture[None], pairs)[0] - seconds / FAILING_SECONDS > REVISED)
+    other = changed(posture, pairs)
+    joints = pairs.ravel()
+    _, cov = process.expected(factors, process.start(factors))
+    variance = (np.trace(cov, axis1=1, axis2=2) / 3.0 + factors.noise + STRANGER**2)[joints]
+    far = [((one[joints] - factors.mean[joints]) ** 2).sum(axis=1) / variance for one in (posture, other)]
+    lengths = [bone_lengths(one[None], body)[0] for one in (posture, other)]
+    off = [(np.log(np.maximum(one, 1e-6) / usual.lengths) / BONE_SPREAD) ** 2 for one in lengths]
+    now, before = (
+        np.nansum(np.minimum(a, FARTHEST)) + np.nansum(np.minimum(b, FARTHEST)) for a, b in zip(far, off, strict=True)
+    )
+    return bool(0.5 * (before - now) - seconds / FAILING_SECONDS > REVISED)
 
 
-def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: Floats) -> Bools:
-    """(J,) joints of limbs that hang on the wrong side, by what bodies look like and how long bones are.
+def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, least: float = REVISED) -> Bools:
+    """(J,) joints of limbs that hang on the wrong side, by how joints lie to one another.
 
     Of what may be confused of a limb, from each joint outward, the likeliest is taken.
 
     Parameters
     ----------
     usual : the standard body.
-    postures : (T, J, 3) in standard form, NaN = missing; what most of them say counts.
+    postures : (T, J, 3) in standard form, NaN = missing; what half of them say counts.
+    least : log-odds.
     """
     confused = np.zeros(len(body.names), dtype=np.bool_)
-    seen = postures[np.isfinite(postures).any(axis=(1, 2))]
-    if not len(seen):
-        return confused
     for parts in body.limbs:
-        odds = [float(_odds(factors, usual, body, seen, pairs).mean()) for pairs in parts]
-        if max(odds) > REVISED:
+        odds = []
+        for pairs in parts:
+            other = np.array(postures)
+            other[:, pairs.ravel()] = postures[:, pairs[:, ::-1].ravel()]
+            odds.append(_likelier(factors, usual, body, postures, other))
+        if max(odds) > least:
             confused[parts[int(np.argmax(odds))].ravel()] = True
     return confused
 
 
-def _odds(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, pairs: Ints) -> Floats:
-    """(T,) log-odds that the members of pairs (N, 2) stand in each other's place in postures (T, J, 3)."""
-    joints = pairs.ravel()
-    other = np.array(postures)
-    other[:, joints] = postures[:, pairs[:, ::-1].ravel()]
-    _, cov = process.expected(factors, process.start(factors))
-    variance = (np.trace(cov, axis1=1, axis2=2) / 3.0 + factors.noise + STRANGER**2)[joints]
-    total = np.zeros(len(postures))
-    for sign, one in ((0.5, postures), (-0.5, other)):
-        far = ((one[:, joints] - factors.mean[joints]) ** 2).sum(axis=2) / variance
-        off = (np.log(np.maximum(bone_lengths(one, body), 1e-6) / usual.lengths) / BONE_SPREAD) ** 2
-        total += sign * (np.nansum(np.minimum(far, FARTHEST), axis=1) + np.nansum(np.minimum(off, FARTHEST), axis=1))
-    return total
+def faces_away(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, least: float = REVISED) -> bool:
+    """Whether all sides are exchanged, as when a back is taken for a front; parameters as of `confused_limbs`."""
+    return _likelier(factors, usual, body, postures, about_turn(postures, body)) > least
+
+
+def about_turn(postures: Floats, body: Anatomy) -> Floats:
+    """Postures (T, J, 3) in standard form with all sides exchanged, and so facing the other way."""
+    return np.asarray(postures[:, body.mirror] * np.array([-1.0, 1.0, -1.0]))
+
+
+def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, other: Floats) -> float:
+    """Log-odds, in the median of postures (T, J, 3), that the other ones are right; 0 where those are no body's."""
+    as_given, count = _strangeness(factors, usual, body, postures)
+    exchanged, _ = _strangeness(factors, usual, body, other)
+    told = 0.5 * np.where(exchanged < BODY * count, as_given - exchanged, 0.0)
+    return float(np.median(told[count > 0])) if (count > 0).any() else 0.0
+
+
+def _strangeness(factors: Factors, usual: Standard, body: Anatomy, postures: Floats) -> tuple[Floats, Floats]:
+    """(T,) squared distances of postures (T, J, 3) from the factors' mean under their covariance, and how many
+    coordinates were seen."""
+    there = np.asarray(np.isfinite(postures).all(axis=2))
+    less = np.where((there & body.trunk)[..., None], postures - usual.trunk, 0.0).sum(axis=1)
+    centre = less / np.maximum((there & body.trunk).sum(axis=1), 1)[:, None]
+    apart = np.where(there[..., None], postures - centre[:, None] - factors.mean, 0.0)
+    weight = there / (factors.noise + STRANGER**2)
+    loadings = factors.loadings
+    precision = np.einsum("tj,jdk,jdl->tkl", weight, loadings, loadings) + np.eye(factors.count)
+    pull = np.einsum("tj,jdk,tjd->tk", weight, loadings, apart)
+    explained = (pull * np.linalg.solve(precision, pull[..., None])[..., 0]).sum(axis=1)
+    return np.asarray((weight[..., None] * apart**2).sum(axis=(1, 2)) - explained), 3.0 * there.sum(axis=1)
