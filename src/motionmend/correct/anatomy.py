@@ -51,20 +51,21 @@ class Anatomy:
 
     @cached_property
     def limbs(self) -> tuple[tuple[Ints, ...], ...]:
-        """For each pair of limbs, what may be confused of it: left and right joints (N, 2) from each joint outward."""
+        """For each pair of limbs, what may be confused of it: left and right joints (N, 2) from each joint outward, and
+        each alone."""
         beyond = np.eye(len(self.names), dtype=np.bool_)  # (J, J) the joint and what hangs on it
         for _ in self.names:
             for parent, child in self.bones:
                 beyond[parent] |= beyond[child]
         loose = [k for k, m in enumerate(self.mirror) if m != k and not self.trunk[k]]
         tops = [k for k in loose if k < self.mirror[k] and self.parents[k] not in loose]
+        parts = np.concatenate([beyond, np.eye(len(self.names), dtype=np.bool_)])
         return tuple(
             tuple(
-                np.array([(j, self.mirror[j]) for j in loose if beyond[k, j]], dtype=np.int64)
-                for k in loose
-                if beyond[top, k]
+                np.array([(j, self.mirror[j]) for j in np.flatnonzero(part)], dtype=np.int64)
+                for part in np.unique(parts[np.r_[limb, len(beyond) + limb]], axis=0)
             )
-            for top in tops
+            for limb in (np.array([k for k in loose if beyond[top, k]], dtype=np.int64) for top in tops)
         )
 
     @cached_property
