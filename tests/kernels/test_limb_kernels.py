@@ -21,6 +21,7 @@ from motionmend.track.limbs import (
     Coarse,
     cast_parts,
     draws,
+    left_over,
     limb_costs,
     limb_places,
     limb_search,
@@ -77,6 +78,17 @@ def test_a_limb_is_searched_closer_and_closer(rng):
         assert least == pytest.approx(cheapest, abs=1e-5)
         assert least <= first.min() + 1e-9
         np.testing.assert_allclose(limb_costs(BODY, pose, limb, some, coarse), costs, rtol=1e-12)
+
+
+def test_an_arm_with_nothing_near_it_is_left_over():
+    pose = standing()
+    joints = pose.joints.copy()
+    joints[LIMBS[0].columns[4]] += 1.5  # the shoulder
+    raised = Pose(pose.translation, pose.root, joints)
+    picture = render(BODY, raised, KINECT, 4)
+    coarse = Coarse(intrinsics(picture.camera), picture.depth, np.isnan(picture.depth), 300)
+    assert left_over(BODY, raised, coarse) == 0.0
+    assert 0.02 < left_over(BODY, pose, coarse) < 0.08
 
 
 def test_places_of_a_limb_are_those_of_the_whole_body(rng):

@@ -13,6 +13,7 @@ from ..bodies.surface import intrinsics
 from ..kernels import limbs, raycast, rendered
 from .database import PoseDatabase
 from .evidence import Evidence
+from .judge import GATE
 
 MOST = 0.15  # m, a difference in depth that is as wrong as nothing at all
 COARSE = 2  # every n-th pixel of the raster is looked at
@@ -141,6 +142,20 @@ def cast_parts(performer: Performer, pose: Pose, coarse: Coarse) -> tuple[Single
         solid,
     )
     return depth, solid
+
+
+def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> float:
+    """m^2 of the person's surface, as if facing the camera, that has nothing of the pose near it."""
+    from ..kernels import judging
+
+    depth, solid = cast_parts(performer, pose, coarse)
+    loose, counts = np.empty((depth.size, 2), np.int64), np.empty(5, np.int64)
+    visible, denied = np.zeros((2, len(BONES)))
+    bones = performer.solids.arrays[0]
+    judging.judged(coarse.seen, coarse.free, depth, solid, bones, GATE, loose, visible, denied, counts)
+    rows, columns = loose[: counts[3]].T
+    z = coarse.seen[rows, columns].astype(np.float64)
+    return float(z @ z / (coarse.intrinsics[0] * coarse.intrinsics[1]))
 
 
 def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:

@@ -18,12 +18,12 @@ from .facing import Facing, either, faces_otherwise, unlikeliness
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
 from .hypotheses import Hypothesis, contested
-from .limbs import Coarse, coarse_of, disagreement
+from .limbs import Coarse, coarse_of, disagreement, left_over
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .objective import PAUSE, expected_pose, terms_of
 from .observation import Observation
-from .offers import offers_tried
+from .offers import MUCH, offers_tried
 from .person import person_of
 from .rescue import moved_to, rescued, turned
 from .second_reading import faced
@@ -201,7 +201,10 @@ def step(
     restarts, hypothesis, offered = 0, None, False
     doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
-    asks = model.detector is not None and state.searched >= EVERY and wrong > DOUBTFUL * state.wrong + 0.01
+    # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
+    gap = settings.search and left_over(state.performer, solution.state, coarse) > MUCH
+    doubtful = gap or wrong > DOUBTFUL * state.wrong + 0.01
+    asks = model.detector is not None and state.searched >= EVERY and doubtful
     if settings.search and asks:
         solution, wrong, restarts, offered = offers_tried(
             model, settings, state, observation, evidence, coarse, terms, solution, wrong
@@ -209,7 +212,7 @@ def step(
         clock.lap("offers")
     if settings.search and not offered:
         solution, wrong, restarts, doubt, hypothesis = mend_limbs(
-            model, settings, state, evidence, coarse, terms, expected, solution, wrong
+            model, settings, state, evidence, coarse, terms, expected, solution, wrong, gap
         )
         clock.lap("limbs")
         if wrong > RESCUE * state.wrong + 0.03:
@@ -240,7 +243,7 @@ def step(
             elapsed, recovered = 0.0, True  # it did not move there
         clock.lap("facing")
     return _tracked(
-        settings, state, observation, evidence, coarse, solution, wrong, elapsed, recovered, restarts, doubt, clock
+        settings, state, observation, evidence, coarse, solution, wrong, elapsed, recovered, restarts, doubt, gap, clock
     )
 
 
@@ -305,6 +308,7 @@ def _tracked(
     recovered: bool,
     restarts: int,
     doubt: Floats,
+    gap: bool,
     clock: Stages,
 ) -> tuple[TrackState, Estimate]:
     assert state.pose is not None
@@ -333,7 +337,7 @@ def _tracked(
         performer = girth.performer
         clock.lap("girth")
     # A pose that fits worse than usual says little of what is usual.
-    share = 0.1 if wrong < 1.2 * state.wrong else 0.02
+    share = 0.1 if wrong < 1.2 * state.wrong and not gap else 0.02
     running = wrong if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
