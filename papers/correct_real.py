@@ -48,6 +48,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "frames_kept": float(same),
             "bones": float(np.median(whole[:, 0])),
             "bones_worst": float(whole[:, 0].max()),
+            "bones_live": float(np.median(live[:, 0])),
             "jerk": float(np.median(whole[:, 1])),
             "jerk_worst": float(whole[:, 1].max()),
             "jerk_live_worst": float(live[:, 1].max()),

@@ -10,7 +10,7 @@ _frames, _frame = articulated.frames, articulated.frame
 _picture = rendered.picture
 _place, _prepare, _cast, _cast_onto = raycast.place, raycast.prepare, raycast.cast, raycast.cast_onto
 
-BESIDE = 0.4  # of a pixel that only one of the two bodies has, next to the other's outline
+BESIDE = 0.7  # of a pixel that only one of the two bodies has, next to the other's outline
 
 
 @compiled
