@@ -79,7 +79,7 @@ def joint_spread(covariance, twists, moved, point):
 
 
 def disagreement(seen, free, rendered, most, without=None):
-    """Sum over pixels: unknown 0, only one of both 1, or 0.4 next to the other, else the capped difference.
+    """Sum over pixels: unknown 0, only one of both 1, or 0.7 next to the other, else the capped difference.
 
     `without` : rendered without a limb, whose outline has no margin then.
     """
@@ -90,7 +90,7 @@ def disagreement(seen, free, rendered, most, without=None):
     for fault, body in ((missed, model), (claimed, np.isfinite(seen))):
         grown = np.pad(body, 1)
         near = grown[2:, 1:-1] | grown[:-2, 1:-1] | grown[1:-1, 2:] | grown[1:-1, :-2]
-        total += np.where(near[fault], 0.4, 1.0).sum()
+        total += np.where(near[fault], 0.7, 1.0).sum()
     return total
 
 
