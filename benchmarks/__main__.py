@@ -11,7 +11,7 @@ from .results import table, write_results
 from .timing import Plan
 
 SUITES = ("fit", "repair", "adaptive", "kinematics", "render", "files", "peers", "live")
-LONG = ("archive", "endurance")  # half an hour and more: only where named
+LONG = ("archive", "endurance")  # minutes to half an hour each: only where named
 
 
 def main(argv: list[str] | None = None) -> int:

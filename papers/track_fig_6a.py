@@ -30,12 +30,12 @@ def run(mocap: Path, pictures: Path) -> Findings:
     taught = tuple(clip for clip in LIBRARY if clip != SLOW.clip)
     model = library(mocap, taught)
     errors: dict[str, Floats] = {}
+    ours = settings_of("default")
+    wishes = {name: settings_of("paper", terms) for name, terms in WAYS.items()}
+    wishes |= {"default": ours, "default + colour": replace(ours, terms=(*ours.terms, "color"))}
     for heading in SIDES:
         scene = stage(mocap, replace(SLOW, heading=heading))
         frames = shown(scene, colored=True)
-        wishes = {name: settings_of("paper", terms) for name, terms in WAYS.items()}
-        ours = settings_of("default")
-        wishes |= {"default": ours, "default + colour": replace(ours, terms=(*ours.terms, "color"))}
         for name, wish in wishes.items():
             found = _tried(model, scene, wish, frames)[None]
             errors[name] = np.concatenate((errors[name], found)) if name in errors else found

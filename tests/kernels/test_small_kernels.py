@@ -92,7 +92,9 @@ def test_disagreement_and_what_a_limb_changes_of_it(rng):
     seen[rng.random(seen.shape) < 0.1] = np.nan
     free = np.isnan(picture.depth)
     coarse = Coarse(intrinsics(picture.camera), seen, free, int(np.isfinite(seen).sum()))
-    whole = limbs.disagreement(seen, free, cast_parts(body, pose, coarse)[0], MOST)
+    each = np.empty(seen.shape)
+    whole = limbs.unlikeness(seen, free, cast_parts(body, pose, coarse)[0], MOST, each)
+    assert whole == pytest.approx(each.sum())
     assert whole == pytest.approx(naive.disagreement(seen, free, cast_parts(body, pose, coarse)[0], MOST), rel=1e-5)
     both = [naive.disagreement(seen, free, cast_parts(body, one, coarse)[0], MOST) for one in (pose, moved)]
     np.testing.assert_allclose(disagreements(body, [pose, moved], coarse), np.array(both) / coarse.pixels, rtol=1e-5)

@@ -172,11 +172,11 @@ def look(
         rows, states = changed_sides(rows, states, body.across[turned])
         swapped = np.isin(np.arange(len(rows)), body.across[turned])
     usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
-    if away > PATIENCE and faces_away(watcher.factors, watcher.standard, body, standard[None]):
-        rows, states = changed_sides(rows, states, body.pairs)
-        swapped[body.pairs] = True
-        usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
     if away > PATIENCE:
+        if faces_away(watcher.factors, watcher.standard, body, standard[None]):
+            rows, states = changed_sides(rows, states, body.pairs)
+            swapped = np.isin(np.arange(len(rows)), body.pairs)
+            usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
         hung = confused_limbs(watcher.factors, watcher.standard, body, standard[None])
         if hung.any():
             limbs = body.pairs[hung[body.pairs[:, 0]]]
@@ -223,7 +223,7 @@ def look(
         followed,
         swapped,
         righted,
-        unsure or sum(followed.failing.tolist()) > len(rows) - 3.0,
+        unsure or bool(followed.failing.sum() > len(rows) - 3.0),
     )
 
 

@@ -13,7 +13,8 @@ from .moved_gaps import Gap, alike
 from .support import bridged
 
 # Mean products of the errors of the smoother, of lines and of learned dynamics in gaps, relative to the smoother's
-# mean square, and so many gaps' worth they count against what the recording shows.
+# mean square, as gaps laid in clean clips of CMU's showed them, and so many gaps' worth they count against what the
+# recording shows.
 USUAL = np.array([[1.0, 1.0, 0.55], [1.0, 3.2, 0.6], [0.55, 0.6, 0.7]])
 USUALLY = 20.0
 

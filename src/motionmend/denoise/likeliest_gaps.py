@@ -17,7 +17,7 @@ HELD = 1e-4  # inverse square of degrees or cm, by which a first guess holds wha
 
 @dataclass(frozen=True, eq=False)
 class Process:
-    """x(t) = mean + first (x(t-1) - mean) + second (x(t-2) - mean) + N(0, surprise) over C channels at `fps` Hz.
+    """x(t) = mean + first (x(t-1) - mean) + second (x(t-2) - mean) + N(0, surprise) over C channels, degrees and cm.
 
     Attributes
     ----------

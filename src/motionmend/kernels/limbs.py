@@ -14,27 +14,38 @@ BESIDE = 0.7  # of a pixel that only one of the two bodies has, next to the othe
 
 
 @compiled
-def unlikeness(seen: Singles, free: Bools, rendered: Singles, row: int, column: int, most: float) -> float:
-    """How wrong a pixel of images (H, W) is, 0 to 1: the difference in depth over `most`, 1 where only one has a body.
+def unlikeness(seen: Singles, free: Bools, rendered: Singles, most: float, each: Floats) -> float:
+    """How wrong pixels of images (H, W) are, 0 to 1: the difference in depth over `most`, 1 where only one has a body.
 
     A pixel that is neither the person nor free counts 0 whatever is rendered. Beside the body that it lacks one counts
     `BESIDE`: a shirt is wider than the trunk in it, and not an arm.
+
+    Parameters
+    ----------
+    seen, free : (H, W) m, NaN = not the person, and where surely nobody is.
+    rendered : (H, W) m, NaN = nothing there.
+    most : m.
+    each : (H, W) is written.
+
+    Returns
+    -------
+    The sum over all pixels.
     """
-    if np.isnan(rendered[row, column]):
-        if np.isnan(seen[row, column]):
-            return 0.0
-        return BESIDE if beside(rendered, row, column) else 1.0
-    return _filled(seen, free, rendered[row, column], row, column, most)
-
-
-@compiled
-def _filled(seen: Singles, free: Bools, z: float, row: int, column: int, most: float) -> float:
-    """The same where a depth z is rendered."""
-    if np.isnan(seen[row, column]):
-        if not free[row, column]:
-            return 0.0
-        return BESIDE if beside(seen, row, column) else 1.0
-    return float(min(1.0, abs(seen[row, column] - z) / most))
+    total = 0.0
+    for row in range(seen.shape[0]):
+        for column in range(seen.shape[1]):
+            there, z = seen[row, column], rendered[row, column]
+            one = 0.0
+            if np.isnan(z):
+                if not np.isnan(there):
+                    one = BESIDE if beside(rendered, row, column) else 1.0
+            elif not np.isnan(there):
+                one = min(1.0, abs(there - z) / most)
+            elif free[row, column]:
+                one = BESIDE if beside(seen, row, column) else 1.0
+            each[row, column] = one
+            total += one
+    return total
 
 
 @compiled
@@ -46,16 +57,6 @@ def beside(depth: Singles, row: int, column: int) -> bool:
         or (column > 0 and not np.isnan(depth[row, column - 1]))
         or (column + 1 < depth.shape[1] and not np.isnan(depth[row, column + 1]))
     )
-
-
-@compiled
-def disagreement(seen: Singles, free: Bools, rendered: Singles, most: float) -> float:
-    """Sum of `unlikeness` over images (H, W)."""
-    total = 0.0
-    for row in range(seen.shape[0]):
-        for column in range(seen.shape[1]):
-            total += unlikeness(seen, free, rendered, row, column, most)
-    return total
 
 
 @compiled
@@ -93,12 +94,13 @@ def disagreements(
     frames = np.empty((len(parents), 4, 4))
     placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
     depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
+    each = np.empty(seen.shape)
     for c in range(len(costs)):
         _picture(
             parents, offsets, rests, first, axes, translations[c], roots[c], joints[c], carriers, kinds, centers,
             turns, sizes, tapers, camera, frames, placed, parts, depth, solid,
         )  # fmt: skip
-        costs[c] = disagreement(seen, free, depth, most)
+        costs[c] = unlikeness(seen, free, depth, most, each)
 
 
 @compiled
@@ -178,12 +180,8 @@ def limb_search(
     base, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
     depth, below = np.empty(seen.shape, np.float32), np.empty(seen.shape)
     _cast(parts, base, solid)
-    rest = 0.0
-    for row in range(height):
-        for column in range(width):
-            below[row, column] = unlikeness(seen, free, base, row, column, most)
-            rest += below[row, column]
-            depth[row, column] = np.nan
+    rest = unlikeness(seen, free, base, most, below)
+    depth[:] = np.nan
     bones, shapes = np.empty(count, np.int64), np.empty(count, np.uint8)
     middles, axles = np.empty((count, 3)), np.empty((count, 3, 3))
     extents, slopes = np.empty((count, 3)), np.empty(count)
@@ -299,7 +297,11 @@ def _changed(
             depth[row, column] = np.nan  # empty for the next
             if z >= base[row, column]:
                 continue
-            total += _filled(seen, free, z, row, column, most)
+            there = seen[row, column]
+            if not np.isnan(there):
+                total += min(1.0, abs(there - z) / most)
+            elif free[row, column]:
+                total += BESIDE if beside(seen, row, column) else 1.0
             total -= below[row, column]
     return total
 

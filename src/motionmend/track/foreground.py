@@ -16,7 +16,7 @@ from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.camera import Camera, DepthFrame
 from ..bodies.surface import intrinsics
 from ..errors import MismatchError
-from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of
+from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of, slack
 
 __all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "remember", "scene_of"]
 
@@ -244,11 +244,9 @@ def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bool
     out = np.zeros_like(mask)
     out[rows, columns] = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
     # Not the floor between the feet: that was never mistaken.
-    pixels = np.argwhere(out)
-    z = depth[out].astype(np.float64)
-    along = camera.unproject(pixels[:, ::-1], z) @ scene.planes[:, :3].T
-    on = along + scene.planes[:, 3] < NOISE_NEAR + NOISE_STEEP * z[:, None] * np.abs(along)
-    out[out] = ~on.any(axis=1)
+    points = camera.unproject(np.argwhere(out)[:, ::-1], depth[out].astype(np.float64))
+    heights = points @ scene.planes[:, :3].T + scene.planes[:, 3]
+    out[out] = ~(heights < slack(points, scene.planes)).any(axis=1)
     return out
 
 

@@ -41,7 +41,7 @@ def mend_limbs(
     expected: Pose,
     solution: Solution[Pose],
     wrong: float,
-    gap: bool = False,
+    unclaimed: bool = False,
 ) -> tuple[Solution[Pose], float, int, Floats, Hypothesis | None]:
     """Look for each limb among poses of the library and about where it is.
 
@@ -55,7 +55,7 @@ def mend_limbs(
     terms : made for this frame.
     expected : the pose that the motion so far leads to.
     solution, wrong : of the whole body, and the share of the person's pixels that it explains wrongly.
-    gap : a piece of the person has nothing of the body near it.
+    unclaimed : a piece of the person has nothing of the body near it.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def mend_limbs(
     doubt = np.zeros(16)
     shown, denied = shown_and_denied(performer, solution.state, coarse, evidence.weight)
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
-    worse, much = gap or wrong >= SUSPECT * usual + 0.01, gap or wrong >= SUSPECT * usual + 0.025
+    worse, much = unclaimed or wrong >= SUSPECT * usual + 0.01, unclaimed or wrong >= SUSPECT * usual + 0.025
     pose, place = solution.state, landmarks(performer, expected)
     mean, form = said_against(terms)
     form = STRANGE * form

@@ -79,27 +79,25 @@ def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, d
             if supported[i] < 0.5 * PLANE_AREA:
                 break
             plane = _refitted(cloud, weight, candidates[i])
-            heights = every @ plane[:3] + plane[3]
-            slack = _slack(every, plane)
-            on = np.abs(cloud @ plane[:3] + plane[3]) < _slack(cloud, plane)
+            behind = every @ plane[:3] + plane[3] < -2.0 * slack(every, plane[None])[:, 0]
+            on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
             towards = np.abs(cloud[on] @ plane[:3]) / np.linalg.norm(cloud[on], axis=1)
             size = float((weight[on] / np.maximum(towards, 0.1)).sum())
             # Behind a floor or a wall is nothing: what lies behind a table top or a person's front is much.
-            if size >= PLANE_AREA and np.mean(heights < -2.0 * slack) < BEYOND and (best is None or size > best[0]):
+            if size >= PLANE_AREA and np.mean(behind) < BEYOND and (best is None or size > best[0]):
                 best = (size, plane)
         if best is None:
             break
         planes.append(best[1])
         off = np.abs(points @ best[1][:3] + best[1][3])
         with np.errstate(invalid="ignore"):
-            free &= off >= _slack(points, best[1])
+            free &= off >= slack(points, best[1][None])[..., 0]
     return np.array(planes).reshape(-1, 4)
 
 
-def _slack(points: Floats, plane: Floats) -> Floats:
-    """How far from a plane its own points may be measured, m."""
-    along = np.abs(points @ plane[:3])
-    return np.asarray(NOISE_NEAR + NOISE_STEEP * points[..., 2] * along)
+def slack(points: Floats, planes: Floats) -> Floats:
+    """(..., K) m, how far from planes (K, 4) their own points (..., 3) in m may be measured."""
+    return np.asarray(NOISE_NEAR + NOISE_STEEP * points[..., 2:] * np.abs(points @ planes[:, :3].T))
 
 
 def _drawn(points: Floats, free: Bools, rng: np.random.Generator, draws: int) -> Floats:
@@ -127,14 +125,13 @@ def _drawn(points: Floats, free: Bools, rng: np.random.Generator, draws: int) ->
 
 def _support(cloud: Floats, weight: Floats, planes: Floats) -> Floats:
     """(N,) m^2 of points on each plane."""
-    along = cloud @ planes[:, :3].T
-    return np.asarray(weight @ (np.abs(along + planes[:, 3]) < NOISE_NEAR + NOISE_STEEP * cloud[:, 2:] * np.abs(along)))
+    return np.asarray(weight @ (np.abs(cloud @ planes[:, :3].T + planes[:, 3]) < slack(cloud, planes)))
 
 
 def _refitted(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
     """The plane fitted to what lies on it."""
     for _ in range(3):
-        on = np.abs(cloud @ plane[:3] + plane[3]) < _slack(cloud, plane)
+        on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
         if on.sum() < 10:
             break
         # Each point counts by the area it stands for over the variance of its depth.

@@ -202,8 +202,8 @@ def step(
     doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
-    gap = settings.search and left_over(state.performer, solution.state, coarse) > MUCH
-    doubtful = gap or wrong > DOUBTFUL * state.wrong + 0.01
+    unclaimed = settings.search and left_over(state.performer, solution.state, coarse) > MUCH
+    doubtful = unclaimed or wrong > DOUBTFUL * state.wrong + 0.01
     asks = model.detector is not None and state.searched >= EVERY and doubtful
     if settings.search and asks:
         solution, wrong, restarts, offered = offers_tried(
@@ -212,7 +212,7 @@ def step(
         clock.lap("offers")
     if settings.search and not offered:
         solution, wrong, restarts, doubt, hypothesis = mend_limbs(
-            model, settings, state, evidence, coarse, terms, expected, solution, wrong, gap
+            model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
         )
         clock.lap("limbs")
         if wrong > RESCUE * state.wrong + 0.03:
@@ -243,7 +243,19 @@ def step(
             elapsed, recovered = 0.0, True  # it did not move there
         clock.lap("facing")
     return _tracked(
-        settings, state, observation, evidence, coarse, solution, wrong, elapsed, recovered, restarts, doubt, gap, clock
+        settings,
+        state,
+        observation,
+        evidence,
+        coarse,
+        solution,
+        wrong,
+        elapsed,
+        recovered,
+        restarts,
+        doubt,
+        unclaimed,
+        clock,
     )
 
 
@@ -308,7 +320,7 @@ def _tracked(
     recovered: bool,
     restarts: int,
     doubt: Floats,
-    gap: bool,
+    unclaimed: bool,
     clock: Stages,
 ) -> tuple[TrackState, Estimate]:
     assert state.pose is not None
@@ -337,7 +349,7 @@ def _tracked(
         performer = girth.performer
         clock.lap("girth")
     # A pose that fits worse than usual says little of what is usual.
-    share = 0.1 if wrong < 1.2 * state.wrong and not gap else 0.02
+    share = 0.1 if wrong < 1.2 * state.wrong and not unclaimed else 0.02
     running = wrong if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
