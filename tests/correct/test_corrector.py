@@ -384,3 +384,12 @@ def test_sides_exchanged_throughout_or_mostly_are_put_right(
     assert np.linalg.norm(at_once[:, joints] - wanted, axis=2).mean() < 0.05
     assert found.reliability is not None
     assert found.reliability[spell][:, joints].max() < 0.5
+
+
+def test_who_turns_the_back_at_first_is_not_said_to_have_been_confused_before(model: CorrectorModel) -> None:
+    """A first frame can be exchanged, but righted only are sides that earlier frames got wrong."""
+    raw = recording(sensed(truth("walk", 35, 0.2), 35), state=True)
+    given = raw.positions[:, mirrored(NAMES)]
+    state, _ = model.step(model.start(raw.names), given[0], None, 0.0)
+    assert state.sight.swapped.any()
+    assert not state.sight.righted.any()
