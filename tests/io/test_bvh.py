@@ -253,19 +253,24 @@ def test_names_that_come_twice_are_told_apart(tmp_path):
 
 def test_an_inserted_rest_pose_is_said(tmp_path):
     walk = np.cumsum(np.full((30, 10), 0.4), axis=0) + 40
-    rest = np.zeros((1, 10))
-    for first, words in ((rest, "a rest pose, most rotations are zero"), (rest + 90.0, "a pose")):
-        table = np.vstack([first, walk])
-        text = TEXT.replace("Frames: 3", "Frames: 31").replace(
-            VALUES, "\n".join(" ".join(map(str, row)) for row in table.tolist())
-        )
-        motion = read_text(tmp_path, text)
-        assert motion.frames == 31
-        assert any(f"looks like {words}, put before the recording" in guess for guess in motion.guesses)
-    steady = TEXT.replace("Frames: 3", "Frames: 30").replace(
-        VALUES, "\n".join(" ".join(map(str, row)) for row in walk.tolist())
-    )
-    assert not any("the first frame" in guess for guess in read_text(tmp_path, steady).guesses)
+
+    def guesses(table):
+        rows = "\n".join(" ".join(map(str, row)) for row in table.tolist())
+        motion = read_text(tmp_path, TEXT.replace("Frames: 3", f"Frames: {len(table)}").replace(VALUES, rows))
+        assert motion.frames == len(table)
+        return motion.guesses
+
+    assert "the first frame is a rest pose put before the recording" in guesses(np.vstack([np.zeros((1, 10)), walk]))
+    assert not any("first frame" in guess for guess in guesses(walk))
+    assert not any("first frame" in guess for guess in guesses(walk - walk[0])), "it starts at rest and goes on"
+
+
+def test_more_frames_than_stated_are_read_and_said(tmp_path):
+    motion = read_text(tmp_path, TEXT.replace("Frames: 3", "Frames: 2"))
+    assert motion.frames == 3
+    assert "2 frames stated after 'Frames:', 3 in the file: took all" in motion.guesses
+    write_bvh(tmp_path / "again.bvh", motion)
+    assert read_bvh(tmp_path / "again.bvh").frames == 3
 
 
 def test_missing_samples(tmp_path):

@@ -21,7 +21,6 @@ BROKEN = {
     "frames word": (lambda t: t.replace("Frames: 3", "Frames: some"), "line 26: wanted the number of frames"),
     "no frames": (lambda t: t.replace("Frames: 3", "Frames: 0"), "wanted the number of frames, came '0'"),
     "too few frames": (lambda t: t.replace("Frames: 3", "Frames: 4"), "wanted 4 frames as stated"),
-    "too many frames": (lambda t: t.replace("Frames: 3", "Frames: 2"), "came 3; the file is cut off, or"),
     "no values": (lambda t: t.replace(VALUES, ""), "wanted 3 frames as stated after 'Frames:', came 0"),
     "cut in a row": (lambda t: t[: t.rindex(" 4 5")] + "\n", "line 30: wanted 10 values, one for each channel, came 8"),
     "cut a row": (lambda t: t[: t.rindex("1 90.5")], "came 2; the file is cut off"),

@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from ..arrays import Floats, Ints
 from ..bodies.motion import Markers, Motion
+from ..bodies.put_before import rest_pose_first
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import whole_stretches
 from .channels import to_channels
@@ -30,7 +31,7 @@ class Example:
     frames : T, this piece's own; those after them are the next piece's and complete the windows that begin here.
     fps : Hz, the clip's own.
     number : where the numbering of the piece's frames begins, for samples.
-    lost : samples left out of joints that fall to exact zeros.
+    lost : samples left out of joints that fall to exact zeros, and of a rest pose put before the clip.
     bridged : samples in short gaps that were bridged.
     """
 
@@ -93,9 +94,10 @@ class Glitch:
 
 
 def glitches(motion: Motion) -> list[Glitch]:
-    """Where joints drop to exact zeros by a jump (see `without_glitches`)."""
+    """Where joints drop to exact zeros by a jump (see `without_glitches`), and a rest pose put before the clip."""
     skeleton, q = motion.skeleton, motion.q
-    found: list[Glitch] = []
+    rested = int(rest_pose_first(motion))
+    found = [Glitch(np.arange(q.shape[1]), 0, 1)] * rested
     for joint in range(len(skeleton.names)):
         rows = skeleton.dofs_of(joint)
         rows = rows[skeleton.dof_kind[rows] == ROTATION]
@@ -108,8 +110,8 @@ def glitches(motion: Motion) -> list[Glitch]:
         jump = np.abs(np.diff(angles, axis=0)).max(axis=1, initial=0.0) > GLITCH
         edges = np.flatnonzero(np.diff(np.concatenate([[0], zero.astype(np.int8), [0]])))
         for start, stop in edges.reshape(-1, 2).tolist():
-            if (start > 0 and jump[start - 1]) or (stop < len(q) and jump[stop - 1]):
-                found.append(Glitch(rows, start, stop))
+            if stop > rested and ((start > 0 and jump[start - 1]) or (stop < len(q) and jump[stop - 1])):
+                found.append(Glitch(rows, max(start, rested), stop))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -23,6 +24,7 @@ from .mend_recording import Knowledge, mend_alone, mend_recording
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
 from .repair import repair_channels
+from .rest_first import but_for_rest_pose
 from .statistics import Statistics, statistics
 
 MODEL_METHODS = ("adaptive", "paper", "kalman-data")
@@ -170,7 +172,7 @@ class DenoiserModel:
             outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
-                outcome = self._by_example(recording, method, robust)
+                outcome = but_for_rest_pose(partial(self._by_example, method=method, robust=robust), recording)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
@@ -263,6 +265,10 @@ def repair_without_model(recording: Recording, method: str) -> Repaired[Recordin
     """
     if method not in MODEL_FREE_METHODS:
         raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(MODEL_FREE_METHODS)}")
+    return but_for_rest_pose(partial(_by_itself, method=method), recording)
+
+
+def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:
     if method == "adaptive":
         with threadpool_limits(1, user_api="blas"):
             return mend_alone(recording)

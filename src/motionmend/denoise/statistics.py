@@ -81,7 +81,9 @@ class Statistics:
         """One sentence for each thing that was left out of the clips or bridged in them."""
         said = []
         if self.lost:
-            said.append(f"{self.lost} samples of joints that fall to exact zeros were left out")
+            said.append(
+                f"{self.lost} samples of joints that fall to exact zeros, or of rest poses before a clip, were left out"
+            )
         if self.bridged:
             what = "channel samples" if self.kind == "motion" else "marker coordinates"
             said.append(f"{self.bridged} {what} in gaps of up to {BRIDGED} s were bridged by splines")

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Motion
+from ..bodies.put_before import rest_pose_first
 from ..bodies.skeleton import ROTATION, Skeleton, height, rest_positions
 from ..errors import FileError
 from .atomic import atomic
@@ -56,6 +57,8 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
     if not width:
         raise FileError(f"{path}: wanted at least one joint with CHANNELS, found none; nothing moves in this file")
     values = _values(text, found.end(), frames, width, path)
+    if len(values) > frames:
+        guesses.append(f"{frames} frames stated after 'Frames:', {len(values)} in the file: took all")
 
     still, columns = skeleton_of(hierarchy, 1.0, np.array([0.0, 1.0, 0.0]))
     up, up_guess = up_axis(still.names, rest_positions(still))
@@ -66,8 +69,6 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
     shift, shift_guesses = _rest_values(skeleton, q, turns)
     q -= shift
     guesses = [*hierarchy.guesses, *guesses, f"no length unit in .bvh: {unit_guess}", up_guess, *shift_guesses]
-    if hint := _inserted_pose(q[:, turns]):
-        guesses.append(hint)
     if fps is not None and abs(fps / rate - 1) > 1e-4:
         guesses.append(f"the file states {rate:.6g} Hz, took {fps:g} Hz as given")
     source = BvhSource(
@@ -80,7 +81,10 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
         metres=metres,
         shift=shift,
     )
-    return Motion(skeleton, q, fps or rate, source, tuple(guesses))
+    motion = Motion(skeleton, q, fps or rate, source, tuple(guesses))
+    if rest_pose_first(motion):
+        return replace(motion, guesses=(*motion.guesses, "the first frame is a rest pose put before the recording"))
+    return motion
 
 
 def write_bvh(path: str | Path, motion: Motion) -> None:
@@ -139,7 +143,7 @@ def _rate(spelled: str, frame_time: float) -> float:
 
 
 def _values(text: str, start: int, frames: int, width: int, path: Path) -> Floats:
-    """The numbers after `start` as (frames, width), in the file's units."""
+    """The numbers after `start` as (`frames` or more, width), in the file's units."""
     parsed: list[Floats] = []
     at = start
     while at < len(text):
@@ -155,14 +159,14 @@ def _values(text: str, start: int, frames: int, width: int, path: Path) -> Float
             _complain(text, start, path)
         at = stop
     values = np.concatenate(parsed) if parsed else np.empty(0)
-    if len(values) != frames * width:
-        if len(values) % width:
-            _complain(text, start, path, width)
+    if len(values) % width:
+        _complain(text, start, path, width)
+    if len(values) < frames * width:
         raise FileError(
             f"{path}: wanted {frames} frames as stated after 'Frames:', came {len(values) / width:g}; "
             "the file is cut off, or correct the number"
         )
-    return values.reshape(frames, width)
+    return values.reshape(-1, width)
 
 
 def _complain(text: str, start: int, path: Path, width: int = 0) -> None:
@@ -203,21 +207,3 @@ def _rest_values(skeleton: Skeleton, q: Floats, turns: Bools) -> tuple[Floats, l
         how = "replace its OFFSET, near which they start" if near else "add to its OFFSET, far from which they start"
         guesses.append(f"the positions of joint {skeleton.names[joint]} {how}")
     return shift, guesses
-
-
-def _inserted_pose(turns: Floats) -> str:
-    """A sentence when the first frame jumps to the second unlike any later one; `turns` (T, R) rad."""
-    if len(turns) < 4:
-        return ""
-    steps = np.abs((np.diff(turns, axis=0) + np.pi) % (2 * np.pi) - np.pi)
-    largest = np.nan_to_num(steps).max(axis=1)
-    usual = float(np.percentile(largest[1:], 95))
-    if largest[0] < np.radians(15) or largest[0] < 5 * usual:
-        return ""
-    moving = np.nan_to_num(steps[1:]).max(axis=0) > 0
-    zeros = float((turns[0, moving] == 0).mean())
-    kind = "a rest pose, most rotations are zero" if zeros >= 0.5 else "a pose"
-    return (
-        f"the first frame turns {np.degrees(largest[0]):.0f} degrees to the second, later ones seldom over "
-        f"{np.degrees(usual):.1f}: it looks like {kind}, put before the recording; kept as it is"
-    )

@@ -1,0 +1,57 @@
+"""A rest pose that stands before a recording: many exporters put one in the first frame, to show the body by it."""
+
+import warnings
+
+import numpy as np
+
+from ..arrays import Floats
+from .motion import Motion
+from .skeleton import ROTATION
+
+LOOKED_AT = 1000  # frames the first one is compared with
+AFTER = 5  # frames whose median tells where the body was next, noise and outliers or not
+MOST = 4.0  # usual distances that an angle counts at most, so that a few outliers do not make a pose
+FINEST = np.radians(0.5)  # an angle that keeps closer than this to where it goes does not count as still closer
+
+
+def rest_pose_first(motion: Motion) -> bool:
+    """Whether the first frame is a rest pose that was put before the recording.
+
+    It is further from the frames after it than any other frame is from those after it, in the joints' angles and in
+    what is usual for each; and in no other frame are the angles as small.
+
+    Parameters
+    ----------
+    motion : with noise and outliers or without, NaN = missing.
+    """
+    skeleton = motion.skeleton
+    joints = (skeleton.dof_kind == ROTATION) & (skeleton.dof_joint != 0)
+    angles = motion.q[:LOOKED_AT, joints]
+    angles = angles[:, np.isfinite(angles).any(axis=0)]
+    angles = angles[:, np.nanmax(angles, axis=0, initial=-np.inf) > np.nanmin(angles, axis=0, initial=np.inf)]
+    if len(angles) <= 2 * AFTER or angles.shape[1] == 0 or np.isfinite(angles[0]).mean() < 0.5:
+        return False
+    away, bent = _away(angles), _medians(np.abs(_turned(angles)))
+    return bool(away[0] > np.nanmax(away[1:]) and bent[0] < np.nanmin(bent[1:]))
+
+
+def _away(angles: Floats) -> Floats:
+    """(T - `AFTER`,) how far frames are from the median of those after them, in what is usual for each angle."""
+    following = np.lib.stride_tricks.sliding_window_view(angles[1:], AFTER, axis=0)
+    distance = np.abs(_turned(angles[:-AFTER] - _medians(following)))
+    usual = _medians(distance[1:].T)
+    known = np.isfinite(distance)
+    counted = np.where(known, np.minimum(distance / (usual + FINEST), MOST), 0.0)
+    return np.asarray(counted.sum(axis=1) / np.maximum(known.sum(axis=1), 1))
+
+
+def _medians(values: Floats) -> Floats:
+    """Medians over the last axis of what is there; NaN where nothing is."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # an empty row has no median: NaN is the answer
+        return np.asarray(np.nanmedian(values, axis=-1))
+
+
+def _turned(angles: Floats) -> Floats:
+    """Angles, rad, within half a turn of zero."""
+    return np.asarray((angles + np.pi) % (2 * np.pi) - np.pi)
