@@ -81,28 +81,48 @@ def settle(positions, bones, lengths, mobility, rounds):
     return settled
 
 
-def settle_frame(positions, trust, bones, prior, times, last, earlier, sums, yielded):
-    """One live frame made steady, its bones brought to their lengths."""
-    from motionmend.kernels.bones import ACQUAINTED, BREAK_STEPS, LOOSE, MOVING, ROUNDS, SLOW_SECONDS, STEADY
+def at_rest(last, earlier, between, moving):
+    """(J,) how far joints are at rest, 0 where nobody knows."""
+    rest = 1.0 / (1.0 + (np.linalg.norm(last - earlier, axis=1) / between / moving) ** 4)
+    return np.where(np.isfinite(rest), rest, 0.0)
 
+
+def followed_slowly(before, now, seconds, lasting, resting, last, earlier, between):
+    """A correction that follows what is asked for, by each joint's own time."""
+    from motionmend.kernels.bones import STILL
+
+    long = lasting + (resting - lasting) * at_rest(last, earlier, between, STILL)[:, None]
+    follows = 1.0 - np.exp(-max(seconds, 0.0) / long) if seconds < 1.0 else 1.0
+    slow = before + follows * (now - before)
+    return np.where(np.isfinite(slow), slow, now)
+
+
+def settle_frame(positions, trust, bones, prior, times, last, earlier, known, yielded):
+    """One live frame made steady, its bones brought to their lengths."""
+    from motionmend.kernels import bones as kernel
+
+    LOOSE, ROUNDS = kernel.LOOSE, kernel.ROUNDS
     first, second = times
     calm = positions.copy()
-    if 0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
+    if 0 < first < kernel.BREAK_STEPS * second and second < kernel.BREAK_STEPS * first:
         ahead = last + (last - earlier) * (first / second)
-        rest = 1.0 / (1.0 + (np.linalg.norm(last - earlier, axis=1) / second / MOVING) ** 4)
-        weight = STEADY * min(1.0 / (30.0 * first) ** 4, 1.0) * (1.0 - trust * (1.0 - rest))[:, None]
+        rest = at_rest(last, earlier, second, kernel.MOVING)
+        weight = kernel.STEADY * min(1.0 / (30.0 * first) ** 4, 1.0) * (1.0 - trust * (1.0 - rest))[:, None]
         calm = np.where(np.isfinite(ahead), (positions + weight * ahead) / (1.0 + weight), positions)
     lengths = np.linalg.norm(calm[bones[:, 1]] - calm[bones[:, 0]], axis=1)
-    share = np.where(np.isfinite(lengths), trust[bones].min(axis=1), 0.0)
-    fade = ACQUAINTED / np.maximum(sums[1], ACQUAINTED)
-    after = sums * fade + np.stack([np.where(share > 0, share * lengths, 0.0), share])
-    start = np.where(np.isfinite(prior), prior, np.nan_to_num(lengths))
-    usual = (after[0] + 5.0 * start) / (after[1] + 5.0)
+    passed = 1.0 / 30.0 if np.isnan(first) else min(first, kernel.LONG_SECONDS)
+    share = np.where(np.isfinite(lengths), passed * trust[bones].min(axis=1), 0.0)
+    enough = kernel.ACQUAINTED_SECONDS
+    spent = np.minimum(known[1] + share, enough)
+    gain = np.minimum(kernel.LATER * share / np.maximum(spent, 1e-12), 1.0)
+    gain = np.where(known[1] < enough, gain, share / kernel.MEMORY_SECONDS)
+    after = np.stack([known[0] + gain * np.nan_to_num(lengths - known[0]), spent])
+    seen = np.where(spent > 0, after[0], np.nan_to_num(lengths))
+    begun = kernel.PRIOR_SECONDS / (spent + kernel.PRIOR_SECONDS)
+    usual = np.where(np.isfinite(prior), seen + begun * (prior - seen), seen)
     mobility = 1.0 + LOOSE * (1.0 - trust)[None]
     relaxed = settle((calm + np.nan_to_num(yielded))[None], bones, usual[None], mobility, ROUNDS)[0] - calm
-    follows = 1.0 - np.exp(-max(first, 0.0) / SLOW_SECONDS) if first < 1.0 else 1.0
-    slow = yielded + follows * (relaxed - yielded)
-    gave = np.where(np.isfinite(slow), slow, relaxed)
+    gave = followed_slowly(yielded, relaxed, first, kernel.SLOW_SECONDS, kernel.REST_SECONDS, last, earlier, second)
     return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave
 
 

@@ -301,12 +301,31 @@ def test_who_comes_back_may_face_anywhere(model: CorrectorModel, empty: bool) ->
     assert np.linalg.norm(found[-len(back) :] - back, axis=2).mean() < 1.3 * np.linalg.norm(alone - back, axis=2).mean()
 
 
+@pytest.mark.parametrize("look_ahead", [0, 5])
+def test_who_comes_next_is_corrected_as_if_nobody_had_been_before(model: CorrectorModel, look_ahead: int) -> None:
+    """A larger person comes three seconds after a smaller one has left; nobody's bones are another's."""
+    first, second = sensed(truth("walk", 4), 4), 1.3 * sensed(truth("walk", 5), 5)
+    nobody = np.full((90, *first.shape[1:]), np.nan)
+    one = recording(np.concatenate([first, nobody, second]))
+    found = model.correct(one, look_ahead=look_ahead).positions[-len(second) :]
+    alone = model.correct(recording(second), look_ahead=look_ahead).positions
+    np.testing.assert_allclose(found, alone, atol=0.005)
+    state, _ = model.start(NAMES, online=True), None
+    for t in (0.0, 10.0):
+        state, _ = model.step(state, second[0], None, t)
+    assert state.memory is not None
+
+
 def test_a_clock_that_goes_back_in_a_file_leaves_no_hole(model: CorrectorModel) -> None:
     raw = recording(sensed(truth("walk", 6), 6))
     times = raw.times.copy()
     times[30:] -= 5.0
     for look_ahead in (None, 3):
         assert np.isfinite(model.correct(replace(raw, times=times), look_ahead=look_ahead).positions).all()
+
+
+def lengths_of(positions: np.ndarray, bones: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(positions[bones[:, 1]] - positions[bones[:, 0]], axis=1)
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
@@ -321,6 +340,27 @@ def test_a_jump_does_not_ring_at_any_rate(fps: float) -> None:
         seen.append(placed[0, 0] - still[0, 0])
     assert max(seen) < 0.115
     assert seen[-1] == pytest.approx(0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_live_bones_are_learned_within_a_second_and_hold(fps: float) -> None:
+    """A sensor's bones that swing with the posture do not make the person's swing; what stays is followed."""
+    bones = bones_outward(NAMES)
+    still = truth("walk", 3)[0]
+    times = np.arange(round(5 * fps)) / fps
+    body, seen, given = unborn(len(NAMES), len(bones)), [], []
+    for time in times:
+        swings = still * (1.0 + 0.1 * np.sin(2.0 * np.pi * time / 4.0) + (0.2 if time < 0.1 else 0.0))
+        prior = np.full(len(bones), np.nan)
+        body, placed = settled_frame(body, swings, time, np.ones(len(NAMES)), bones, prior)
+        given.append(lengths_of(swings, bones))
+        seen.append(lengths_of(placed, bones))
+    learned, some = times > 1.0, np.array(given)[0] > 0.02
+    varied, came = (np.ptp(np.array(one)[learned][:, some], axis=0) for one in (seen, given))
+    assert (varied < 0.15 * came).all()
+    for time in times[-1] + np.arange(1, 180.0, 0.2):
+        body, placed = settled_frame(body, 1.2 * still, time, np.ones(len(NAMES)), bones, prior)
+    np.testing.assert_allclose(lengths_of(placed, bones)[some], lengths_of(1.2 * still, bones)[some], rtol=0.03)
 
 
 def test_a_quicker_sensor_takes_the_same_time_to_know_a_person(model: CorrectorModel) -> None:

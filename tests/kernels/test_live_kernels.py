@@ -167,15 +167,18 @@ def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool) -> No
     positions, trust, prior = some_posture(rng, 1), rng.uniform(0.0, 1.0, JOINTS), rng.uniform(0.1, 0.4, BONES)
     prior[2] = np.nan
     last, earlier, yielded = (some_posture(rng, 1 if known else JOINTS) for _ in range(3))
-    count = rng.uniform(0, 900, BONES) if known else np.zeros(BONES)
-    sums = np.stack([0.3 * count, count])
+    earlier[::2] = last[::2] + 0.003 * rng.normal(size=last[::2].shape)  # some are at rest
+    count = rng.uniform(0, 0.6, BONES) if known else np.zeros(BONES)
+    count[1::4] = bones.ACQUAINTED_SECONDS if known else 0.0
+    sums = np.stack([np.where(count > 0, 0.3, 0.0), count])
     times = (1 / 30, 1 / 30) if known else (np.nan, np.nan)
     state = (last, earlier, sums, yielded)
     got = bones.settle_frame(positions, trust, TREE, prior, *times, *state)
     same(got, naive.settle_frame(positions, trust, TREE, prior, times, *state))
     whole = np.isfinite(got[0][TREE]).all(axis=(1, 2))
     found = np.linalg.norm(got[0][TREE[:, 1]] - got[0][TREE[:, 0]], axis=1)
-    usual = (got[1][0] + 5.0 * np.where(np.isfinite(prior), prior, found)) / (got[1][1] + 5.0)
+    length, seen = got[1]
+    usual = (seen * length + bones.PRIOR_SECONDS * prior) / (seen + bones.PRIOR_SECONDS)
     clear = whole & np.isfinite(prior)
     np.testing.assert_allclose(found[clear], usual[clear], rtol=1e-9)
 

@@ -31,6 +31,7 @@ from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
 from .watching import Sight, Watcher, believable, fresh, look, received
 
+STRANGER_SECONDS = 2.0  # who comes live after nobody was there for so long may be another
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
 
@@ -179,7 +180,7 @@ class CorrectorModel:
         -------
         The state after this frame, and the corrected frame.
         """
-        sight, given = self._seen(state, positions, states, time)
+        state, sight, given = self._seen(state, positions, states, time)
         followed = sight.followed
         return self._put_right(state, sight, sight, given, followed.posture, followed.std, followed.failing)
 
@@ -194,8 +195,9 @@ class CorrectorModel:
         """
         if state.waiting is None:
             return self.step(state, positions, states, time)
-        sight, given = self._seen(state, positions, states, time)
-        waiting = state.waiting.with_frame(sight, given)
+        waiting = state.waiting
+        state, sight, given = self._seen(state, positions, states, time)
+        waiting = waiting.with_frame(sight, given)
         state = replace(state, sight=sight, waiting=waiting)
         return self._first(state) if waiting.full else (state, None)
 
@@ -209,10 +211,16 @@ class CorrectorModel:
 
     def _seen(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
-    ) -> tuple[Sight, Floats]:
-        joining = state.joining
-        given, rows, told = received(joining.to_model, positions, states)
-        return look(self.watcher, state.sight, rows, told, float(time)), given
+    ) -> tuple[CorrectorState, Sight, Floats]:
+        given, rows, told = received(state.joining.to_model, positions, states)
+        if STRANGER_SECONDS < time - state.sight.seen < np.inf and np.isfinite(rows).any():
+            state = self._of_a_stranger(state)
+        return state, look(self.watcher, state.sight, rows, told, float(time)), given
+
+    def _of_a_stranger(self, state: CorrectorState) -> CorrectorState:
+        """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""
+        begun = self.start(state.joining.names, online=state.memory is not None)
+        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright), waiting=state.waiting)
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""
@@ -236,7 +244,8 @@ class CorrectorModel:
         state after it and the `latest` frame that came."""
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None])
-        offset = bones.followed_slowly(state.offset, offsets[0], time - state.shown.time, OFFSET_SECONDS)
+        since, at = time - state.shown.time, (sight.rows, sight.earlier)
+        offset = bones.followed_slowly(state.offset, offsets[0], since, *OFFSET_SECONDS, *at, since)
         moved = (posture + offset)[None]
         learned = moved
         inputs = neighbour_inputs(posture[None], body)[0] if memory is not None else np.zeros((0, 0))

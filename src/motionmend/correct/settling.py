@@ -3,7 +3,7 @@
 The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the
 two before it lead. What trembles shows at rest; a quick move hides it and would lose its peak, so a joint that is
 believed and moves is left alone (by speed, as Casiez et al., 1 Euro filter, CHI 2012). The lengths are the person's
-own: the median of the recording, or live the mean so far.
+own: the median of the recording, or live what the first moments showed.
 
 Both ends of a bone give way to its length, but slowly: what a body's bones ask of a joint changes with its posture, so
 it is smoothed in time, and only what is left is taken up from the root outward. A foot that a sensor throws about for a
@@ -26,7 +26,8 @@ STEADY = 0.06  # temporal weight by that of the posture, at 30 Hz: nearly all of
 COURSE = 1.0  # the same of where a joint is going: half passes at 5 Hz
 MOVING = 0.3  # m/s, a centimetre a frame: what a joint that is seen trembles hardly shows beside it
 SLOW = 33.0  # the same of how joints give way: half passes at 2 Hz
-OFFSET, OFFSET_SECONDS = 2.3, 0.08  # and of learned offsets: 4 Hz, live 2 Hz
+OFFSET = 2.3  # and of learned offsets: 4 Hz
+OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
 TURNS = 2  # of relaxing and smoothing
 
 
@@ -38,7 +39,7 @@ class Body:
     ----------
     last, earlier : (J, 3) m, the frames put out before; NaN = none.
     time, before : s, of those; NaN = none.
-    lengths : (2, B) sums in m and counts.
+    lengths : (2, B) so far in m, and s for which they were seen.
     yielded : (J, 3) m, how far joints gave way to their bones.
     """
 
@@ -123,7 +124,7 @@ def settled_frame(
     hinges : joints that have limits.
     """
     first, second = time - body.time, body.time - body.before
-    placed, sums, yielded = kernel.settle_frame(
+    placed, lengths, yielded = kernel.settle_frame(
         positions,
         trust,
         bones,
@@ -137,7 +138,7 @@ def settled_frame(
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
-    return Body(placed, body.last, time, body.time, sums, yielded), placed
+    return Body(placed, body.last, time, body.time, lengths, yielded), placed
 
 
 def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:

@@ -10,11 +10,16 @@ from .compile import compiled
 
 STEADY = 0.35  # temporal weight of a live frame by that of the posture, at 30 Hz; at higher rates for each frame
 MOVING = 0.5  # m/s; what was put out last tells speed less well than a whole recording does
-SLOW_SECONDS = 0.16  # how slowly joints give way live: 1 / (2 pi 1 Hz)
+SLOW_SECONDS, REST_SECONDS = 0.16, 0.3  # how slowly joints give way live, when they move and at rest
+STILL = 0.1  # m/s; what is slower is at rest: what others do is then no reason for it to tremble
 ROUNDS = 20  # of relaxation
 LOOSE = 4.0  # how much more a joint moves that is not trusted
 BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
-ACQUAINTED = 600.0  # frames after which lengths no longer follow
+PRIOR_SECONDS = 0.1  # for which lengths must be seen to count as much as those to begin with
+ACQUAINTED_SECONDS = 0.6  # in which lengths are learned: bones that go on changing are none
+LATER = 2.0  # how much more than the mean so far the latest frame counts then: the first ones know the person least
+LONG_SECONDS = 0.2  # a frame speaks for no longer time than this
+MEMORY_SECONDS = 60.0  # in which lengths follow from then on
 
 
 @compiled
@@ -64,23 +69,46 @@ def settle(positions: Floats, bones: Ints, lengths: Floats, mobility: Floats, ro
 
 
 @compiled
-def followed_slowly(before: Floats, now: Floats, seconds: float, lasting: float) -> Floats:
-    """A correction (J, 3) m that follows what is asked for, smoothly.
+def followed_slowly(
+    before: Floats,
+    now: Floats,
+    seconds: float,
+    lasting: float,
+    resting: float,
+    last: Floats,
+    earlier: Floats,
+    between: float,
+) -> Floats:
+    """A correction (J, 3) m that follows what is asked for, smoothly, and the more slowly where a joint is at rest.
 
     Parameters
     ----------
     before : (J, 3) as it was; NaN = not known.
     now : (J, 3) what is asked for.
     seconds : since then; NaN = not known.
-    lasting : s, in which all but a share of 1 / e of a change is followed.
+    lasting, resting : s, in which all but a share of 1 / e of a change is followed; of joints that move and at rest.
+    last, earlier, between : (J, 3) m, where joints were in two frames, and s between these; NaN = they move.
     """
-    share = 1.0 - exp(-max(seconds, 0.0) / lasting) if seconds < 1.0 else 1.0
     after = np.empty(now.shape)
     for j in range(now.shape[0]):
+        long = lasting + (resting - lasting) * _rest(last[j], earlier[j], between, STILL)
+        share = 1.0 - exp(-max(seconds, 0.0) / long) if seconds < 1.0 else 1.0
         for d in range(3):
             slow = before[j, d] + share * (now[j, d] - before[j, d])
             after[j, d] = slow if isfinite(slow) else now[j, d]
     return after
+
+
+@compiled
+def _rest(last: Floats, earlier: Floats, between: float, moving: float) -> float:
+    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `moving`, 0 if unknown."""
+    square = 0.0
+    for d in range(3):
+        square += (last[d] - earlier[d]) ** 2
+    if not (between > 0.0 and isfinite(square)):
+        return 0.0
+    rest: float = 1.0 / (1.0 + (square / (between * moving) ** 2) ** 2)
+    return rest
 
 
 @compiled
@@ -93,7 +121,7 @@ def settle_frame(
     second: float,
     last: Floats,
     earlier: Floats,
-    sums: Floats,
+    known: Floats,
     yielded: Floats,
 ) -> Any:
     """One live frame made steady, its bones kept.
@@ -104,44 +132,50 @@ def settle_frame(
     bones, prior : (B, 2) parent and child, parents' bones first; (B,) m, lengths to begin with, NaN = not known.
     first, second : s since the frame before, and from the one before that; NaN = none.
     last, earlier : (J, 3) m, what was put out then.
-    sums : (2, B) of lengths in m, and how many.
+    known : (2, B) lengths so far in m, and s for which they were seen, 0 at first.
     yielded : (J, 3) m, how far joints gave way to their bones.
 
     Returns
     -------
-    positions (J, 3), sums of lengths and counts (2, B), how far joints gave way (J, 3).
+    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3).
     """
     joints, count = positions.shape[0], bones.shape[0]
     calm, begun, lengths = positions.copy(), np.empty((1, joints, 3)), np.empty((1, count))
-    after, mobility = np.empty(sums.shape), np.empty((1, joints))
+    after, mobility = np.empty(known.shape), np.empty((1, joints))
     if 0.0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
         most = STEADY * min((1.0 / (30.0 * first)) ** 4, 1.0)  # more would ring: the past alone cannot damp it
         for j in range(joints):
-            square = 0.0
-            for d in range(3):
-                square += (last[j, d] - earlier[j, d]) ** 2
-            rest = 1.0 / (1.0 + (square / (second * MOVING) ** 2) ** 2)
+            rest = _rest(last[j], earlier[j], second, MOVING)
             weight = most * (1.0 - (1.0 - rest) * trust[j])  # a believed joint that moves needs no steadying
             for d in range(3):  # eq. 20, whose minimum is a division
                 ahead = last[j, d] + (last[j, d] - earlier[j, d]) * (first / second)
                 if isfinite(ahead):
                     calm[j, d] += weight * (ahead - positions[j, d]) / (1.0 + weight)
+    passed = min(first, LONG_SECONDS) if first >= 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
     for b in range(count):
         p, c = bones[b, 0], bones[b, 1]
         length = sqrt((calm[c, 0] - calm[p, 0]) ** 2 + (calm[c, 1] - calm[p, 1]) ** 2 + (calm[c, 2] - calm[p, 2]) ** 2)
         there = isfinite(length)
-        share = min(trust[p], trust[c]) if there else 0.0
-        fade = ACQUAINTED / max(sums[1, b], ACQUAINTED)
-        after[0, b] = sums[0, b] * fade + (share * length if share > 0.0 else 0.0)
-        after[1, b] = sums[1, b] * fade + share
-        start = prior[b] if isfinite(prior[b]) else (length if there else 0.0)
-        lengths[0, b] = (after[0, b] + 5.0 * start) / (after[1, b] + 5.0)
+        share = passed * min(trust[p], trust[c]) if there else 0.0
+        after[0, b], after[1, b] = known[0, b], min(known[1, b] + share, ACQUAINTED_SECONDS)
+        if known[1, b] >= ACQUAINTED_SECONDS:
+            after[0, b] += share / MEMORY_SECONDS * (length - known[0, b] if there else 0.0)
+        elif share > 0.0:
+            after[0, b] += min(LATER * share / after[1, b], 1.0) * (length - known[0, b])
+        if isfinite(prior[b]):
+            whole = after[1, b] + PRIOR_SECONDS
+            lengths[0, b] = (after[1, b] * after[0, b] + PRIOR_SECONDS * prior[b]) / whole
+        elif after[1, b] > 0.0:
+            lengths[0, b] = after[0, b]
+        else:
+            lengths[0, b] = length if there else 0.0
     for j in range(joints):
         mobility[0, j] = 1.0 + LOOSE * (1.0 - trust[j])
         for d in range(3):
             begun[0, j, d] = calm[j, d] + (yielded[j, d] if isfinite(yielded[j, d]) else 0.0)
     relaxed = settle(begun, bones, lengths, mobility, ROUNDS)
-    gave = followed_slowly(yielded, relaxed[0] - calm, first, SLOW_SECONDS)
+    asked = relaxed[0] - calm
+    gave = followed_slowly(yielded, asked, first, SLOW_SECONDS, REST_SECONDS, last, earlier, second)
     for j in range(joints):
         for d in range(3):
             begun[0, j, d] = calm[j, d] + gave[j, d]
