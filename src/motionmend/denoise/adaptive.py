@@ -21,6 +21,7 @@ from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_noise, next_rate
 from .repair import interpolated
+from .steady_dynamics import mixed_in, smooth_steadily
 from .support import Support, bridged, line_support, support, supported
 
 ROUNDS = 3
@@ -37,6 +38,7 @@ BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller cou
 LIVELY = 0.05  # s, the width in which motion is as lively as it is
 LIVELY_PRIOR = 4.0  # samples' worth of the library's own liveliness
 LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second differences
+LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
@@ -140,6 +142,7 @@ def adapt(
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:  # gaps of markers are filled, and judged, by the markers about them
+        values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
         values, beyond, taken = _in_gaps(measured, outlier, values, liveliness, calm, prior, process, noise, fps)
         variance, steps = variance * beyond, steps + taken
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
@@ -162,6 +165,25 @@ def _told(
     begin = interpolated(believed, bases.mean.mean(axis=0)) if begin is None else begin
     values = supported(believed, begin, bases, prior.stride)
     return support(measured, present & ~outlier, smooth, values, bases, noise, fps)
+
+
+def _with_dynamics(
+    measured: Floats,
+    outlier: Bools,
+    values: Floats,
+    variance: Floats,
+    process: Process | None,
+    noise: Floats,
+    fps: float,
+) -> tuple[Floats, Floats]:
+    """(T, C) values and variance once learned dynamics, run on what was cleaned, have their share."""
+    if process is None or process.dynamics is None or round(fps / process.fps) != 1:
+        return values, variance
+    present = np.isfinite(measured)
+    believed = present & ~outlier
+    thinned = noise / np.sqrt(np.maximum(believed.mean(axis=0), LEAST_BELIEVED))  # what replaces a sample tells nothing
+    steady, sure = smooth_steadily(process.dynamics, np.where(believed, measured, values), thinned, values[:2])
+    return mixed_in(steady, sure, values, variance, present)
 
 
 def _in_gaps(

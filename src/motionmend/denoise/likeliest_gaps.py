@@ -25,6 +25,7 @@ class Process:
     known : (C,) True for the channels it tells of; the K others are not in what follows.
     mean : (K,).
     first, second, surprise : (K, K).
+    dynamics : that it was made of; None = it was made of none.
     """
 
     fps: float
@@ -33,6 +34,7 @@ class Process:
     first: Floats
     second: Floats
     surprise: Floats
+    dynamics: Dynamics | None = None
 
 
 def process_of(dynamics: Dynamics) -> Process:
@@ -47,6 +49,7 @@ def process_of(dynamics: Dynamics) -> Process:
         poses @ dynamics.first @ poses.T + (rest * dynamics.rest_decay) @ rest.T,
         poses @ dynamics.second @ poses.T,
         poses @ dynamics.process_cov @ poses.T + (rest * lasting) @ rest.T,
+        dynamics,
     )
 
 
