@@ -108,9 +108,8 @@ def test_every_real_recording_can_be_looked_at(cli: Command, data: Path) -> None
     ran = cli("inspect", data / "mocap" / "c3d", data / "mocap" / "bvh", data / "mocap" / "amc" / "09", "--json")
     facts = [json.loads(line) for line in ran.out.splitlines()]
     assert len(facts) == 11 + 9 + 11 + 1
-    refused = [one["input"] for one in facts if "error" in one]
-    assert [Path(one).name for one in refused] == ["c3dorg_golfswing.c3d"]  # contradicts itself
-    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert not any("error" in one for one in facts)
+    assert (ran.code, len(ran.failures)) == (0, 0)
     assert {one["kind"] for one in facts if "kind" in one} == {"markers", "motion", "skeleton"}
 
 

@@ -72,9 +72,24 @@ def test_real_gaps_are_missing(data: Path) -> None:
     assert (~read.present).mean() == pytest.approx(0.0301, abs=1e-4)
 
 
-def test_contradicting_file_is_one_clear_line(data: Path) -> None:
-    with pytest.raises(FileError, match=r"golfswing.*agrees with itself, POINT:DATA_START is 0 and the header says 7"):
-        read_c3d(real(data, "c3dorg_golfswing"))
+def test_points_are_where_the_header_says_when_the_parameters_do_not(data: Path, tmp_path: Path) -> None:
+    path = real(data, "c3dorg_golfswing")
+    read = read_c3d(path)
+    assert "POINT:DATA_START is 0: took the points from where the header says" in read.guesses
+    assert read.positions.shape == (514, 29, 3)
+    assert read.present.all()
+    assert np.abs(np.diff(read.positions, axis=0)).max() < 0.2, "m: markers move, they do not jump"
+    write_c3d(tmp_path / "again.c3d", read)
+    np.testing.assert_array_equal(read_c3d(tmp_path / "again.c3d").positions, read.positions)
+
+
+def test_contradicting_file_is_one_clear_line(data: Path, tmp_path: Path) -> None:
+    raw = bytearray(real(data, "c3dorg_golfswing").read_bytes())
+    at = raw.index(b"DATA_START") + len(b"DATA_START") + 4
+    raw[at] = 9
+    (tmp_path / "other.c3d").write_bytes(raw)
+    with pytest.raises(FileError, match=r"other.*agrees with itself, POINT:DATA_START is 9 and the header says 7"):
+        read_c3d(tmp_path / "other.c3d")
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Millimeters", 0.001)])

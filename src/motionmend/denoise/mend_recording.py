@@ -129,7 +129,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
             return first
         own = _own_prior(first, recording, known.fps)
         return first if own.bases is None else of_one_mind(first, mended(own))
-    again = mended(_own_prior(mended(Prior(first_bends(values), None)), recording, known.fps))
+    again = mended(_own_prior(mended(Prior(first_bends(values, recording.fps), None)), recording, known.fps))
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 

@@ -8,23 +8,45 @@ from .library import typical_bends
 QUIET = 0.3  # quantile of differences that outliers hardly reach
 _QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
 LEAST_SHARE = 0.02  # of the variance of second differences that is taken for motion at least
+MOSTLY_MOTION = 0.5  # of the variance of second differences from which they tell of motion
+GROWS = 2.0  # times that those of motion are larger over two frames than over one; those of noise are not
+LONGEST = 0.07  # s, lag beyond which nothing is asked any more: steps of motion are not independent for longer
 COUPLED = 0.9  # of the correlations that a recording's own few frames show
 
 
-def first_bends(measured: Floats) -> Floats:
+def first_bends(measured: Floats, fps: float) -> Floats:
     """(C, C) diagonal: variance of the second differences of the motion beneath noise and outliers.
 
-    Steps of variance q and white noise of variance r give second differences q + 6 r and third differences 2 q + 20 r.
+    Steps of variance q and white noise of variance r give second differences over k frames k (2 k² + 1) / 3 q + 6 r, and
+    third differences 2 q + 20 r over one. Where noise hides the motion from frame to frame, longer lags show it: the
+    shortest one that does is asked, doubling.
 
     Parameters
     ----------
     measured : (T, C) in channel units, NaN = missing. A channel that tells nothing takes the median of the others.
+    fps : Hz.
     """
-    second, third = (_quiet_variance(np.diff(measured, n=order, axis=0)) for order in (2, 3))
-    noise = np.clip((third - 2.0 * second) / 8.0, 0.0, None)
-    bends = np.maximum(second - 6.0 * noise, LEAST_SHARE * second)
+    second, twice = _lagged(measured, 1), _lagged(measured, 2)
+    third = _quiet_variance(np.diff(measured, n=3, axis=0))
+    noise = np.where(twice < GROWS * second, np.minimum(second, twice), np.clip(0.75 * third - 1.5 * second, 0.0, None))
+    bends = np.full(measured.shape[1], np.nan)
+    longest = min(LONGEST * fps, len(measured) / 32)
+    lag = 1
+    while np.isnan(bends).any():
+        found = _lagged(measured, lag)
+        told = (found - noise > MOSTLY_MOTION * found) | (lag > longest)
+        steps = np.maximum(found - noise, LEAST_SHARE * found) / (lag * (2 * lag**2 + 1) / 3)
+        bends = np.where(np.isnan(bends) & told, steps, bends)
+        if lag > longest:
+            break
+        lag *= 2
     told = np.isfinite(bends)
     return np.diag(np.where(told, bends, np.median(bends[told]) if told.any() else 1.0))
+
+
+def _lagged(measured: Floats, lag: int) -> Floats:
+    """(C,) variance of second differences over `lag` frames, by their low quantile."""
+    return _quiet_variance(measured[: -2 * lag] - 2.0 * measured[lag:-lag] + measured[2 * lag :])
 
 
 def own_bends(values: Floats, unseen: Floats) -> Floats:

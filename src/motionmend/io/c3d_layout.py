@@ -185,9 +185,9 @@ def parse(raw: bytes, name: str) -> Layout:
         header_frames=last - first + 1,
         header_rate=header_rate,
     )
-    for parameter, in_header in (("USED", points), ("DATA_START", data_block)):
+    for parameter, in_header, unset in (("USED", points, points), ("DATA_START", data_block, 0)):
         stated = found.number("POINT", parameter)
-        if found.find("POINT", parameter) and stated != in_header:
+        if found.find("POINT", parameter) and stated not in (in_header, unset):
             raise FileError(
                 f"{name}: wanted a C3D file that agrees with itself, POINT:{parameter} is {stated:g} and the header "
                 f"says {in_header}; export it again from the capture software"
@@ -239,6 +239,8 @@ def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ..
         for where, count in others.items()
         if count not in (0, promised)
     ]
+    if layout.find("POINT", "DATA_START") and not layout.number("POINT", "DATA_START"):
+        notes.append("POINT:DATA_START is 0: took the points from where the header says")
     if len(tail) > BLOCK:
         notes.append(f"{len(tail)} bytes follow the last frame that the header promises: not read")
     return promised, tuple(notes)
