@@ -17,9 +17,9 @@ COUPLED = 0.9  # of the correlations that a recording's own few frames show
 def first_bends(measured: Floats, fps: float) -> Floats:
     """(C, C) diagonal: variance of the second differences of the motion beneath noise and outliers.
 
-    Steps of variance q and white noise of variance r give second differences over k frames k (2 k² + 1) / 3 q + 6 r, and
-    third differences 2 q + 20 r over one. Where noise hides the motion from frame to frame, longer lags show it: the
-    shortest one that does is asked, doubling.
+    Steps of variance q and white noise of variance r give second differences of k (2 k² + 1) / 3 q + 6 r over k frames,
+    and third differences of 2 q + 20 r over one. Where noise hides the motion from frame to frame, longer lags show it:
+    the shortest one that does is asked, doubling.
 
     Parameters
     ----------
