@@ -75,3 +75,23 @@ def test_measures_and_samples_are_those_of_the_surfaces(seed):
     wanted = naive.points(depth, INTRINSICS)[labels == largest][::3]
     assert counts[0] == len(wanted)
     np.testing.assert_allclose(points[0, : counts[0]], wanted, rtol=1e-9)
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_gaps_are_the_twins(seed):
+    rng = np.random.default_rng(seed)
+    depth = np.full((18, 22), 3.5, np.float32)
+    person = np.full(depth.shape, np.nan, np.float32)
+    person[5:14, 6:15] = rng.uniform(1.8, 2.2, (9, 9))
+    depth[5:14, 6:15] = person[5:14, 6:15]
+    away = np.hypot(*(np.indices(depth.shape).T - [9, 10]).T)
+    hidden = ((away > 4.6) & (away < 4.6 + rng.uniform(1.0, 3.0))) | (rng.uniform(size=depth.shape) < 0.05)
+    depth[hidden] = person[hidden] = np.nan
+    free = np.isfinite(depth) & np.isnan(person) & (rng.uniform(size=depth.shape) < 0.9)
+    wider, rim = person.copy(), np.zeros(depth.shape, bool)
+    regions.gaps(depth, person, free, 14.0, wider, rim)
+    wanted, nobody = naive.gaps(depth, person, free, 14.0)
+    np.testing.assert_array_equal(wider, wanted)
+    np.testing.assert_array_equal(rim, nobody)
+    assert np.isfinite(wider).sum() > np.isfinite(person).sum()

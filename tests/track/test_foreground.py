@@ -70,6 +70,24 @@ def test_the_floor_between_the_feet_is_nobodys(rng):
     assert (found & np.isfinite(alone.depth)).sum() > 0.93 * np.isfinite(alone.depth).sum()
 
 
+def test_what_a_sensor_loses_at_outlines_is_shared_between_the_person_and_nobody(rng):
+    import cv2
+
+    alone = picture(standing((0.0, 0.0, 2.8)))
+    whole = in_room(alone, floor=2.0, wall=4.5, rng=rng)
+    on = np.isfinite(alone.depth).astype(np.uint8)
+    ring = cv2.dilate(on, np.ones((3, 3), np.uint8)) - cv2.erode(on, np.ones((3, 3), np.uint8)) > 0
+    whole = DepthFrame(CAMERA, np.where(ring, np.float32(np.nan), whole.depth))
+    found = find_person(scene_of(whole), whole)
+    inner, outer = ring & (on > 0), ring & (on == 0)
+    kept = np.isfinite(found.depth)
+    assert kept[inner].mean() > 0.7
+    assert found.rim[inner].mean() < 0.2
+    assert kept[outer].mean() < 0.1
+    assert found.rim[outer].mean() > 0.6
+    assert not (found.rim & (kept | found.free)).any()
+
+
 @pytest.mark.parametrize(("away", "kept"), [(0.43, True), (0.8, False)])
 def test_a_forearm_whose_upper_arm_is_hidden_belongs_to_the_body(rng, away, kept):
     nobody = DepthFrame(CAMERA, np.full((240, 320), np.nan, np.float32))

@@ -5,6 +5,8 @@ import numpy as np
 from ..arrays import Bools, Bytes, Floats, Ints, Singles
 from .compile import compiled
 
+LOST = 2  # px, that a step in depth costs
+
 
 @compiled
 def extent(depth: Singles, box: Ints) -> float:
@@ -320,3 +322,47 @@ def sampled(
             out[k, counts[k], 1] = (r - intrinsics[3]) * z / intrinsics[1]
             out[k, counts[k], 2] = z
             counts[k] += 1
+
+
+@compiled
+def gaps(depth: Singles, person: Singles, free: Bools, reach: float, wider: Singles, rim: Bools) -> None:
+    """Narrow gaps between the person and something farther: their first pixel is the person's, the rest is nobody's.
+
+    At a step a depth camera loses a pixel or so on either side, and along rows the near side hides the far one from
+    the projector: a step from z to z' casts a shadow of reach (1 / z - 1 / z') px. Wider gaps tell nothing.
+
+    Parameters
+    ----------
+    depth, person : (H, W) m, what is measured and what of it is the person's, NaN = nothing.
+    free : (H, W) True where something else is measured.
+    reach : px m, focal length times the distance from camera to projector, which may be on either side.
+    wider : (H, W) m, `person`; the first pixels of gaps are written, with the depth of the nearer neighbour.
+    rim : (H, W) False; set where a gap is nobody's.
+    """
+    height, width = depth.shape
+    for r in range(height):
+        for c in range(width):
+            near = np.float64(person[r, c])
+            if np.isnan(near):
+                continue
+            for way in range(4):
+                down, across = (0, 2 * way - 1) if way < 2 else (2 * way - 5, 0)
+                shadow = 0.0 if way > 1 else reach
+                count, i, j = 0, r + down, c + across
+                while 0 <= i < height and 0 <= j < width and np.isnan(depth[i, j]) and np.isnan(person[i, j]):
+                    if count > LOST + shadow / near:
+                        break
+                    count, i, j = count + 1, i + down, j + across
+                if count < LOST or i < 0 or j < 0 or i >= height or j >= width or not free[i, j]:
+                    continue
+                far = np.float64(depth[i, j])
+                # A far side that is missing is no end of a gap either.
+                if not far >= near or count > LOST + shadow * (1.0 / near - 1.0 / far):
+                    continue
+                if not wider[r + down, c + across] < near:
+                    wider[r + down, c + across] = near
+                for k in range(2, count + 1):
+                    rim[r + k * down, c + k * across] = True
+    for r in range(height):
+        for c in range(width):
+            rim[r, c] &= np.isnan(wider[r, c])

@@ -82,7 +82,10 @@ def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence |
     pixels, samples = listed(depth, numbers, settings.every)
     edge_pixels, edge_samples = np.empty((0, 2), np.int64), np.empty((0, 3), np.float32)
     if "edge" in settings.terms:
-        edges = edges_of(depth, settings.canny, ~free & np.isnan(depth))
+        unknown = ~free & np.isnan(depth)
+        if seen.rim is not None:
+            unknown &= ~seen.rim[top:bottom, left:right]
+        edges = edges_of(depth, settings.canny, unknown)
         edge_pixels, edge_samples = listed(edges, numbers, settings.edge_every)
     weight = STANDARD / max(len(pixels), 1) if settings.evened else 1.0
     corners = (

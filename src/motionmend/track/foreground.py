@@ -32,6 +32,7 @@ USUAL_AREA, ARM_AREA = 0.5, 0.06
 
 _REACH = 0.35  # m, between two pieces of one body
 _ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
+BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast narrower shadows or none
 _STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 
 
@@ -47,17 +48,22 @@ class Foreground:
     place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
     free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
         recording whose background was taken away, nothing is. Dropout in a room is neither person nor free.
+    rim : (H, W) True where nothing is measured either, but so narrowly between the person and something farther that
+        it is a camera's loss at a step in depth: the person ends before it. None = nowhere.
     """
 
     depth: Singles
     found: bool
     place: Floats
     free: Bools
+    rim: Bools | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", frozen(self.depth, np.float32))
         object.__setattr__(self, "place", frozen(self.place))
         object.__setattr__(self, "free", frozen(self.free, np.bool_))
+        if self.rim is not None:
+            object.__setattr__(self, "rim", frozen(self.rim, np.bool_))
 
 
 def clean(depth: Singles, radius: int = 1) -> Singles:
@@ -174,7 +180,10 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     x = (columns[some] - numbers[2]) * z / numbers[0]
     y = (rows[some] - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
-    return Foreground(person, True, middle, _free(depth, before, mask, np.isfinite(person)))
+    free = _free(depth, before, mask, np.isfinite(person))
+    wider, rim = person.copy(), np.zeros(depth.shape, np.bool_)
+    regions.gaps(depth, person, free, BASELINE * numbers[0], wider, rim)
+    return Foreground(wider, True, middle, free, rim)
 
 
 def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:

@@ -23,6 +23,7 @@ class Observation:
         that is neither person nor free is unknown (dropout, something in front) and has no influence at all.
     time : s.
     intensity : (H, W) 0 to 255, registered to depth; None without colour.
+    rim : (H, W) True where the person ends though nothing is measured (`Foreground.rim`); None = nowhere.
     """
 
     camera: Camera
@@ -30,6 +31,7 @@ class Observation:
     free: Bools
     time: float
     intensity: Singles | None = None
+    rim: Bools | None = None
 
     def __post_init__(self) -> None:
         shape = (self.camera.height, self.camera.width)
@@ -37,7 +39,9 @@ class Observation:
         object.__setattr__(self, "free", frozen(self.free, np.bool_))
         if self.intensity is not None:
             object.__setattr__(self, "intensity", frozen(self.intensity, np.float32))
-        for image in (self.depth, self.free, self.intensity):
+        if self.rim is not None:
+            object.__setattr__(self, "rim", frozen(self.rim, np.bool_))
+        for image in (self.depth, self.free, self.intensity, self.rim):
             if image is not None and image.shape != shape:
                 raise MismatchError(f"an image of {shape} pixels was wanted, came {image.shape}")
 
@@ -52,4 +56,5 @@ class Observation:
             return self
         depth, free = self.depth[::step, ::step], self.free[::step, ::step]
         intensity = None if self.intensity is None else self.intensity[::step, ::step]
-        return Observation(self.camera.every(step), depth, free, self.time, intensity)
+        rim = None if self.rim is None else self.rim[::step, ::step]
+        return Observation(self.camera.every(step), depth, free, self.time, intensity, rim)

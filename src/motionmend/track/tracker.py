@@ -170,7 +170,7 @@ def step(
     person, scene = person_of(scene, frame, last, settings.median)
     elapsed = frame.time - state.time if np.isfinite(state.time) else 0.0
     state = replace(state, scene=scene, time=frame.time)
-    observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings))
+    observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings), person.rim)
     evidence = evidence_of(observation, settings) if person.found else None
     clock.lap("foreground")
     if evidence is None:
