@@ -53,6 +53,25 @@ def test_nothing_seen_and_next_to_nothing_give_a_number_all_the_same(rng, frames
         assert (found > 0).all()
 
 
+@given(SEEDS, st.sampled_from([0.5, 3.0]), st.sampled_from([60, 400]))
+@settings(max_examples=25)
+def test_without_outliers_the_first_guess_is_the_noise(seed, noise, frames):
+    rng = np.random.default_rng(seed)
+    found = first_noise(rng.normal(0, noise, (frames, 40)))
+    assert 0.7 * noise < np.median(found) < 1.15 * noise
+
+
+@given(SEEDS)
+@settings(max_examples=25)
+def test_the_more_outliers_the_more_careful_the_first_guess(seed):
+    rng = np.random.default_rng(seed)
+    white, place = rng.normal(0, 1.0, (400, 40)), rng.random((400, 40))
+    off = rng.choice([-1, 1], white.shape) * rng.uniform(15, 55, white.shape)
+    none, some, many = (np.median(first_noise(white + (place < share) * off)) for share in (0.0, 0.05, 0.2))
+    assert some < 1.3 * none
+    assert many < 1.6 * none
+
+
 def test_still_channels_have_a_noise_above_0():
     assert (first_noise(np.full((50, 2), 7.0)) > 0).all()
 
@@ -152,11 +171,11 @@ def test_a_share_that_falls_is_taken_further_and_one_that_holds_is_not(seed, sha
     rng = np.random.default_rng(seed)
     outlier = rng.random((400, 5)) < share
     present = np.ones_like(outlier)
-    usual, expected = next_rate(outlier, present), np.full(5, share * (1.0 + more))
+    usual, expected = next_rate(outlier, present), np.full(5, max(outlier.mean(), 1e-3) * (1.0 + more))
     found = next_rate(outlier, present, expected)
     assert (found <= usual).all()
     assert (found > 0).all()
-    if more < 0.1:
-        np.testing.assert_allclose(found, usual, rtol=0.5 if share < 0.02 else 1e-12)
-    if more > 2.0 and share > 0.02:
+    if more < 0.1 and outlier.mean() > 1e-3:
+        np.testing.assert_allclose(found, usual, rtol=1e-12)
+    if more > 2.0 and outlier.mean() > 0.01:
         assert (found < 0.7 * usual).all()

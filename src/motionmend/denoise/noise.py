@@ -1,16 +1,20 @@
 """How noisy each channel is and how often it is wrong, told from the recording alone."""
 
+from typing import Any
+
 import numpy as np
+from scipy.special import ndtri
 
 from ..arrays import Bools, Floats
 from ..numerics.walk import noise_level
 
 LEAST_NOISE = 0.01  # degrees or cm
-_QUIET = 0.2  # quantile of third differences that outliers reach last
-_QUIET_NORMAL = 0.2533471  # the same quantile of |N(0, 1)|
-# Where outliers are many the quietest differences still say too much: begin below, the rounds raise it.
+_QUIET, _LOUD = 0.2, 0.7  # quantiles of third differences: the one that outliers reach last, and one they reach soon
+_SPOILT = np.linspace(0.0, 0.29, 30)  # shares of the differences that outliers may have reached
+# Where so many are spoilt even the quiet quantile says too much, how much cannot be told: begin below, rounds raise it.
 _CAUTION = 0.47
 _PER_FREEDOM = 6.0  # samples that say as much of the noise by their quantiles as one residual would
+_NOTHING = 1e-12
 _UNTOLD = 0.1  # degrees or cm: too short a recording is changed by no more
 FEWEST = 8  # differences that tell anything
 CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
@@ -26,7 +30,8 @@ def first_noise(measured: Floats) -> Floats:
     """Standard deviation of each channel's noise, low rather than high, before any outlier is known.
 
     Third differences of smooth motion are small and multiply white noise by the root of 20; every outlier spoils four
-    of them, so only the smallest fifth is asked.
+    of them, so only the smallest fifth is asked. Of white noise larger quantiles say the same: by how much more they
+    say, here and in most channels, the share that is spoilt is told, and what the smallest fifth says is corrected.
 
     Parameters
     ----------
@@ -36,14 +41,34 @@ def first_noise(measured: Floats) -> Floats:
     -------
     (C,) in channel units; a channel with too few samples takes the median of the others.
     """
+    quiet, loud = _told_by(_QUIET, measured), _told_by(_LOUD, measured)
+    told = np.isfinite(quiet)
+    if not told.any():
+        return np.full(measured.shape[1], _UNTOLD)
+    apart = loud[told] / np.maximum(quiet[told], _NOTHING)
+    apart = np.maximum(apart, np.median(apart))
+    # quantiles q of noise that shares its samples with so many spoilt ones are those at q / (1 - share) of its own
+    too_much = _size(_QUIET / (1.0 - _SPOILT)) / _size(_QUIET)
+    louder = _size(_LOUD / (1.0 - _SPOILT)) / _size(_LOUD) / too_much
+    noise = np.full(measured.shape[1], np.nan)
+    noise[told] = quiet[told] * np.where(apart < louder[-1], 1.0 / np.interp(apart, louder, too_much), _CAUTION)
+    return np.maximum(np.where(told, noise, np.median(noise[told])), LEAST_NOISE)
+
+
+def _told_by(quantile: float, measured: Floats) -> Floats:
+    """(C,) standard deviation of white noise by a quantile of its third differences; NaN where they are too few."""
     third = np.abs(np.diff(measured, n=3, axis=0)) / np.sqrt(20.0)
     noise = np.full(measured.shape[1], np.nan)
     for c in range(measured.shape[1]):
         known = third[np.isfinite(third[:, c]), c]
         if len(known) >= FEWEST:
-            noise[c] = _CAUTION * np.quantile(known, _QUIET) / _QUIET_NORMAL
-    told = np.isfinite(noise)
-    return np.maximum(np.where(told, noise, np.median(noise[told]) if told.any() else _UNTOLD), LEAST_NOISE)
+            noise[c] = np.quantile(known, quantile) / _size(quantile)
+    return noise
+
+
+def _size(share: Any) -> Any:
+    """The quantile of |N(0, 1)| at a share in [0, 1)."""
+    return ndtri(0.5 + 0.5 * share)
 
 
 def alike_noise(measured: Floats) -> Floats:
@@ -65,7 +90,7 @@ def alike_noise(measured: Floats) -> Floats:
     told = np.isfinite(level)
     if not told.any():
         return level
-    level[told] = np.minimum(level, first_noise(measured) / _CAUTION)[told]
+    level[told] = np.fmin(level, _told_by(_QUIET, measured))[told]
     freedom = np.isfinite(measured).sum(axis=0) / _PER_FREEDOM
     level[told] = next_noise(level[told], np.square(level[told]) * freedom[told], freedom[told])
     return level
