@@ -78,7 +78,9 @@ def test_gaps_are_shifted_with_their_edges():
     values, seen = np.zeros((10, 1)), np.ones((10, 1), dtype=bool)
     seen[4:7] = False
     steady = np.where(np.arange(10)[:, None] < 5, 1.0, 3.0)
-    found, _ = mixed_in(steady, np.array([0.1]), values, np.full((10, 1), 4.0), seen)
+    found, spread = mixed_in(steady, np.array([0.1]), values, np.full((10, 1), 4.0), seen)
+    assert (spread[seen] < 4.0).all()
+    np.testing.assert_array_equal(spread[~seen], 4.0)  # what the samples won says nothing of gaps
     share = found[0, 0]
     assert 0 < share <= 1
     np.testing.assert_allclose(found[:, 0], share * np.array([1, 1, 1, 1, 1.5, 2, 2.5, 3, 3, 3]))

@@ -64,7 +64,7 @@ def mixed_in(
 
     Returns
     -------
-    Values and variance (T, C), nowhere above the repair's.
+    Values and variance (T, C), nowhere above the repair's, in gaps the same.
 
     Source
     ------
@@ -80,7 +80,7 @@ def mixed_in(
     share = np.clip(0.5 + 0.5 * (own - other) / np.where(told, square, 1.0), 0.0, 1.0) * told
     left = (1.0 - share) * own + share * other - share * (1.0 - share) * square
     surer = np.where(told, np.minimum(left / np.where(own > 0, own, 1.0), 1.0), 1.0)
-    return values + bridged(np.where(seen, share * apart, np.nan)), variance * surer
+    return values + bridged(np.where(seen, share * apart, np.nan)), np.where(seen, variance * surer, variance)
 
 
 def _poses(dynamics: Dynamics, seen: Floats, noise_cov: Floats, begin: Floats) -> tuple[Floats, Floats]:
