@@ -32,3 +32,19 @@ def gap_system(products, frame, channel, frames, band):
     for below in range(min(band, len(frame))):
         lower[below, : len(frame) - below] = np.diagonal(own, -below)
     return lower
+
+
+def steadiest(triples, turns, centre, hold):
+    """Viterbi's path through the branches of all frames, one matrix of steps a frame."""
+    branches = (triples[:, :, None] + turns).reshape(len(triples), -1, 3)
+    away = np.abs(branches - centre).sum(axis=2)
+    away = (away - away.min(axis=1, keepdims=True)) / hold
+    cost, came = away[0], []
+    for t in range(1, len(branches)):
+        through = cost[:, None] + np.abs(branches[t - 1][:, None] - branches[t]).sum(axis=2)
+        came.append(through.argmin(axis=0))
+        cost = through.min(axis=0) + away[t]
+    path = [int(cost.argmin())]
+    for back in reversed(came):
+        path.append(int(back[path[-1]]))
+    return np.array(path[::-1])

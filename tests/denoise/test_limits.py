@@ -1,6 +1,6 @@
 """Laws of joint-angle limits."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -31,6 +31,24 @@ def _case(seed):
     return values, np.where(np.isnan(values), np.nan, rng.uniform(0.1, 3, (60, 4))), origin, limits
 
 
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Channels held within limits: (T, C) values and which of them moved, and (C,) how far each limit is broken."""
+
+    values: np.ndarray
+    moved: np.ndarray
+    broken: np.ndarray
+
+
+def _held(values, std, origin, limits, made_up):
+    """All channels, each by `brought_inside`."""
+    held, moved, broken = values.copy(), np.zeros(values.shape, dtype=bool), np.zeros(values.shape[1])
+    for c in range(values.shape[1]):
+        inside = brought_inside(values[:, c], std[:, c], origin[:, c], limits[c], made_up[:, c])
+        held[inside.frames, c], moved[inside.frames, c], broken[c] = inside.values, True, inside.broken
+    return Held(held, moved, broken)
+
+
 def _made_up(origin):
     return (origin == Origin.REPAIRED) | (origin == Origin.FILLED)
 
@@ -41,7 +59,7 @@ def test_made_up_samples_end_inside_and_nothing_else_moves(seed, turns):
     values, std, origin, limits = _case(seed)
     values = values + 360.0 * turns
     limited = np.isfinite(limits).all(axis=1)
-    found = brought_inside(values, std, origin, limits, _made_up(origin))
+    found = _held(values, std, origin, limits, _made_up(origin))
     assert (found.broken == 0).all()
     np.testing.assert_array_equal(found.values[~found.moved], values[~found.moved])
     assert not (found.moved & ~_made_up(origin)).any()
@@ -51,7 +69,7 @@ def test_made_up_samples_end_inside_and_nothing_else_moves(seed, turns):
     held = held - 360.0 * np.round((held - 0.5 * (low + high)) / 360.0)
     known = np.isfinite(held) & _made_up(origin)[:, limited]
     assert (np.maximum(low - held, held - high)[known] < 1e-9).all()
-    again = brought_inside(found.values, std, origin, limits, _made_up(origin))
+    again = _held(found.values, std, origin, limits, _made_up(origin))
     np.testing.assert_allclose(again.values, found.values, atol=1e-9)
 
 
@@ -59,7 +77,7 @@ def test_made_up_samples_end_inside_and_nothing_else_moves(seed, turns):
 @settings(max_examples=40, deadline=None)
 def test_a_truth_within_the_limits_is_never_further_off(seed):
     values, std, origin, limits = _case(seed)
-    found = brought_inside(values, std, origin, limits, _made_up(origin))
+    found = _held(values, std, origin, limits, _made_up(origin))
     rng = np.random.default_rng(seed + 1)
     real = rng.uniform(np.maximum(limits[:, 0], -300), np.minimum(limits[:, 1], 300), values.shape)
 
@@ -80,7 +98,7 @@ def test_limits_that_the_measured_samples_break_are_left_alone(seed, share):
     calm = np.random.default_rng(seed).random(60) > share
     values[calm & (origin[:, 0] == Origin.MEASURED), 0] = limits[0].mean()
     beyond = (values[1::2, 0] > limits[0, 1]).mean()
-    found = brought_inside(values, std, origin, limits, _made_up(origin))
+    found = _held(values, std, origin, limits, _made_up(origin))
     if beyond > BROKEN:
         assert found.broken[0] == pytest.approx(beyond)
         assert not found.moved[:, 0].any()
@@ -93,7 +111,7 @@ def test_what_was_seen_once_widens_the_limits():
     values[100], values[150] = 37.0, 60.0
     origin = np.full((200, 1), Origin.MEASURED, dtype=np.uint8)
     origin[150] = Origin.FILLED
-    found = brought_inside(values, np.ones((200, 1)), origin, np.array([[-30.0, 30.0]]), origin == Origin.FILLED)
+    found = _held(values, np.ones((200, 1)), origin, np.array([[-30.0, 30.0]]), origin == Origin.FILLED)
     assert found.values[150, 0] == pytest.approx(35.0)  # so far it was surely seen
     assert found.values[100, 0] == 37.0
 

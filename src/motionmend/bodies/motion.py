@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar, final
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, frozen
+from ..arrays import Bools, Bytes, Floats, Singles, frozen
 from ..errors import MismatchError
 from .skeleton import Skeleton
 
@@ -139,8 +139,8 @@ class Repaired(Generic[Recording]):
     ----------
     recording : same channels, frames and rate as the input.
     origin : (T, C) of `Origin`.
-    std : (T, C) standard deviation of each sample, rad or m; NaN where left open.
-    weights : (T, C) robust weight of each recorded sample in [0, 1]; 0 where missing.
+    std : (T, C) float32 standard deviation of each sample, rad or m; NaN where left open.
+    weights : (T, C) float32 robust weight of each recorded sample in [0, 1]; 0 where missing.
     method : the method's name.
     iterations : of the optimisation; 0 for a filter.
     cost : (iterations + 1,) objective after each iteration; empty for a filter.
@@ -152,8 +152,8 @@ class Repaired(Generic[Recording]):
 
     recording: Recording
     origin: Bytes
-    std: Floats
-    weights: Floats
+    std: Singles
+    weights: Singles
     method: str
     iterations: int = 0
     cost: Floats = field(default_factory=lambda: np.empty(0))
@@ -163,8 +163,9 @@ class Repaired(Generic[Recording]):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(self.origin, np.uint8))
-        for name in ("std", "weights", "cost"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        object.__setattr__(self, "cost", frozen(self.cost))
+        for name in ("std", "weights"):  # of a long recording they need as much memory as what they are about
+            object.__setattr__(self, name, frozen(getattr(self, name), np.float32))
         shape = (self.recording.frames, len(self.recording.channels))
         for name in ("origin", "std", "weights"):
             if getattr(self, name).shape != shape:

@@ -52,25 +52,15 @@ def steady_triple(angles: Floats, centre: Floats, fps: float) -> Floats:
     whole = nearest[known]
     if len(whole) < 2 or np.abs(np.diff(whole, axis=0)).sum(axis=1).max() < FLIP:
         return nearest
+    from ..kernels.branches import steadiest
+
     both = np.stack([whole, nearest_turn(_twin(whole), centre)], axis=1)
-    branches = (both[:, :, None] + _TURNS).reshape(len(whole), -1, 3)  # (T', B, 3)
-    away = np.abs(branches - centre).sum(axis=2)
-    away = (away - away.min(axis=1, keepdims=True)) / (HOLD * fps)
-    came = np.empty(away.shape, dtype=np.int64)
-    cost = away[0]
-    each = np.arange(away.shape[1])
-    for t in range(1, len(whole)):
-        through = cost[:, None] + np.abs(branches[t - 1][:, None] - branches[t]).sum(axis=2)
-        came[t] = through.argmin(axis=0)
-        cost = through[came[t], each] + away[t]
-    steady, best = nearest.copy(), int(cost.argmin())
-    for t in range(len(whole) - 1, -1, -1):
-        steady[known[t]] = branches[t, best]
-        best = int(came[t, best])
-    frames = np.arange(len(steady))
-    meant = np.stack([np.interp(frames, known, steady[known, i]) for i in range(3)], axis=1)
-    partly = np.setdiff1d(frames, known)
-    steady[partly] = nearest_triple(nearest[partly], meant[partly])
+    chosen = steadiest(both, _TURNS, np.ascontiguousarray(centre), HOLD * fps)
+    steady = nearest.copy()
+    steady[known] = both[np.arange(len(whole)), chosen // len(_TURNS)] + _TURNS[chosen % len(_TURNS)]
+    partly = np.flatnonzero(~np.isfinite(nearest).all(axis=1))
+    meant = np.stack([np.interp(partly, known, steady[known, i]) for i in range(3)], axis=1)
+    steady[partly] = nearest_triple(nearest[partly], meant)
     return steady
 
 

@@ -1,6 +1,6 @@
 """What the bases see: recordings as channels in degrees and centimetres, free of place, heading and jumps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,8 +9,9 @@ from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION
 from ..errors import MismatchError
 from .cloud import CloudChannels, cloud_channels, positions_of
-from .joints import JointChannels, joint_channels, middle, motion_of, unit
+from .joints import JointChannels, into_angles, joint_channels, own_middle, unit
 from .layout import Layout, kind_of, names_of
+from .pieces import pieces
 
 LEAST_SHARED = 0.6  # a model fits a recording that holds at least this share of its channels
 
@@ -29,6 +30,10 @@ class Channels:
     values: Floats
     columns: Ints
     inner: JointChannels | CloudChannels
+
+    def way_back(self) -> "Channels":
+        """The same without the values: those of a long recording need as much memory as the recording."""
+        return replace(self, values=np.empty((0, self.values.shape[1])))
 
 
 def to_channels(recording: Motion | Markers, layout: Layout) -> Channels:
@@ -54,9 +59,9 @@ def to_channels(recording: Motion | Markers, layout: Layout) -> Channels:
             "use a model fitted on this skeleton or marker set"
         )
     if isinstance(recording, Motion):
-        centre = _centre_for(recording, layout, columns)
-        joints = joint_channels(recording, centre)
-        return Channels(_picked(joints.values, columns), columns, joints)
+        values, frame = joint_channels(recording, _centre_for(recording, layout, columns))
+        unknown = np.setdiff1d(np.arange(values.shape[1]), columns)
+        return Channels(_picked(values, columns), columns, JointChannels(frame, unknown, values[:, unknown]))
     assert layout.anchors is not None
     positions = _picked(recording.positions, columns)
     cloud = cloud_channels(positions, recording.fps, recording.up, layout.anchors, layout.up)
@@ -70,19 +75,23 @@ def from_channels(channels: Channels, repaired: Floats, trusted: Bools, recordin
     -------
     (T, D) rad and m for motions, (T, M, 3) m for markers; what the layout does not know stays as it was.
     """
-    here = channels.columns >= 0
+    here = np.flatnonzero(channels.columns >= 0)
+    to = channels.columns[here]
     if isinstance(recording, Motion):
         assert isinstance(channels.inner, JointChannels)
-        values, believed = channels.inner.values.copy(), np.isfinite(recording.q)
-        values[:, channels.columns[here]] = repaired[:, here]
-        believed[:, channels.columns[here]] &= trusted[:, here]
-        result = motion_of(channels.inner, values, believed, recording).q.copy()
-        untouched = np.setdiff1d(np.arange(result.shape[1]), channels.columns[here])
-        result[:, untouched] = recording.q[:, untouched]
-        return result
+        unknown = channels.inner.columns
+        values, believed = np.empty(recording.q.shape), np.empty(recording.q.shape, dtype=bool)
+        for some in pieces(recording.frames):
+            values[some, to] = repaired[some, here]
+            believed[some] = np.isfinite(recording.q[some])
+            believed[some, to] &= trusted[some, here]
+        values[:, unknown] = channels.inner.values
+        into_angles(values, channels.inner.travel, believed, recording)
+        values[:, unknown] = recording.q[:, unknown]
+        return values
     assert isinstance(channels.inner, CloudChannels)
     positions = recording.positions.copy()
-    positions[:, channels.columns[here]] = positions_of(channels.inner, repaired)[:, here]
+    positions[:, to] = positions_of(channels.inner, repaired)[:, here]
     return positions
 
 
@@ -95,16 +104,19 @@ def si_unit(recording: Motion | Markers, layout: Layout, columns: Ints) -> Float
 
 
 def _centre_for(recording: Motion, layout: Layout, columns: Ints) -> Floats:
-    """The layout's centre in the recording's own channel order; its own middle where the layout has none."""
-    known = np.flatnonzero(columns >= 0)
-    centre = middle(recording.q * unit(recording.skeleton), recording.skeleton)
-    angular = recording.skeleton.dof_kind[columns[known]] == ROTATION
-    centre[columns[known[angular]]] = layout.centre[known[angular]]
+    """(D,) degrees: where each angle of a recording lies by the layout, by itself where that does not know it."""
+    angular = recording.skeleton.dof_kind == ROTATION
+    centre = own_middle(recording, np.setdiff1d(np.flatnonzero(angular), columns))
+    known = columns >= 0
+    known[known] = angular[columns[known]]
+    centre[columns[known]] = layout.centre[known]
     return centre
 
 
 def _picked(values: Floats, columns: Ints) -> Floats:
-    """Columns of `values` (T, N, ...) in the layout's order, NaN where the recording has none."""
+    """Columns of `values` (T, N, ...) in the layout's order, NaN where the recording has none; no copy of the same."""
+    if np.array_equal(columns, np.arange(values.shape[1])):
+        return values
     picked = np.full((len(values), len(columns), *values.shape[2:]), np.nan)
     here = columns >= 0
     picked[:, here] = values[:, columns[here]]

@@ -9,26 +9,29 @@ from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Motion
 from ..bodies.skeleton import ROTATION, TRANSLATION, Skeleton
 from .branches import nearest_triple, nearest_turn, steady_triple
-from .travel import Travel, travel
+from .pieces import pieces
+from .travel import Travel, travel, turn
 
 DEGREES, CENTIMETRES = 180.0 / np.pi, 100.0
 
 
 @dataclass(frozen=True, eq=False)
 class JointChannels:
-    """A motion as channels, and what it takes to come back. Column c stands for the file's channel c.
+    """What it takes to come back from channels to a motion.
 
     Attributes
     ----------
-    values : (T, D) degrees and centimetres, NaN = missing.
     travel : the travelling frame, None where the root has no three rotations.
+    columns : (U,) the file's channels that a model does not know.
+    values : (T, U) degrees and centimetres of them, as `joint_channels` has them.
     """
 
-    values: Floats
     travel: Travel | None
+    columns: Ints
+    values: Floats
 
 
-def joint_channels(motion: Motion, centre: Floats | None) -> JointChannels:
+def joint_channels(motion: Motion, centre: Floats) -> tuple[Floats, Travel | None]:
     """Channels of a motion.
 
     The root's place and orientation are written in the travelling frame: its three translations become the
@@ -39,75 +42,86 @@ def joint_channels(motion: Motion, centre: Floats | None) -> JointChannels:
     Parameters
     ----------
     motion : any skeleton.
-    centre : (D,) degrees, what each angle is near to; None takes each angle's own robust middle.
+    centre : (D,) degrees, what each angle is near to.
+
+    Returns
+    -------
+    values : (T, D) degrees and centimetres, NaN = missing; column c stands for the file's channel c.
+    travel : the travelling frame, None where the root has no three rotations.
     """
-    skeleton = motion.skeleton
-    values = motion.q * unit(skeleton)
-    if centre is None:
-        centre = middle(values, skeleton)
+    skeleton, q = motion.skeleton, motion.q
     turns, moves = root_rows(skeleton)
     angles = np.flatnonzero(skeleton.dof_kind == ROTATION)
-    values[:, angles] = nearest_turn(values[:, angles], centre[angles])
+    values = q * unit(skeleton)
+    for some in pieces(motion.frames):
+        values[some, angles] = nearest_turn(values[some, angles], centre[angles])
     for triple in triples(skeleton):
         values[:, triple] = steady_triple(values[:, triple], centre[triple], motion.fps)
     if len(turns) != 3:
-        return JointChannels(values, None)
+        return values, None
     up = skeleton.up
-    rotation = root_rotation(skeleton, turns, motion.q)
     place = (
-        skeleton.offsets[0] + motion.q[:, moves] @ skeleton.dof_axis[moves]
+        skeleton.offsets[0] + q[:, moves] @ skeleton.dof_axis[moves]
         if len(moves) == 3
         else np.zeros((motion.frames, 3))
     )
-    frame = travel(place, heading(rotation, up), motion.fps, up)
-    back = frame.rotations().transpose(0, 2, 1)
-    known = np.isfinite(rotation).all(axis=(1, 2))
-    relative = np.full((motion.frames, 3), np.nan)
-    relative[known] = Rotation.from_matrix(back[known] @ rotation[known]).as_rotvec(degrees=True)
-    values[:, turns] = relative
-    if len(moves) == 3:
-        values[:, moves] = CENTIMETRES * np.einsum("tij,tj->ti", back, place - frame.place)
-    return JointChannels(values, frame)
+    headings = [heading(root_rotation(skeleton, turns, q[some]), up) for some in pieces(motion.frames)]
+    frame = travel(place, np.concatenate(headings), motion.fps, up)
+    for some in pieces(motion.frames):
+        back = turn(frame.heading[some], up).transpose(0, 2, 1)
+        rotation = root_rotation(skeleton, turns, q[some])
+        known = np.isfinite(rotation).all(axis=(1, 2))
+        relative = np.full((len(rotation), 3), np.nan)
+        relative[known] = Rotation.from_matrix(back[known] @ rotation[known]).as_rotvec(degrees=True)
+        values[some, turns] = relative
+        if len(moves) == 3:
+            values[some, moves] = CENTIMETRES * np.einsum("tij,tj->ti", back, place[some] - frame.place[some])
+    return values, frame
 
 
-def motion_of(channels: JointChannels, repaired: Floats, trusted: Bools, motion: Motion) -> Motion:
-    """The motion that has the repaired channels, in the file's own angles and turns.
+def into_angles(values: Floats, frame: Travel | None, trusted: Bools, motion: Motion) -> None:
+    """Turn repaired channels into the file's own angles and turns, in place.
 
     Parameters
     ----------
-    channels : of `motion`.
-    repaired : (T, D) degrees and centimetres, NaN = left open.
-    trusted : (T, D) True where the file's own sample says which turn is meant.
+    values : (T, D) degrees and centimetres, NaN = left open; becomes radians and metres.
+    frame : the travelling frame of `joint_channels`.
+    trusted : (T, D) True where the file's own sample is there and says which turn is meant.
     motion : the input.
     """
-    skeleton = motion.skeleton
-    file_values = motion.q * unit(skeleton)
-    result = repaired.copy()
-    turns, moves = root_rows(skeleton)
-    if channels.travel is not None:
-        frame = channels.travel.rotations()
-        known = np.isfinite(repaired[:, turns]).all(axis=1)
-        relative = Rotation.from_rotvec(repaired[known][:, turns], degrees=True).as_matrix()
-        angles = np.full((len(repaired), 3), np.nan)
-        angles[known] = root_angles(skeleton, turns, frame[known] @ relative)
-        result[:, turns] = angles
-        if len(moves) == 3:
-            offset = np.einsum("tij,tj->ti", frame, repaired[:, moves] / CENTIMETRES)
-            along = channels.travel.place + offset - skeleton.offsets[0]
-            result[:, moves] = CENTIMETRES * along @ np.linalg.inv(skeleton.dof_axis[moves])
-    meant = _branch_reference(file_values, trusted)
-    rotations = np.flatnonzero(skeleton.dof_kind == ROTATION)
-    for triple in [*triples(skeleton), *([turns] if channels.travel is not None else [])]:
-        known = np.isfinite(file_values[:, triple])
-        sure = trusted[:, triple] & known
+    skeleton, q, scale = motion.skeleton, motion.q, unit(motion.skeleton)
+    turns, _ = root_rows(skeleton)
+    if frame is not None:
+        for some in pieces(motion.frames):
+            _root_into_angles(values[some], frame.part(some), skeleton)
+    for triple in [*triples(skeleton), *([turns] if frame is not None else [])]:
+        file_values, sure = q[:, triple] * scale[triple], trusted[:, triple]
+        known = np.isfinite(file_values)
         # The twins lie half a turn apart in the outer two angles. What is believed of these tells them apart; else even
         # rejected ones do better than a line across a place where the file itself may flip.
         told = sure[:, ::2].any(axis=1, keepdims=True)
         raw = ~told & known.all(axis=1, keepdims=True)
-        like = np.where(raw, file_values[:, triple], meant[:, triple])
-        result[:, triple] = nearest_triple(result[:, triple], like, sure | ~told)
-    result[:, rotations] = nearest_turn(result[:, rotations], meant[:, rotations])
-    return motion.with_q(result / unit(skeleton))
+        like = np.where(raw, file_values, _branch_reference(file_values, sure))
+        values[:, triple] = nearest_triple(values[:, triple], like, sure | ~told)
+    for d in np.flatnonzero(skeleton.dof_kind == ROTATION):
+        meant = _branch_reference(q[:, d : d + 1] * scale[d], trusted[:, d : d + 1])
+        values[:, d : d + 1] = nearest_turn(values[:, d : d + 1], meant)
+    values /= scale
+
+
+def _root_into_angles(values: Floats, frame: Travel, skeleton: Skeleton) -> None:
+    """The root's rotation vectors and offsets in the travelling frame as its own angles and translations, in place."""
+    turns, moves = root_rows(skeleton)
+    rotations = frame.rotations()
+    known = np.isfinite(values[:, turns]).all(axis=1)
+    relative = Rotation.from_rotvec(values[known][:, turns], degrees=True).as_matrix()
+    angles = np.full((len(values), 3), np.nan)
+    angles[known] = root_angles(skeleton, turns, rotations[known] @ relative)
+    values[:, turns] = angles
+    if len(moves) == 3:
+        offset = np.einsum("tij,tj->ti", rotations, values[:, moves] / CENTIMETRES)
+        along = frame.place + offset - skeleton.offsets[0]
+        values[:, moves] = CENTIMETRES * along @ np.linalg.inv(skeleton.dof_axis[moves])
 
 
 def unit(skeleton: Skeleton) -> Floats:
@@ -142,20 +156,29 @@ def triples(skeleton: Skeleton) -> list[Ints]:
     return found
 
 
-def middle(values: Floats, skeleton: Skeleton) -> Floats:
-    """(D,) robust middle of each channel: the circular median direction for angles, the median else."""
-    centre = np.zeros(values.shape[1])
-    for d in range(values.shape[1]):
-        known = values[np.isfinite(values[:, d]), d]
-        if known.size == 0:
-            continue
-        if skeleton.dof_kind[d] == ROTATION:
-            mean = np.exp(1j * known / DEGREES).mean()
-            start = np.angle(mean) * DEGREES if abs(mean) > 1e-6 else 0.0
-            centre[d] = np.median(nearest_turn(known, np.full(known.shape, start)))
-        else:
-            centre[d] = np.median(known)
+def middle(values: Floats, angular: Bools) -> Floats:
+    """(C,) robust middle of channels (T, C): the median, of those that are `angular` (C,) degrees about their mean."""
+    return np.array([_middle(values[:, c], bool(angle)) for c, angle in enumerate(angular)])
+
+
+def own_middle(motion: Motion, rows: Ints | None = None) -> Floats:
+    """(D,) the same of a motion's channels, degrees and centimetres; of these rows only, the others 0, if given."""
+    angular, scale = motion.skeleton.dof_kind == ROTATION, unit(motion.skeleton)
+    centre = np.zeros(len(scale))
+    for d in np.arange(len(scale)) if rows is None else rows:
+        centre[d] = _middle(motion.q[:, d] * scale[d], bool(angular[d]))
     return centre
+
+
+def _middle(channel: Floats, angular: bool) -> float:
+    known = channel[np.isfinite(channel)]
+    if known.size == 0:
+        return 0.0
+    if not angular:
+        return float(np.median(known))
+    mean = np.exp(1j * known / DEGREES).mean()
+    start = np.angle(mean) * DEGREES if abs(mean) > 1e-6 else 0.0
+    return float(np.median(nearest_turn(known, np.full(known.shape, start))))
 
 
 def root_rotation(skeleton: Skeleton, turns: Ints, q: Floats) -> Floats:
@@ -163,7 +186,7 @@ def root_rotation(skeleton: Skeleton, turns: Ints, q: Floats) -> Floats:
     known = np.isfinite(q[:, turns]).all(axis=1)
     total = Rotation.identity(int(known.sum()))
     for row in turns:
-        total = total * Rotation.from_rotvec(q[known][:, row, None] * skeleton.dof_axis[row])
+        total = total * Rotation.from_rotvec(q[known, row, None] * skeleton.dof_axis[row])
     matrices = np.full((len(q), 3, 3), np.nan)
     matrices[known] = total.as_matrix()
     return matrices

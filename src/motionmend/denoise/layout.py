@@ -8,10 +8,10 @@ import numpy as np
 
 from ..arrays import Floats, frozen
 from ..bodies.motion import Markers, Motion
-from ..bodies.skeleton import Skeleton
+from ..bodies.skeleton import ROTATION, Skeleton
 from ..errors import MismatchError
 from .cloud import Anchors, bare_name, distance_change, learn_anchors, righting
-from .joints import middle, unit
+from .joints import middle, own_middle, unit
 from .thinning import MOST_VALUES, Sample, first_number, nothing, sample
 
 CLOUD_FRAMES = 400  # of a clip; enough to see what is rigid
@@ -87,7 +87,8 @@ class Sketch:
     def layout(self) -> Layout:
         """The layout the clips have in common."""
         if self.skeleton is not None:
-            centre = middle(np.array(self.frames.items).reshape(-1, len(self.names)), self.skeleton)
+            values = np.array(self.frames.items).reshape(-1, len(self.names))
+            centre = middle(values, self.skeleton.dof_kind == ROTATION)
             return Layout(self.kind, self.names, centre, None, self.up)
         frames = np.array(self.frames.items).reshape(-1, len(self.names), 3)
         return Layout(self.kind, self.names, np.empty(0), learn_anchors(self.changes.items, frames, self.up), self.up)
@@ -132,8 +133,7 @@ def own_layout(recording: Motion | Markers) -> Layout:
     """A recording's own layout for methods that know no body: markers stay in the world's frame."""
     names = names_of(recording)
     if isinstance(recording, Motion):
-        skeleton = recording.skeleton
-        return Layout("motion", names, middle(recording.q * unit(skeleton), skeleton), None, skeleton.up)
+        return Layout("motion", names, own_middle(recording), None, recording.skeleton.up)
     nowhere = Anchors(np.empty(0, dtype=np.int64), np.empty((0, 3)))
     return Layout("markers", names, np.empty(0), nowhere, recording.up)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Floats, Ints, Singles, frozen
 from ..errors import MismatchError
+from .pieces import pieces
 
 _SMOOTHEST, _ROUGHEST = -2.0, 0.0  # slopes of log bend over log rate: constant acceleration, and white noise
 _TAILS = 3.0  # degrees of freedom of the Student distribution: heavy tails
@@ -15,6 +16,7 @@ _SCALE_ROUNDS, _SCALE_TOLERANCE = 20, 1e-3
 _SCALE_SAMPLES = 4096  # second differences that tell a scale well enough
 _HELD = 6.0  # scales; few second differences of clean motion lie beyond
 _LEAST_SCALE = 1e-3  # degrees or cm
+_TOGETHER = 1 << 16  # second differences of a window that are looked at together
 _STILL = 1e-12  # degrees or cm a step: a channel that bends less is at rest
 
 
@@ -135,8 +137,10 @@ def typical_bends(windows: Floats | Singles) -> Floats:
     channels = windows.shape[2]
     if windows.shape[0] == 0 or windows.shape[1] < 3:
         return np.zeros((channels, channels))
-    bend = (windows[:, :-2] - 2.0 * windows[:, 1:-1] + windows[:, 2:]).reshape(-1, channels).astype(float)
-    some = bend[:: max(1, len(bend) // _SCALE_SAMPLES)]
+    bends = windows.shape[1] - 2
+    count = windows.shape[0] * bends
+    which, at = np.divmod(np.arange(0, count, max(1, count // _SCALE_SAMPLES)), bends)
+    some = _bends(np.stack([windows[which, at + k] for k in range(3)], axis=1))
     scale, square = 1.4826 * np.median(np.abs(some), axis=0) + _LEAST_SCALE, np.square(some)
     for _ in range(_SCALE_ROUNDS):
         before = scale
@@ -144,8 +148,18 @@ def typical_bends(windows: Floats | Singles) -> Floats:
         scale = np.sqrt((_TAILS + 1.0) * weighed.mean(axis=0)) + _LEAST_SCALE
         if np.abs(scale - before).max() <= _SCALE_TOLERANCE * before.min():
             break
-    held = np.clip(bend, -_HELD * scale, _HELD * scale)
-    return np.asarray(held.T @ held / len(held))
+    products = np.zeros((channels, channels))
+    for part in pieces(bends, _TOGETHER):
+        held = np.clip(_bends(windows[:, part.start : part.stop + 2]), -_HELD * scale, _HELD * scale)
+        products += held.T @ held
+    return np.asarray(products / count)
+
+
+def _bends(windows: Floats | Singles) -> Floats:
+    """(N (M - 2), C) second differences in windows (N, M, C); a missing sample counts as 0."""
+    whole: Floats = np.nan_to_num(windows)
+    bend = whole[:, :-2] - 2.0 * whole[:, 1:-1] + whole[:, 2:]
+    return np.asarray(bend.reshape(-1, windows.shape[2]), dtype=np.float64)
 
 
 def _scaled(spread: Floats, exponent: Floats) -> Floats:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Singles
+from ..arrays import Bools, Bytes, Floats, Ints, Singles
 from ..bodies.motion import Motion, Origin, Repaired
 from ..bodies.skeleton import ROTATION
 from .branches import nearest_turn
@@ -20,52 +20,50 @@ BEYOND_SEEN_LEAST = 5.0  # degrees
 
 @dataclass(frozen=True, eq=False)
 class Inside:
-    """Channels held within limits.
+    """A channel held within limits.
 
     Attributes
     ----------
-    values : (T, C) the channels.
-    moved : (T, C) True where a sample was brought inside.
-    broken : (C,) share of the measured samples that lie beyond a limit, for channels left alone because of it; else 0.
+    frames, values : (N,) of the samples that were brought inside, and where to.
+    broken : share of the measured samples that lie beyond a limit, of a channel left alone because of it; else 0.
     """
 
+    frames: Ints
     values: Floats
-    moved: Bools
-    broken: Floats
+    broken: float
 
 
-def brought_inside(values: Floats, std: Floats, origin: Bytes, limits: Floats, made_up: Bools) -> Inside:
-    """Bring samples that a repair made up to the nearest value within limits.
+def brought_inside(values: Floats, std: Floats | Singles, origin: Bytes, limits: Floats, made_up: Bools) -> Inside:
+    """Bring samples of a channel that a repair made up to the nearest value within limits.
 
     What was measured and believed is never moved: it widens the limits to what the joint has surely been seen to do,
     and where it often lies beyond them, by more than it is unsure, the limits are wrong and the channel is left alone.
 
     Parameters
     ----------
-    values, std : (T, C) degrees, NaN = left open.
-    origin : (T, C) of `Origin`.
-    limits : (C, 2) degrees, infinite where there is none.
-    made_up : (T, C) samples that may be moved.
+    values, std : (T,) degrees, NaN = left open.
+    origin : (T,) of `Origin`.
+    limits : (2,) degrees, infinite where there is none.
+    made_up : (T,) samples that may be moved.
 
     Returns
     -------
     Angles keep their whole turns.
     """
-    both: Bools = np.asarray(np.isfinite(limits).all(axis=1, keepdims=True))
-    middle = np.where(both, np.where(both, limits, 0.0).mean(axis=1, keepdims=True), np.nan)[:, 0]
+    low, high = limits
+    middle = 0.5 * (low + high) if np.isfinite(limits).all() else np.nan
     turned = nearest_turn(values, np.broadcast_to(middle, values.shape))
     measured = (origin == Origin.MEASURED) & np.isfinite(turned)
-    low, high = limits.T
-    excess = np.maximum(low - turned, turned - high)
-    doubt = SURELY * np.nan_to_num(std)
-    surely = measured & (excess > ROUNDED + doubt)
-    share = surely.sum(axis=0) / np.maximum(measured.sum(axis=0), 1)
-    broken = np.where(share > BROKEN, share, 0.0)
-    low = np.minimum(low, np.where(measured, turned + doubt, np.inf).min(axis=0, initial=np.inf))
-    high = np.maximum(high, np.where(measured, turned - doubt, -np.inf).max(axis=0, initial=-np.inf))
+    believed, doubt = turned[measured], SURELY * np.nan_to_num(std[measured].astype(np.float64))
+    excess = np.maximum(low - believed, believed - high)
+    share = float((excess > ROUNDED + doubt).sum()) / max(len(believed), 1)
+    if share > BROKEN:
+        return Inside(np.empty(0, dtype=np.int64), np.empty(0), share)
+    low = min(low, (believed + doubt).min(initial=np.inf))
+    high = max(high, (believed - doubt).max(initial=-np.inf))
     held = np.clip(turned, low, high)
-    moved = made_up & (held != turned) & np.isfinite(turned) & (broken == 0.0)
-    return Inside(np.where(moved, values + held - turned, values), moved, broken)
+    frames = np.flatnonzero(made_up & (held != turned) & np.isfinite(turned))
+    return Inside(frames, values[frames] + held[frames] - turned[frames], 0.0)
 
 
 def within_body_limits(outcome: Repaired[Motion], seen: Floats | None = None) -> Repaired[Motion]:
@@ -86,22 +84,28 @@ def within_body_limits(outcome: Repaired[Motion], seen: Floats | None = None) ->
     limits[np.concatenate(root_rows(skeleton))] = -np.inf, np.inf
     if seen is not None:
         limits = np.stack([np.fmin(limits[:, 0], seen[:, 0]), np.fmax(limits[:, 1], seen[:, 1])], axis=1)
-    made_up = (outcome.origin == Origin.REPAIRED) | (outcome.origin == Origin.FILLED)
-    std = np.full(motion.q.shape, np.nan) if outcome.std is None else outcome.std * DEGREES
-    inside = brought_inside(motion.q * DEGREES, std, outcome.origin, limits, made_up)
+    q, hit, moved, broken = motion.q, list[str](), 0, dict[str, float]()
+    for d in np.flatnonzero(np.isfinite(limits).any(axis=1)):
+        origin = outcome.origin[:, d]
+        made_up = (origin == Origin.REPAIRED) | (origin == Origin.FILLED)
+        inside = brought_inside(motion.q[:, d] * DEGREES, outcome.std[:, d] * DEGREES, origin, limits[d], made_up)
+        if inside.broken:
+            broken[skeleton.dof_names[d]] = inside.broken
+        if len(inside.frames):
+            q = motion.q.copy() if q is motion.q else q
+            q[inside.frames, d] = inside.values / DEGREES
+            hit.append(skeleton.dof_names[d])
+            moved += len(inside.frames)
     said = list(outcome.warnings)
-    hit = np.flatnonzero(inside.moved.any(axis=0))
-    if len(hit):
+    if hit:
         said.append(
-            f"{int(inside.moved.sum())} repaired or filled samples lay outside the skeleton's limits and were brought "
-            f"inside: {_some([skeleton.dof_names[d] for d in hit])}"
+            f"{moved} repaired or filled samples lay outside the skeleton's limits and were brought "
+            f"inside: {_some(hit)}"
         )
-    wrong = np.flatnonzero(inside.broken)
-    if len(wrong):
-        worst = [f"{skeleton.dof_names[d]} in {inside.broken[d]:.0%}" for d in wrong[np.argsort(-inside.broken[wrong])]]
+    if broken:
+        worst = [f"{name} in {share:.0%}" for name, share in sorted(broken.items(), key=lambda one: -one[1])]
         said.append(f"limits that the recording itself breaks were left alone: {_some(worst)} of the frames measured")
-    q = np.where(inside.moved, inside.values / DEGREES, motion.q)
-    return replace(outcome, recording=motion.with_q(q), warnings=tuple(said))
+    return replace(outcome, recording=motion.with_q(q), warnings=tuple(said)) if hit or broken else outcome
 
 
 def seen_between(exemplars: Singles, angular: Bools) -> Floats:
@@ -126,8 +130,14 @@ def within_seen(found: ChannelRepair, seen: Floats) -> ChannelRepair:
     limits = np.stack([low - margin, high + margin], axis=1)
     held = limits[:, 1] - limits[:, 0] < 360.0  # not where nothing is known
     limits = np.where(held[:, None], limits, [-np.inf, np.inf])
-    inside = brought_inside(found.values, found.std, found.origin, limits, found.origin == Origin.FILLED)
-    return replace(found, values=inside.values) if inside.moved.any() else found
+    values = found.values
+    for c in np.flatnonzero(np.isfinite(limits).any(axis=1)):
+        origin = found.origin[:, c]
+        inside = brought_inside(found.values[:, c], found.std[:, c], origin, limits[c], origin == Origin.FILLED)
+        if len(inside.frames):
+            values = found.values.copy() if values is found.values else values
+            values[inside.frames, c] = inside.values
+    return found if values is found.values else replace(found, values=values)
 
 
 def _some(names: list[str]) -> str:

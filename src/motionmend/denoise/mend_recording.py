@@ -1,13 +1,14 @@
 """A whole recording repaired by the adaptive method: joint angles, or markers with their gaps and labels."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
-from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance
+from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .channels import Channels, to_channels
 from .filling import fill_gaps
 from .joints import root_rows
@@ -18,17 +19,19 @@ from .learning import at_rate as series_at_rate
 from .library import Library
 from .likeliest_gaps import Process
 from .limits import seen_between, within_body_limits, within_seen
-from .local_prior import Neighbourhood, Prior, neighbourhood
+from .local_prior import Prior, neighbourhood
 from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
-from .outcome import repaired_recording
+from .outcome import brought_back, repaired_recording
 from .own_bends import first_bends, own_bends
-from .poles import pole_crossings
+from .pieces import pieces
+from .poles import pole_crossings_in
 from .second_opinion import doubtful, of_one_mind
 
 CENTIMETRES = 100.0
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
+LONG = 1 << 16  # frames of a recording whose patterns are learned at once
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
@@ -77,19 +80,10 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     ------
     MismatchError : the recording is of another kind or channel set.
     """
-    channels = to_channels(recording, known.layout)
     if isinstance(recording, Motion):
-        mended = _mended(channels.values, recording, channels, known)
-        found, done = mended.found, np.full((recording.q.shape[1], 2), np.nan)
-        if known.library is not None:
-            held = _held(recording, channels)
-            seen = seen_between(known.library.exemplars, held)
-            done[channels.columns[held]] = seen[held]
-            found = found if doubtful(mended) else within_seen(found, seen)
-        return within_body_limits(
-            repaired_recording(recording, known.layout, channels, found, "adaptive", mended.noise), done
-        )
+        return within_body_limits(*_of_motion(recording, known))
     assert isinstance(recording, Markers)
+    channels = to_channels(recording, known.layout)
     mended = _mended(channels.values, recording, channels, known)
     swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
     right = _relabelled(recording, channels, swaps)
@@ -104,31 +98,50 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     return replace(outcome, origin=origin, warnings=(*outcome.warnings, *_told(swaps, known.layout)))
 
 
-def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
-    vouched = at_pole = None
-    if isinstance(recording, Motion):
-        vouched, at_pole = pole_crossings(values, recording.skeleton, channels.columns)
+def _of_motion(motion: Motion, known: Knowledge) -> tuple[Repaired[Motion], Floats]:
+    """A motion's repair, and (D, 2) degrees between which the clips lie, NaN = not known."""
+    way_back, mended = _channels_of_motion(motion, known)
+    here, done = way_back.columns >= 0, np.full((motion.q.shape[1], 2), np.nan)
+    done[way_back.columns[here]] = _seen(motion, way_back, known)[here]
+    values = brought_back(motion, way_back, mended.found)
+    mended = replace(mended, found=mended.found.but_for_values())
+    return repaired_recording(motion, known.layout, way_back, mended.found, "adaptive", mended.noise, values), done
 
-    def mended(prior: Prior, near: Neighbourhood | None = None, process: Process | None = None) -> Mended:
-        return mend_channels(
-            values,
-            prior,
-            recording.fps,
-            near=near,
-            process=process,
-            together=3 if isinstance(recording, Markers) else 1,
-            vouched=vouched,
-            at_pole=at_pole,
-        )
+
+def _channels_of_motion(motion: Motion, known: Knowledge) -> tuple[Channels, Mended]:
+    """A motion's channels mended, and the way back; what they were before is let go."""
+    channels = to_channels(motion, known.layout)
+    mended = _mended(channels.values, motion, channels, known)
+    if known.library is not None and not doubtful(mended):
+        mended = replace(mended, found=within_seen(mended.found, _seen(motion, channels, known)))
+    return channels.way_back(), mended
+
+
+def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
+    """(C, 2) degrees between which the clips' joint angles lie; NaN for the root's, and where nothing is known."""
+    if known.library is None:
+        return np.full((len(channels.columns), 2), np.nan)
+    return seen_between(known.library.exemplars, _held(motion, channels))
+
+
+def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
+    poles = None
+    if isinstance(recording, Motion):
+        poles = partial(pole_crossings_in, angles=values, skeleton=recording.skeleton, columns=channels.columns)
+    mended = partial(
+        mend_channels, values, fps=recording.fps, together=3 if isinstance(recording, Markers) else 1, poles=poles
+    )
 
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
         patterns, stride = at_rate(known.bases, known.fps, recording.fps)
-        first = mended(Prior(known.library.usual_bends(recording.fps), patterns, stride), near, known.process)
+        first = mended(
+            Prior(known.library.usual_bends(recording.fps), patterns, stride), near=near, process=known.process
+        )
         if not doubtful(first):
             return first
         own = _own_prior(first, recording, known.fps)
-        return first if own.bases is None else of_one_mind(first, mended(own))
+        return first if own.bases is None else of_one_mind(first, mended(own, about=first.found.values))
     again = mended(_own_prior(mended(Prior(first_bends(values, recording.fps), None)), recording, known.fps))
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
@@ -153,7 +166,11 @@ def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | No
     """Patterns of a recording's own first repair, learned at about `rate` Hz, and their stride; none of a short one."""
     if len(smooth) < OWN_WINDOWS * OWN_WINDOW * fps / rate:
         return None, 1
-    return at_rate(eigenbases(lag_covariance(series_at_rate(smooth, fps, rate), OWN_WINDOW), OWN_ENERGY), rate, fps)
+    steps = max(1, round(fps / rate))
+    own, after = steps * (LONG // steps), steps * (OWN_WINDOW - 1)  # frames after a part complete its windows
+    parts = (smooth[part.start : part.stop + after] for part in pieces(len(smooth), own))
+    lag = sum_covariances(lag_covariance(series_at_rate(part, fps, rate), OWN_WINDOW) for part in parts)
+    return at_rate(eigenbases(lag, OWN_ENERGY), rate, fps)
 
 
 def _cleaned(mended: Mended) -> Floats:

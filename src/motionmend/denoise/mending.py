@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Origin
 from .adaptive import Adapted, adapt
 from .likeliest_gaps import Process
 from .local_prior import Neighbourhood, Prior, local_prior
+from .pieces import pieces
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
 
@@ -54,8 +55,8 @@ def mend_channels(
     near: Neighbourhood | None = None,
     process: Process | None = None,
     together: int = 1,
-    vouched: Bools | None = None,
-    at_pole: Bools | None = None,
+    poles: Callable[[slice], tuple[Bools, Bools]] | None = None,
+    about: Floats | None = None,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -67,22 +68,21 @@ def mend_channels(
     near : a library to pick from what is most like the recording; None takes the prior as it is.
     process : of clean motion, for gaps.
     together : neighbouring columns that are outliers together.
-    vouched, at_pole : (T, C) of `poles.pole_crossings`; None = nowhere.
+    poles : gives `poles.pole_crossings` of some frames; None = there are none.
+    about : (T, C) the values are given as differences from these, in single precision; None = as they are.
 
     Returns
     -------
     Every frame of the input. A sample stays open where nothing is seen near it, or of its channel nothing is known.
     """
-    nowhere = np.zeros(measured.shape, dtype=bool)
-    vouched = nowhere if vouched is None else vouched
-    at_pole = nowhere if at_pole is None else at_pole
     least = max(LEAST_FRAMES, 0 if prior.bases is None else prior.bases.window)
     closer = None if near is None else partial(local_prior, near, fps=fps)
-    values, variance = np.empty(measured.shape), np.empty(measured.shape)
-    outlier = nowhere.copy()
+    values = np.empty(measured.shape, np.float64 if about is None else np.float32)
+    std, outlier = np.empty(measured.shape, np.float32), np.empty(measured.shape, bool)
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
 
     def block(seen: slice) -> Adapted:
+        vouched, at_pole = (None, None) if poles is None else (_among_missing(p, least)[1] for p in poles(seen))
         return adapt(
             _among_missing(measured[seen], least)[1],
             prior,
@@ -90,16 +90,16 @@ def mend_channels(
             closer=closer,
             process=process,
             together=together,
-            vouched=_among_missing(vouched[seen], least)[1],
-            at_pole=_among_missing(at_pole[seen], least)[1],
+            vouched=vouched,
+            at_pole=at_pole,
         )
 
     blocks = _blocks(len(measured), fps)
     for (core, seen), adapted in zip(blocks, _at_once(block, [seen for _, seen in blocks]), strict=True):
         before, padded = _among_missing(measured[seen], least)
         own = slice(before + core.start - seen.start, before + core.stop - seen.start)
-        values[core], variance[core] = adapted.values[own], adapted.variance[own]
-        outlier[core] = adapted.outlier[own]
+        values[core] = adapted.values[own] if about is None else adapted.values[own] - about[core]
+        std[core], outlier[core] = np.sqrt(DOUBT * adapted.variance[own]), adapted.outlier[own]
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
         size = core.stop - core.start
@@ -108,7 +108,9 @@ def mend_channels(
             missed += size * missed_by(adapted.supported, believed, adapted.values) ** 2
         weight, steps = weight + size, steps + adapted.steps
     missed = float(np.sqrt(missed / max(weight, 1)))
-    found = _labelled(measured, values, DOUBT * variance, outlier, fps, prior.bases is not None)
+    origin = _origins(measured, outlier, fps, prior.bases is not None)
+    opened = origin == Origin.LEFT_OPEN
+    values[opened], std[opened] = np.nan, np.nan
     said = (
         (
             f"the library misses this recording by {missed:.1f} degrees or cm (root mean square): it may not know this "
@@ -117,10 +119,8 @@ def mend_channels(
         if missed > MUCH_MISSED
         else ()
     )
-    repair = ChannelRepair(
-        found.values, found.std, found.weights, found.origin, steps, np.empty(0), True, warnings=said
-    )
-    return Mended(repair, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
+    found = ChannelRepair(values, std, origin == Origin.MEASURED, origin, steps, np.empty(0), True, warnings=said)
+    return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
 
 
 def _at_once(task: Callable[[slice], Adapted], items: list[slice]) -> Iterator[Adapted]:
@@ -153,31 +153,23 @@ def _among_missing(block: Any, least: int) -> tuple[int, Any]:
     return short // 2, np.pad(block, ((short // 2, short - short // 2), (0, 0)), constant_values=empty)
 
 
-def _labelled(
-    measured: Floats, values: Floats, variance: Floats, outlier: Bools, fps: float, library: bool
-) -> ChannelRepair:
-    """Say of every sample where it comes from; open what nothing supports."""
-    present = np.isfinite(measured)
-    origin = np.where(present, np.where(outlier, Origin.REPAIRED, Origin.MEASURED), Origin.FILLED).astype(np.uint8)
-    seen = present & ~outlier
+def _origins(measured: Floats, outlier: Bools, fps: float, library: bool) -> Bytes:
+    """(T, C) of `Origin`: where each sample comes from; open is what nothing supports."""
+    origin = np.empty(measured.shape, dtype=np.uint8)
+    for some in pieces(len(measured)):
+        seen = np.where(outlier[some], Origin.REPAIRED, Origin.MEASURED)
+        origin[some] = np.where(np.isfinite(measured[some]), seen, Origin.FILLED)
     # with a library any channel speaks for all; without one each speaks for itself
-    evidence = np.broadcast_to(seen.any(axis=1, keepdims=True), seen.shape) if library else seen
-    origin[~present & (_distance(evidence) > NEAR * fps)] = Origin.LEFT_OPEN
-    opened = origin == Origin.LEFT_OPEN
-    return ChannelRepair(
-        np.where(opened, np.nan, values),
-        np.where(opened, np.nan, np.sqrt(variance)),
-        np.where(seen, 1.0, 0.0),
-        origin,
-        0,
-        np.empty(0),
-        True,
-    )
+    anywhere = _distance((origin == Origin.MEASURED).any(axis=1)) if library else None
+    for c in np.flatnonzero((origin == Origin.FILLED).any(axis=0)):
+        away = _distance(origin[:, c] == Origin.MEASURED) if anywhere is None else anywhere
+        origin[(origin[:, c] == Origin.FILLED) & (away > NEAR * fps), c] = Origin.LEFT_OPEN
+    return origin
 
 
 def _distance(evidence: Bools) -> Floats:
-    """(T, C) frames to the nearest True of each column; inf in a column without any."""
-    frames = np.arange(len(evidence))[:, None]
-    last = np.maximum.accumulate(np.where(evidence, frames, -np.inf), axis=0)
-    following = np.minimum.accumulate(np.where(evidence, frames, np.inf)[::-1], axis=0)[::-1]
+    """(T,) frames to the nearest True; inf where there is none."""
+    frames = np.arange(len(evidence))
+    last = np.maximum.accumulate(np.where(evidence, frames, -np.inf))
+    following = np.minimum.accumulate(np.where(evidence, frames, np.inf)[::-1])[::-1]
     return np.asarray(np.minimum(frames - last, following - frames))

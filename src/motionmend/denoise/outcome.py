@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, Singles
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.robust import ESTIMATORS
@@ -14,6 +14,7 @@ from .filtered import Filtered
 from .joints import root_rows, unit
 from .layout import Layout
 from .optimise import SCALE
+from .pieces import pieces
 from .repair import ChannelRepair
 
 
@@ -24,15 +25,17 @@ def repaired_recording(
     found: ChannelRepair,
     method: str,
     noise: Floats | None = None,
+    values: Floats | None = None,
 ) -> Repaired[Recording]:
-    """Bring a channel repair, and the noise (C,) it found, back into the recording's own channels, frames and units."""
-    trusted = found.weights >= TRUSTED
-    values = from_channels(channels, found.values, trusted, recording)
+    """Bring a channel repair, and the noise (C,) it found, back into the recording's own channels, frames and units.
+
+    Its values may have been `brought_back` already.
+    """
+    values = brought_back(recording, channels, found) if values is None else values
     scale = si_unit(recording, layout, channels.columns)
-    own = _own_columns(recording, layout, channels, found, scale)
-    origin, std, weights = own
+    origin, std, weights = _own_columns(recording, layout, channels, found, scale)
     if isinstance(recording, Motion):
-        origin = _root_origin(recording, values, origin)
+        _judge_root(recording, values, origin)
     warnings = list(found.warnings)
     warnings += left_open(origin)
     unknown = [n for c, n in enumerate(recording.channels) if c not in set(channels.columns.tolist())]
@@ -55,6 +58,11 @@ def repaired_recording(
         warnings=tuple(warnings),
         noise=None if noise is None else _own_noise(recording, layout, channels, noise * scale),
     )
+
+
+def brought_back(recording: Motion | Markers, channels: Channels, found: ChannelRepair) -> Floats:
+    """The values of a channel repair in the recording's own channels: (T, D) rad and m, or (T, M, 3) m."""
+    return from_channels(channels, found.values, found.weights >= TRUSTED, recording)
 
 
 def left_open(origin: Bytes) -> tuple[str, ...]:
@@ -102,8 +110,8 @@ def pca_outcome(markers: Markers) -> Repaired[Markers]:
     return Repaired(
         recording=markers.with_positions(positions),
         origin=origin.astype(np.uint8),
-        std=filtered.std,
-        weights=present.astype(float),
+        std=filtered.std.astype(np.float32),
+        weights=present.astype(np.float32),
         method="pca",
         warnings=left_open(origin),
     )
@@ -141,24 +149,23 @@ def opened_where_unsure(outcome: Repaired[Recording], max_std: float) -> Repaire
 
 def _own_columns(
     recording: Motion | Markers, layout: Layout, channels: Channels, found: ChannelRepair, scale: Floats
-) -> tuple[Bytes, Floats, Floats]:
+) -> tuple[Bytes, Singles, Singles]:
     """Origin, std (rad or m) and weights (T, D or M) in the recording's own channel order."""
-    present = recording.present
-    origin = np.where(present, Origin.MEASURED, Origin.LEFT_OPEN).astype(np.uint8)
-    std = np.full(present.shape, np.nan)
-    weights = present.astype(float)
+    shape = recording.frames, len(recording.channels)
+    origin, std, weights = np.empty(shape, np.uint8), np.full(shape, np.nan, np.float32), np.empty(shape, np.float32)
     here = np.flatnonzero(channels.columns >= 0)
     to = channels.columns[here]
-    if isinstance(recording, Motion):
-        origin[:, to] = found.origin[:, here]
-        std[:, to] = (found.std * scale)[:, here]
-        weights[:, to] = found.weights[:, here]
-        return origin, std, weights
-    by_marker = (len(present), len(layout.names), 3)
-    # a marker is repaired, filled or open when any of its coordinates is: the codes rise in that order
-    origin[:, to] = found.origin.reshape(by_marker).max(axis=2)[:, here]
-    std[:, to] = np.sqrt(np.square((found.std * scale).reshape(by_marker)).mean(axis=2))[:, here]
-    weights[:, to] = found.weights.reshape(by_marker).min(axis=2)[:, here]
+    for some in pieces(recording.frames):
+        present = _present(recording, some)
+        origin[some] = np.where(present, Origin.MEASURED, Origin.LEFT_OPEN)
+        weights[some] = present
+        kind, spread, weight = found.origin[some], found.std[some] * scale, found.weights[some]
+        if isinstance(recording, Markers):
+            by_marker = (len(present), len(layout.names), 3)
+            # a marker is repaired, filled or open when any of its coordinates is: the codes rise in that order
+            kind, weight = kind.reshape(by_marker).max(axis=2), weight.reshape(by_marker).min(axis=2)
+            spread = np.sqrt(np.square(spread.reshape(by_marker)).mean(axis=2))
+        origin[some, to], std[some, to], weights[some, to] = kind[:, here], spread[:, here], weight[:, here]
     return origin, std, weights
 
 
@@ -172,24 +179,27 @@ def _own_noise(recording: Motion | Markers, layout: Layout, channels: Channels, 
     return own
 
 
-def _root_origin(motion: Motion, values: Floats, origin: Bytes) -> Bytes:
-    """Judge the root's own channels by how far they moved: in the travelling frame they are mixed."""
+def _judge_root(motion: Motion, values: Floats, origin: Bytes) -> None:
+    """Set the origin of the root's own channels by how far they moved: in the travelling frame they are mixed."""
     skeleton = motion.skeleton
-    rows = np.concatenate(root_rows(skeleton))
-    if len(rows) == 0:
-        return origin
-    origin = origin.copy()
-    present: Bools = motion.present[:, rows]
-    moved = np.abs(values[:, rows] - motion.q[:, rows]) * unit(skeleton)[rows]
-    far = ESTIMATORS["welsch"].weight(np.nan_to_num(moved), SCALE) < TRUSTED
-    kept = np.where(far & (origin[:, rows] != Origin.MEASURED), Origin.REPAIRED, Origin.MEASURED)
-    open_ = np.where(np.isfinite(values[:, rows]), Origin.FILLED, Origin.LEFT_OPEN)
-    origin[:, rows] = np.where(present, kept, open_)
-    return origin
+    for row in np.concatenate(root_rows(skeleton)):
+        present: Bools = np.isfinite(motion.q[:, row])
+        moved = np.abs(values[:, row] - motion.q[:, row]) * unit(skeleton)[row]
+        far = ESTIMATORS["welsch"].weight(np.nan_to_num(moved), SCALE) < TRUSTED
+        kept = np.where(far & (origin[:, row] != Origin.MEASURED), Origin.REPAIRED, Origin.MEASURED)
+        open_ = np.where(np.isfinite(values[:, row]), Origin.FILLED, Origin.LEFT_OPEN)
+        origin[:, row] = np.where(present, kept, open_)
 
 
 def _values(recording: Motion | Markers) -> Floats:
     return recording.q if isinstance(recording, Motion) else recording.positions
+
+
+def _present(recording: Motion | Markers, frames: slice) -> Bools:
+    """(N, C) True where a sample of these frames was recorded."""
+    if isinstance(recording, Motion):
+        return np.isfinite(recording.q[frames])
+    return np.asarray(np.isfinite(recording.positions[frames]).all(axis=2))
 
 
 def _with_values(recording: Recording, values: Floats) -> Recording:

@@ -1,5 +1,8 @@
 """How sharply a recording bends by its own account, for repairs without a library (section 2.4)."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from ..arrays import Floats
@@ -27,7 +30,7 @@ def first_bends(measured: Floats, fps: float) -> Floats:
     fps : Hz.
     """
     second, twice = _lagged(measured, 1), _lagged(measured, 2)
-    third = _quiet_variance(np.diff(measured, n=3, axis=0))
+    third = _quiet_variance(measured, partial(np.diff, n=3))
     noise = np.where(twice < GROWS * second, np.minimum(second, twice), np.clip(0.75 * third - 1.5 * second, 0.0, None))
     bends = np.full(measured.shape[1], np.nan)
     longest = min(LONGEST * fps, len(measured) / 32)
@@ -46,7 +49,7 @@ def first_bends(measured: Floats, fps: float) -> Floats:
 
 def _lagged(measured: Floats, lag: int) -> Floats:
     """(C,) variance of second differences over `lag` frames, by their low quantile."""
-    return _quiet_variance(measured[: -2 * lag] - 2.0 * measured[lag:-lag] + measured[2 * lag :])
+    return _quiet_variance(measured, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
 
 
 def own_bends(values: Floats, unseen: Floats) -> Floats:
@@ -57,17 +60,17 @@ def own_bends(values: Floats, unseen: Floats) -> Floats:
     values : (T, C) the first repair; NaN = left open.
     unseen : (C,) mean variance of second differences that its samples left open.
     """
-    finite = np.nan_to_num(values)
-    seen = typical_bends(finite[None])
+    seen = typical_bends(values[None])
     coupled = COUPLED * seen + (1.0 - COUPLED) * np.diag(np.diag(seen))
     return np.asarray(coupled + np.diag(unseen))
 
 
-def _quiet_variance(differences: Floats) -> Floats:
-    """(C,) variance of each column by a low quantile of its size; NaN where a column is empty."""
-    result = np.full(differences.shape[1], np.nan)
-    for c in range(differences.shape[1]):
-        known = np.abs(differences[np.isfinite(differences[:, c]), c])
+def _quiet_variance(values: Floats, differences: Callable[[Floats], Floats]) -> Floats:
+    """(C,) variance of differences of each column by a low quantile of their size; NaN where there are none."""
+    result = np.full(values.shape[1], np.nan)
+    for c in range(values.shape[1]):
+        size = np.abs(differences(values[:, c]))
+        known = size[np.isfinite(size)]
         if known.size:
             result[c] = (np.quantile(known, QUIET) / _QUIET_NORMAL) ** 2
     return result

@@ -17,6 +17,8 @@ AS_ROTATION = 1.0 / 3.0  # of the jump: as a rotation the sample is this much ne
 # frames before and after from which a sample is foretold: between two neighbours, or on from two on one side
 NEIGHBOURS = ((-1, 1), (-2, -1), (1, 2), (-1, 2), (-2, 1))
 
+REACH = 4  # frames: a sample is judged by its neighbours, and disturbs the steps of two frames more
+
 
 def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[Bools, Bools]:
     """Samples that jump in their angles but are smooth as rotations, and the frames whose steps they disturb.
@@ -46,6 +48,14 @@ def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[B
     return vouched, at_pole
 
 
+def pole_crossings_in(frames: slice, angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[Bools, Bools]:
+    """The same of some frames, as all angles (T, C) tell it."""
+    before, after = max(0, frames.start - REACH), min(len(angles), frames.stop + REACH)
+    own = slice(frames.start - before, frames.stop - before)
+    vouched, at_pole = pole_crossings(angles[before:after], skeleton, columns)
+    return vouched[own], at_pole[own]
+
+
 def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
     """(T,) True where three angles (T, 3) degrees jump and the rotation they make does not."""
     frames = len(angles)
@@ -53,19 +63,23 @@ def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
     bend = np.abs(angles[:-2] - 2.0 * angles[1:-1] + angles[2:]).max(axis=1, initial=0.0)
     if frames < 3 or not (bend > JUMP).any():
         return smooth
-    known = np.isfinite(angles).all(axis=1)
-    one, two, three = (_turns(np.where(known, angles[:, i], 0.0) / DEGREES, axes[i]) for i in range(3))
-    matrices = one @ two @ three
+    known: Bools = np.asarray(np.isfinite(angles).all(axis=1, keepdims=True))
+    turns = np.where(known, angles, 0.0) / DEGREES
+
+    def rotations(t: Ints) -> Floats:
+        one, two, three = (_turns(turns[t, i], axes[i]) for i in range(3))
+        return np.asarray(one @ two @ three)
+
     for before, after in NEIGHBOURS:
         t = np.arange(max(0, -before), frames - max(0, after))
         share = -before / (after - before)
         foretold = angles[t + before] + share * (angles[t + after] - angles[t + before])
         jump = np.abs(angles[t] - foretold).max(axis=1)
         t, jump = t[jump > JUMP], jump[jump > JUMP]
-        one, other = matrices[t + before], matrices[t + after]
+        one, other = rotations(t + before), rotations(t + after)
         between = Rotation.from_matrix(one.transpose(0, 2, 1) @ other).as_rotvec()
         expected = one @ Rotation.from_rotvec(share * between).as_matrix()
-        cosine = (np.einsum("tij,tij->t", expected, matrices[t]) - 1.0) / 2.0
+        cosine = (np.einsum("tij,tij->t", expected, rotations(t)) - 1.0) / 2.0
         turn = np.arccos(np.clip(cosine, -1.0, 1.0)) * DEGREES
         smooth[t[turn < AS_ROTATION * jump]] = True
     return smooth

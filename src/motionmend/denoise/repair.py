@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, Singles
 from ..bodies.motion import Origin
 from ..numerics.ssa import Eigenbases, at_rate
 from .certainty import TRUSTED, deviations, noise_and_misfit
@@ -21,20 +21,24 @@ class ChannelRepair:
     ----------
     values : NaN where left open.
     std : standard deviations, NaN where left open.
-    weights : robust weights, 0 where missing.
+    weights : robust weights, 0 where missing; or only whether a sample is believed.
     origin : of `Origin`.
     iterations, cost, converged : of the optimisation.
     warnings : one sentence each.
     """
 
     values: Floats
-    std: Floats
-    weights: Floats
+    std: Floats | Singles
+    weights: Floats | Bools
     origin: Bytes
     iterations: int
     cost: Floats
     converged: bool
     warnings: tuple[str, ...] = ()
+
+    def but_for_values(self) -> "ChannelRepair":
+        """The same without the values, when they have served: those of a long recording need much memory."""
+        return replace(self, values=np.empty((0, self.values.shape[1])))
 
 
 def repair_channels(measured: Floats, bases: Eigenbases, model_fps: float, fps: float, robust: str) -> ChannelRepair:

@@ -25,26 +25,28 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
 
     Parameters
     ----------
-    library : the repair by a library that misses the recording.
-    own : by bases and bends of that repair itself. Both without a sample left open.
+    library : the repair by a library that misses the recording. Its arrays are written anew with the result, so that
+        no more of a long recording is held.
+    own : by bases and bends of that repair itself, its values as differences from the library's. Both without a sample
+        left open.
 
     Returns
     -------
     In gaps the library's values, shifted by what the other says at their edges.
     """
     first, second = library.found, own.found
-    seen = (first.origin == Origin.MEASURED) | (first.origin == Origin.REPAIRED)
-    half = bridged(np.where(seen, 0.5 * (second.values - first.values), np.nan))
-    variance = 0.5 * (np.square(first.std) + np.square(second.std))
-    variance = np.where(seen, variance, np.square(first.std)) + np.square(half)
+    for c in range(first.values.shape[1]):
+        seen = (first.origin[:, c] == Origin.MEASURED) | (first.origin[:, c] == Origin.REPAIRED)
+        half = bridged(np.where(seen, 0.5 * second.values[:, c], np.nan)[:, None])[:, 0]
+        one, other = (np.square(found.std[:, c].astype(np.float64)) for found in (first, second))
+        first.values[:, c] += half
+        first.std[:, c] = np.sqrt(np.where(seen, 0.5 * (one + other), one) + np.square(half))
+        first.weights[seen, c] = np.minimum(first.weights[seen, c], second.weights[seen, c])  # believed by both
+        first.origin[seen, c] = second.origin[seen, c]
     return replace(
         library,
         found=replace(
             first,
-            values=first.values + half,
-            std=np.sqrt(variance),
-            weights=np.where(seen, np.minimum(first.weights, second.weights), first.weights),  # believed by both
-            origin=np.where(seen, second.origin, first.origin).astype(np.uint8),
             iterations=first.iterations + second.iterations,
             warnings=tuple(said + SAID for said in first.warnings),
         ),

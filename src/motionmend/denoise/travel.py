@@ -34,6 +34,10 @@ class Travel:
         """(T, 3, 3) turns by the heading about `up`."""
         return turn(self.heading, self.up)
 
+    def part(self, frames: slice) -> "Travel":
+        """The same of some frames."""
+        return Travel(self.place[frames], self.heading[frames], self.up)
+
 
 def turn(angle: Floats, up: Floats) -> Floats:
     """(T, 3, 3) rotation matrices by `angle` (T,) rad about the unit vector `up` (Rodrigues)."""

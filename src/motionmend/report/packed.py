@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bytes, Floats
+from ..arrays import Bytes, Floats, Singles
 
 MISSING = -32768  # the code of a sample that is not there
 FINEST = 1e-4  # m and rad: 0.1 mm and 0.006 degrees, finer than a pixel shows
 _CODES = 65000  # steps a column may span; a little under 2^16 leaves room for rounding
 
 
-def pack(values: Floats) -> dict[str, Any]:
+def pack(values: Floats | Singles) -> dict[str, Any]:
     """Quantise columns to 16 bits and pack them as text.
 
     Each column n is stored as whole steps from its own offset, value = offset[n] + step[n] * code, so that
