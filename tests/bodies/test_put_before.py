@@ -4,15 +4,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.bodies.put_before import rest_pose_first
+from motionmend.bodies.put_before import rest_frames
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.io import read
 from motionmend.samples import clip
 
 
-def with_rest(motion):
-    """The motion with a first frame whose joints' angles are zero."""
-    first = motion.q[:1].copy()
+def with_rest(motion, frames=1):
+    """The motion with first frames whose joints' angles are zero."""
+    first = motion.q[:1].repeat(frames, axis=0)
     first[:, motion.skeleton.dof_kind == ROTATION] = 0.0
     return motion.with_q(np.vstack([first, motion.q]))
 
@@ -31,7 +31,7 @@ def test_no_recording_without_one_is_said_to_have_one(action, seed, noise, outli
     spoilt = motion.q + np.radians(noise) * rng.standard_normal(motion.q.shape)
     spoilt += np.where(rng.random(spoilt.shape) < outliers, np.radians(40) * rng.standard_normal(spoilt.shape), 0.0)
     spoilt[rng.random(spoilt.shape) < missing] = np.nan
-    assert not rest_pose_first(motion.with_q(spoilt))
+    assert not rest_frames(motion.with_q(spoilt))
 
 
 @settings(max_examples=20, deadline=None)
@@ -39,21 +39,27 @@ def test_no_recording_without_one_is_said_to_have_one(action, seed, noise, outli
 def test_one_is_found_through_noise(action, seed, noise):
     motion = with_rest(clip(action, seconds=4.0, fps=60.0, seed=seed))
     rng = np.random.default_rng(seed)
-    assert rest_pose_first(motion.with_q(motion.q + np.radians(noise) * rng.standard_normal(motion.q.shape)))
+    assert rest_frames(motion.with_q(motion.q + np.radians(noise) * rng.standard_normal(motion.q.shape))) == 1
+
+
+def test_one_may_stand_there_several_times():
+    motion = clip("walk", seconds=4.0, fps=60.0, seed=4)
+    for frames in (1, 2, 4, 30):
+        assert rest_frames(with_rest(motion, frames)) == frames
 
 
 def test_standing_at_rest_throughout_is_none():
     motion = clip("walk", seconds=2.0, fps=60.0, seed=1)
-    assert not rest_pose_first(motion.with_q(np.zeros_like(motion.q)))
-    assert not rest_pose_first(motion.with_q(np.full_like(motion.q, np.nan)))
+    assert not rest_frames(motion.with_q(np.zeros_like(motion.q)))
+    assert not rest_frames(motion.with_q(np.full_like(motion.q, np.nan)))
     for frames in (1, 2, 8):
-        assert not rest_pose_first(with_rest(motion.with_q(motion.q[:frames])))
+        assert not rest_frames(with_rest(motion.with_q(motion.q[:frames])))
 
 
 def test_real_recordings(data):
     for path in sorted((data / "mocap" / "bvh").glob("*.bvh")):
         motion = read(path)
-        assert rest_pose_first(motion), path.name
-        assert not rest_pose_first(motion.with_q(motion.q[1:])), path.name
+        assert rest_frames(motion) == 1, path.name
+        assert not rest_frames(motion.with_q(motion.q[1:])), path.name
     for path in sorted((data / "mocap" / "amc").glob("*/*.amc"))[::8]:
-        assert not rest_pose_first(read(path)), path.name
+        assert not rest_frames(read(path)), path.name

@@ -39,6 +39,9 @@ def test_it_stays_and_the_rest_is_repaired_as_without_it(method):
 def test_without_a_model_too():
     walk = truth("walk", seconds=3.0)
     rest = resting(walk)
+    repaired = repair_without_model(walk.with_q(np.vstack([rest, rest, rest, walk.q])), "adaptive")
+    np.testing.assert_array_equal(repaired.recording.q[:3], np.vstack([rest, rest, rest]))
+    assert any("frames 0 to 2 are a rest pose" in said for said in repaired.warnings)
     rest[0, 8] = np.nan
     repaired = repair_without_model(walk.with_q(np.vstack([rest, walk.q])), "adaptive")
     np.testing.assert_array_equal(repaired.recording.q[:1], rest)

@@ -1,4 +1,4 @@
-"""A rest pose that stands before a recording: many exporters put one in the first frame, to show the body by it."""
+"""A rest pose that stands before a recording: many exporters put one there, to show the body by it."""
 
 import warnings
 
@@ -14,11 +14,11 @@ MOST = 4.0  # usual distances that an angle counts at most, so that a few outlie
 FINEST = np.radians(0.5)  # an angle that keeps closer than this to where it goes does not count as still closer
 
 
-def rest_pose_first(motion: Motion) -> bool:
-    """Whether the first frame is a rest pose that was put before the recording.
+def rest_frames(motion: Motion) -> int:
+    """How many frames at the beginning are a rest pose that was put before the recording.
 
     It is further from the frames after it than any other frame is from those after it, in the joints' angles and in
-    what is usual for each; and in no other frame are the angles as small.
+    what is usual for each; and in no other frame are the angles as small. It may stand there several times.
 
     Parameters
     ----------
@@ -26,13 +26,15 @@ def rest_pose_first(motion: Motion) -> bool:
     """
     skeleton = motion.skeleton
     joints = (skeleton.dof_kind == ROTATION) & (skeleton.dof_joint != 0)
-    angles = motion.q[:LOOKED_AT, joints]
+    others = (motion.q[:LOOKED_AT, joints] != motion.q[:1, joints]).any(axis=1)
+    same = int(np.argmax(others)) if others.any() else 1
+    angles = motion.q[max(same, 1) - 1 : LOOKED_AT, joints]
     angles = angles[:, np.isfinite(angles).any(axis=0)]
     angles = angles[:, np.nanmax(angles, axis=0, initial=-np.inf) > np.nanmin(angles, axis=0, initial=np.inf)]
     if len(angles) <= 2 * AFTER or angles.shape[1] == 0 or np.isfinite(angles[0]).mean() < 0.5:
-        return False
+        return 0
     away, bent = _away(angles), _medians(np.abs(_turned(angles)))
-    return bool(away[0] > np.nanmax(away[1:]) and bent[0] < np.nanmin(bent[1:]))
+    return max(same, 1) if away[0] > np.nanmax(away[1:]) and bent[0] < np.nanmin(bent[1:]) else 0
 
 
 def _away(angles: Floats) -> Floats:

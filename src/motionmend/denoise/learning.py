@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from ..arrays import Floats, Ints
 from ..bodies.motion import Markers, Motion
-from ..bodies.put_before import rest_pose_first
+from ..bodies.put_before import rest_frames
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import whole_stretches
 from .channels import to_channels
@@ -96,8 +96,8 @@ class Glitch:
 def glitches(motion: Motion) -> list[Glitch]:
     """Where joints drop to exact zeros by a jump (see `without_glitches`), and a rest pose put before the clip."""
     skeleton, q = motion.skeleton, motion.q
-    rested = int(rest_pose_first(motion))
-    found = [Glitch(np.arange(q.shape[1]), 0, 1)] * rested
+    rested = rest_frames(motion)
+    found = [Glitch(np.arange(q.shape[1]), 0, rested)] if rested else []
     for joint in range(len(skeleton.names)):
         rows = skeleton.dofs_of(joint)
         rows = rows[skeleton.dof_kind[rows] == ROTATION]

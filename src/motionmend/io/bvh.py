@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Motion
-from ..bodies.put_before import rest_pose_first
+from ..bodies.put_before import rest_frames
 from ..bodies.skeleton import ROTATION, Skeleton, height, rest_positions
 from ..errors import FileError
 from .atomic import atomic
@@ -82,8 +82,9 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
         shift=shift,
     )
     motion = Motion(skeleton, q, fps or rate, source, tuple(guesses))
-    if rest_pose_first(motion):
-        return replace(motion, guesses=(*motion.guesses, "the first frame is a rest pose put before the recording"))
+    if rested := rest_frames(motion):
+        which = "first frame is" if rested == 1 else f"first {rested} frames are"
+        return replace(motion, guesses=(*motion.guesses, f"the {which} a rest pose put before the recording"))
     return motion
 
 
