@@ -43,13 +43,22 @@ def _joined(one, other):
 
 @given(SEEDS)
 @settings(max_examples=25, deadline=None)
-def test_one_mind_lies_half_way_and_is_as_unsure_as_the_two_are_at_odds(seed):
+def test_one_mind_lies_between_nearer_to_the_surer_and_is_as_unsure_as_the_two_are_at_odds(seed):
     one, other, filled = _two(seed)
     found = _joined(one, other).found
     a, b = one.found, other.found
-    np.testing.assert_allclose(found.values[~filled], 0.5 * (a.values + b.values)[~filled])
-    assert (found.std >= 0.5 * np.abs(a.values - b.values) - 1e-12)[~filled].all()
-    assert (found.std >= np.minimum(a.std, b.std) - 1e-12)[~filled].all()
+    for c in range(3):
+        seen = ~filled[:, c]
+        if not seen.any():
+            continue
+        apart, way = (b.values - a.values)[seen, c], (found.values - a.values)[seen, c]
+        share = way @ apart / (apart @ apart)
+        np.testing.assert_allclose(way, share * apart, atol=1e-9)
+        surer = np.square(a.std[seen, c]).mean() - np.square(b.std[seen, c]).mean()
+        np.testing.assert_allclose(share, 0.5 + np.clip(0.5 * surer / np.square(apart).mean(), -0.5, 0.5), atol=1e-9)
+        between = np.minimum(share, 1 - share) * np.abs(apart)
+        assert (found.std[seen, c] >= between - 1e-6).all()
+    assert (found.std >= np.minimum(a.std, b.std) - 1e-6)[~filled].all()
     np.testing.assert_array_equal(found.origin, np.where(filled, a.origin, b.origin))
     assert np.isfinite(found.values).all()
     assert found.warnings == ("Missed" + SAID,)

@@ -132,6 +132,9 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         mend_channels, values, fps=recording.fps, together=3 if isinstance(recording, Markers) else 1, poles=poles
     )
 
+    def own_prior() -> Prior:
+        return _own_prior(mended(Prior(first_bends(values, recording.fps), None)), recording, known.fps)
+
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
         patterns, stride = at_rate(known.bases, known.fps, recording.fps)
@@ -140,9 +143,11 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         )
         if not doubtful(first):
             return first
-        own = _own_prior(first, recording, known.fps)
+        own = own_prior()
+        if own.bases is None:  # what is missing was left open: only the library fills it
+            own = _own_prior(first, recording, known.fps)
         return first if own.bases is None else of_one_mind(first, mended(own, about=first.found.values))
-    again = mended(_own_prior(mended(Prior(first_bends(values, recording.fps), None)), recording, known.fps))
+    again = mended(own_prior())
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 

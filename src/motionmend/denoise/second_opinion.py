@@ -1,4 +1,4 @@
-"""Where the library misses a recording: what the recording shows of itself counts as much (section 2.4)."""
+"""Where the library misses a recording: what the recording shows of itself counts too (section 2.4)."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from .mending import Mended
 from .repair import MUCH_MISSED
 from .support import bridged
 
-SAID = "; what it shows of itself was believed as much"
+SAID = "; what it shows of itself was believed beside it"
 
 
 def doubtful(library: Mended) -> bool:
@@ -18,7 +18,7 @@ def doubtful(library: Mended) -> bool:
 
 
 def of_one_mind(library: Mended, own: Mended) -> Mended:
-    """Two repairs of one recording as one: the mean of what they say, as unsure as they are at odds.
+    """Two repairs of one recording as one: each channel's mean of both, as sure as each is of it.
 
     Two repairs that take different samples for outliers err in different places. Half of each is seldom much worse
     than the better of them and often better than both.
@@ -27,20 +27,30 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
     ----------
     library : the repair by a library that misses the recording. Its arrays are written anew with the result, so that
         no more of a long recording is held.
-    own : by bases and bends of that repair itself, its values as differences from the library's. Both without a sample
+    own : by what the recording shows of itself, its values as differences from the library's. Both without a sample
         left open.
 
     Returns
     -------
     In gaps the library's values, shifted by what the other says at their edges.
+
+    Source
+    ------
+    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969, equation 1; how alike
+    both err is told by how far they lie apart.
     """
     first, second = library.found, own.found
     for c in range(first.values.shape[1]):
         seen = (first.origin[:, c] == Origin.MEASURED) | (first.origin[:, c] == Origin.REPAIRED)
-        half = bridged(np.where(seen, 0.5 * second.values[:, c], np.nan)[:, None])[:, 0]
+        apart = second.values[:, c]
         one, other = (np.square(found.std[:, c].astype(np.float64)) for found in (first, second))
-        first.values[:, c] += half
-        first.std[:, c] = np.sqrt(np.where(seen, 0.5 * (one + other), one) + np.square(half))
+        square = 2.0 * np.square(apart[seen]).sum()
+        surer = (one - other)[seen].sum()
+        share = 0.5 + (np.clip(surer / square, -0.5, 0.5) if square > 0 else 0.0)
+        shift = bridged(np.where(seen, share * apart, np.nan)[:, None])[:, 0]
+        first.values[:, c] += shift
+        both = (1.0 - share) * one + share * other + share * (1.0 - share) * np.square(apart)
+        first.std[:, c] = np.sqrt(np.where(seen, both, one + np.square(shift)))
         first.weights[seen, c] = np.minimum(first.weights[seen, c], second.weights[seen, c])  # believed by both
         first.origin[seen, c] = second.origin[seen, c]
     return replace(
