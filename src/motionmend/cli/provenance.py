@@ -1,5 +1,6 @@
 """What a repair did to every sample, as JSON: counts, deviations, and runs of samples that were not measured."""
 
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,18 +23,39 @@ def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
     is one number where it is the same throughout, else one for each frame; it is absent where a gap was left open.
     """
     names = labels(repaired.recording.channels)
-    scale, unit = _units(repaired)
-    std = repaired.std * scale
+    _, unit = _units(repaired)
     return {
         "counts": repaired.counts(),
         "channels": {name: _counts(repaired.origin[:, c]) for c, name in enumerate(names)},
         "noise": _noise(repaired, names),
-        "std": {name: _spread(std[:, c], unit[c]) for c, name in enumerate(names)},
-        "runs": {name: found for c, name in enumerate(names) if (found := _runs(repaired.origin[:, c], std[:, c]))},
+        "std": {name: _spread(_std(repaired, c), unit[c]) for c, name in enumerate(names)},
+        "runs": Runs(repaired, names),
         "iterations": repaired.iterations,
         "cost": [_short(cost, 10) for cost in repaired.cost],
         "converged": repaired.converged,
     }
+
+
+class Runs(Mapping[str, dict[str, list[list[Any]]]]):
+    """The entry `runs` of `provenance`: each channel's are made when they are asked for, and not held.
+
+    Of a long recording those of all channels together need as much memory as its samples.
+    """
+
+    def __init__(self, repaired: Repaired[Any], names: Sequence[str]) -> None:
+        touched = (repaired.origin != Origin.MEASURED).any(axis=0)
+        self._repaired = repaired
+        self._columns = {name: c for c, name in enumerate(names) if touched[c]}
+
+    def __getitem__(self, name: str) -> dict[str, list[list[Any]]]:
+        column = self._columns[name]
+        return _runs(self._repaired.origin[:, column], _std(self._repaired, column))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
 
 
 def mask_runs(mask: Bools) -> list[tuple[int, int]]:
@@ -53,6 +75,11 @@ def _units(repaired: Repaired[Any]) -> tuple[Floats, list[str]]:
         return np.ones(len(recording.channels)), ["m"] * len(recording.channels)
     turns = recording.skeleton.dof_kind == ROTATION
     return np.where(turns, np.degrees(1.0), 1.0), ["deg" if turn else "m" for turn in turns]
+
+
+def _std(repaired: Repaired[Any], column: int) -> Floats:
+    """(T,) standard deviations of a channel as they are written."""
+    return np.asarray(repaired.std[:, column] * _units(repaired)[0][column])
 
 
 def _spread(std: Floats, unit: str) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """What `denoise` and `corrupt` share: recordings in, recordings of the same shape out, a file beside each."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,9 +94,22 @@ def write_json(path: Path, facts: Mapping[str, Any]) -> None:
     """Write facts as JSON for people and programs: one entry a line, long lists kept on theirs."""
     from ..io.atomic import atomic
 
-    entries = [f"  {json_line({key: value})[1:-1]}" for key, value in facts.items()]
-    with atomic(path) as temporary:
-        temporary.write_text("{\n" + ",\n".join(entries) + "\n}\n", "utf-8")
+    with atomic(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        for number, (key, value) in enumerate(facts.items()):
+            file.write(",\n  " if number else "{\n  ")
+            file.writelines(_entry(key, value))
+        file.write("\n}\n")
+
+
+def _entry(key: str, value: Any) -> Iterator[str]:
+    """An entry of a JSON object; what is a mapping itself is gone through, so that it need not be there as a whole."""
+    if not isinstance(value, Mapping):
+        yield json_line({key: value})[1:-1]
+        return
+    yield f"{json.dumps(key)}: {{"
+    for number, (name, inner) in enumerate(value.items()):
+        yield f"{', ' if number else ''}{json_line({name: inner})[1:-1]}"
+    yield "}"
 
 
 def _without(out: Path, inputs: list[Input], files: Sequence[Path]) -> list[Input]:

@@ -4,7 +4,6 @@ import filecmp
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +12,13 @@ from ..bodies.motion import Motion
 from ..bodies.skeleton import ROTATION, Skeleton, same
 from ..errors import FileError
 from .acclaim import asf_of, dof_tokens
+from .amc_frames import header_of, parse_lines, parse_regular
 from .asf import Asf, read_asf, skeleton_of, write_asf
 from .atomic import atomic
-from .text import finite, read_text, shown
+from .text import finite, open_text, shown
 
 USUAL_RATE = 120.0  # Hz
-BLOCK = 1 << 22  # characters parsed at a time, so that the words of a long file are never all in memory
+WRITTEN = 1 << 10  # frames that are text at a time
 HEADER = "#!OML:ASF\n:FULLY-SPECIFIED\n:DEGREES\n"
 
 
@@ -103,35 +103,29 @@ def read_amc(path: str | Path, asf: Asf | str | Path | None = None, fps: float |
     FileError : one line that names file, line, what was wanted, what came and what to do.
     """
     path = Path(path)
-    text = read_text(path, "an Acclaim motion (.amc)").removeprefix("\ufeff")
-    if "\n" not in text:
-        text = text.replace("\r", "\n")
+    text = open_text(path, "an Acclaim motion (.amc)")
     if asf is None:
         asf = find_asf(path)
     if not isinstance(asf, Asf):
         asf = read_asf(asf)
     skeleton = skeleton_of(asf)
-    start = re.search(r"^[ \t]*\d+[ \t]*\r?$", text, re.MULTILINE)
-    if not start:
-        raise FileError(
-            f"{path}: wanted an Acclaim motion, found no frame (a line with its number); get a complete copy"
-        )
-    header, body = text[: start.start()], text[start.start() :]
+    header, begin = header_of(text)
     degrees, rate, guesses = _read_header(header, asf, path)
     columns = _columns(skeleton, asf)
-    frames = _parse_regular(body, columns, len(skeleton.dof_names))
+    frames = parse_regular(text.pieces(begin), columns, len(skeleton.dof_names))
     if frames is None:
-        frames = _parse_lines(body, columns, asf, path, header.count("\n") + 1)
+        frames = parse_lines(text.pieces(begin), columns, asf, path, header.count("\n") + 1)
     if np.any(np.diff(frames.numbers) != 1):
         guesses.append("frame numbers are not consecutive: took the frames as evenly spaced")
-    if not text.endswith("\n"):
+    if not text.ended:
         guesses.append("the last line has no line break: should the file be cut off there, its last value is wrong")
     if fps is None and rate is None:
         guesses.append(f"no rate in .amc: took {USUAL_RATE:g} Hz; give --fps")
     elif fps is not None and rate is not None and fps != rate:
         guesses.append(f"the file states {rate:g} Hz, took {fps:g} Hz as given")
     source = AmcSource(asf, header, degrees, frames.bones, frames.numbers, frames.comments)
-    q = frames.values * _unit(skeleton, asf, degrees)
+    q = frames.values
+    q *= _unit(skeleton, asf, degrees)
     return Motion(skeleton, q, fps or rate or USUAL_RATE, source, (*asf.guesses, *guesses))
 
 
@@ -161,7 +155,6 @@ def write_amc(path: str | Path, motion: Motion) -> None:
         asf = asf_of(skeleton, f"{path.stem}.asf")
         source = AmcSource(asf, bones=("root", *(bone.name for bone in asf.bones if bone.dof)))
         columns = _columns_of(skeleton)
-    values = np.where(motion.present, motion.q, np.nan) / _unit(skeleton, asf, source.degrees)
     seen = np.atleast_1d(motion.present.any(axis=0))
     added = [bone for bone, at in columns.items() if bone not in source.bones and seen[at].any()]
     order = (*source.bones, *added)
@@ -172,12 +165,21 @@ def write_amc(path: str | Path, motion: Motion) -> None:
     if len(numbers) != motion.frames:
         numbers = numbers[0] + np.arange(motion.frames)
     at = [column for bone in order for column in columns[bone]]
-    pieces = [template % (n, *row) for n, row in zip(numbers.tolist(), values[:, at].tolist(), strict=True)]
-    for frame, comment in reversed(source.comments):
-        pieces.insert(min(frame, len(pieces)), comment + newline)
+    unit = _unit(skeleton, asf, source.degrees)
     _place_asf(path, asf)
-    with atomic(path) as temporary:
-        temporary.write_bytes("".join([_stating(source.header, motion.fps, newline), *pieces]).encode())
+    with atomic(path) as temporary, temporary.open("wb") as file:
+        file.write(_stating(source.header, motion.fps, newline).encode())
+        for start in range(0, motion.frames, WRITTEN):
+            stop = min(start + WRITTEN, motion.frames)
+            q = motion.q[start:stop]
+            values = (np.where(np.isfinite(q), q, np.nan) / unit)[:, at]
+            frames = zip(numbers[start:stop].tolist(), values.tolist(), strict=True)
+            pieces = [template % (n, *row) for n, row in frames]
+            last = stop == motion.frames
+            for frame, comment in reversed(source.comments):
+                if start <= frame < stop or (last and frame >= stop):
+                    pieces.insert(min(frame - start, len(pieces)), comment + newline)
+            file.write("".join(pieces).encode())
 
 
 def _stating(header: str, fps: float, newline: str) -> str:
@@ -262,112 +264,3 @@ def _read_header(header: str, asf: Asf, path: Path) -> tuple[bool, float | None,
         return degrees, rate, []
     unit = "degrees" if asf.degrees else "radians"
     return asf.degrees, rate, [f"neither :DEGREES nor :RADIANS in .amc: took {unit}, as {asf.name} states"]
-
-
-class _Frames(NamedTuple):
-    values: Floats  # (T, D) in the file's units
-    numbers: Ints  # (T,)
-    bones: tuple[str, ...]
-    comments: tuple[tuple[int, str], ...] = ()
-
-
-def _parse_regular(body: str, columns: dict[str, list[int]], dofs: int) -> _Frames | None:
-    """Frames that all look like the first, word for word; None when they do not or anything else is odd."""
-    end = re.compile(r"\n[ \t]*\d+[ \t]*\r?\n").search(body)
-    pattern = (body[: end.start()] if end else body).splitlines()[1:]
-    bones = tuple(line.split()[0] for line in pattern if line.split())
-    words = [word for line in pattern for word in line.split()]
-    if not set(bones) <= set(columns) or len(set(bones)) < len(bones):
-        return None
-    if [len(line.split()) - 1 for line in pattern] != [len(columns[bone]) for bone in bones]:
-        return None
-    period = 1 + len(words)
-    at: list[tuple[int, int]] = []  # place among a frame's words, column of q
-    names: list[tuple[int, str]] = []
-    place = 1
-    for bone in bones:
-        names.append((place, bone))
-        at += [(place + 1 + i, column) for i, column in enumerate(columns[bone])]
-        place += 1 + len(columns[bone])
-
-    lines = body.rstrip()
-    frames = (lines.count("\n") + 1) // (1 + len(bones))
-    if (lines.count("\n") + 1) % (1 + len(bones)):
-        return None
-    if lines.count("_") != frames * sum(bone.count("_") for bone in bones):
-        return None  # Python would read 1_0 as 10
-    values = np.full((frames, dofs), np.nan)
-    numbers = np.empty(frames, dtype=np.int64)
-    done, start, rest = 0, 0, list[str]()
-    while start < len(lines):
-        cut = lines.find("\n", start + BLOCK)
-        stop = len(lines) if cut < 0 else cut
-        rest += lines[start:stop].split()
-        start = stop
-        count = len(rest) // period
-        used, rest = rest[: count * period], rest[count * period :]
-        if done + count > frames or any(used[k::period].count(bone) != count for k, bone in names):
-            return None
-        try:
-            numbers[done : done + count] = [int(word) for word in used[::period]]
-            for k, column in at:
-                values[done : done + count, column] = [float(word) for word in used[k::period]]
-        except ValueError:
-            return None
-        done += count
-    if rest or done < frames or np.isinf(values).any():
-        return None
-    return _Frames(values, numbers, bones)
-
-
-def _parse_lines(body: str, columns: dict[str, list[int]], asf: Asf, path: Path, first: int) -> _Frames:
-    """Frames line by line: bones may be left out, in any order, with comments between; `first` is the line number."""
-    spelled = {bone.lower(): bone for bone in columns}
-    dofs = sum(map(len, columns.values()))
-    rows: list[list[float]] = []
-    numbers: list[int] = []
-    comments: list[tuple[int, str]] = []
-    order: dict[str, None] = {}
-    frame: list[str] = []  # bones of the frame being read
-    before: list[str] = []  # of the one before
-    number = first
-    for number, line in enumerate(body.splitlines(), start=first):
-        words = line.split()
-        place = f"{path}, line {number}"
-        if not words:
-            continue
-        if words[0].startswith("#"):
-            comments.append((len(rows), line))
-            continue
-        if len(words) == 1 and words[0].isdecimal():
-            numbers.append(int(words[0]))
-            rows.append([np.nan] * dofs)
-            before, frame = frame, []
-            continue
-        bone = spelled.get(words[0].lower())
-        if bone is None:
-            raise FileError(
-                f"{place}: wanted a bone of {asf.name} or a frame number, came {shown(words[0])}; "
-                "check the file, or name its own skeleton with --skeleton"
-            )
-        if bone in frame:
-            raise FileError(f"{place}: {bone} comes twice in frame {numbers[-1]}; remove one")
-        at = columns[bone]
-        if len(words) - 1 != len(at):
-            raise FileError(
-                f"{place}: wanted {len(at)} values for {bone} as in {asf.name}, came {len(words) - 1}; "
-                "the line is broken or cut off, or belongs to another skeleton"
-            )
-        for column, word in zip(at, words[1:], strict=True):
-            try:
-                rows[-1][column] = finite(word)
-            except ValueError:
-                raise FileError(f"{place}: wanted a number or nan for {bone}, came {shown(word)}; correct it") from None
-        frame.append(bone)
-        order[bone] = None
-    if before and (not frame or (frame[-1] != before[-1] and before[-1] not in frame)):
-        raise FileError(
-            f"{path}, line {number}: frame {numbers[-1]} wants bones up to {before[-1]} like the one before, "
-            f"the file ends after {frame[-1] if frame else 'its number'}; it is cut off: get a complete copy"
-        )
-    return _Frames(np.array(rows), np.array(numbers), tuple(order), tuple(comments))

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..bodies.motion import Motion
 from ..bodies.skeleton import TRANSLATION, Skeleton, forward
 from ..errors import MismatchError
 from .hierarchy import BvhSource, parse_hierarchy, replaces, skeleton_of
 
 CENTIMETRE = 0.01
+TOGETHER = 1 << 13  # frames of which all joints are posed at a time
 POSITIONS = ("Xposition", "Yposition", "Zposition")
 ROTATIONS = ("Zrotation", "Xrotation", "Yrotation")
 
@@ -41,15 +42,17 @@ def bvh_of(motion: Motion) -> Motion:
     order, header = _header(skeleton)
     hierarchy = parse_hierarchy(header, Path("skeleton.bvh"))
     target, columns = skeleton_of(hierarchy, CENTIMETRE, skeleton.up)
-    moved, turned = _local(skeleton, motion.q)
-    q = np.empty((motion.frames, len(target.dof_names)))
-    for place, joint in enumerate(order):
-        rows = target.dofs_of(place)
-        if joint >= 0 and len(rows):
-            q[:, rows[-3:]] = _euler(turned[:, joint])
-            q[:, rows[:-3]] = moved[:, joint][:, : len(rows) - 3]
-        else:
-            q[:, rows] = 0.0
+    q = np.zeros((motion.frames, len(target.dof_names)))
+    own = [(target.dofs_of(place), joint) for place, joint in enumerate(order)]
+    own = [(rows, joint) for rows, joint in own if joint >= 0 and len(rows)]
+    for start in range(0, motion.frames, TOGETHER):
+        some = slice(start, start + TOGETHER)
+        moved, turned = _local(skeleton, motion.q[some])
+        for rows, joint in own:
+            q[some, rows[-3:]] = _euler(turned[:, joint])
+            q[some, rows[:-3]] = moved[:, joint][:, : len(rows) - 3]
+    for rows, _ in own:
+        _make_continuous(q, rows[-3:])
     shift = np.zeros(len(target.dof_names))
     for joint in np.flatnonzero(target.parents >= 0).tolist():
         rows = target.dofs_of(joint)[:-3]
@@ -132,7 +135,7 @@ def _local(skeleton: Skeleton, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _euler(turned: Floats) -> Floats:
-    """Angles (T, 3) rad about z, x and y, the first outermost, continuous over time; NaN where `turned` is."""
+    """Angles (T, 3) rad about z, x and y, the first outermost; NaN where `turned` is."""
     from scipy.spatial.transform import Rotation
 
     angles = np.full((len(turned), 3), np.nan)
@@ -140,8 +143,15 @@ def _euler(turned: Floats) -> Floats:
     if known.any():
         with warnings.catch_warnings():  # at 90° about x two of the angles are one freedom; any choice will do
             warnings.filterwarnings("ignore", message="Gimbal lock")
-            angles[known] = np.unwrap(Rotation.from_matrix(turned[known]).as_euler("ZXY"), axis=0)
+            angles[known] = Rotation.from_matrix(turned[known]).as_euler("ZXY")
     return angles
+
+
+def _make_continuous(q: Floats, rows: Ints) -> None:
+    """Shift angles by whole turns so that none jumps from one known frame to the next, in place."""
+    known = np.flatnonzero(np.isfinite(q[:, rows]).all(axis=1))
+    for row in rows:
+        q[known, row] = np.unwrap(q[known, row])
 
 
 def _numbers(offset: Floats) -> str:

@@ -1,6 +1,7 @@
 """Biovision hierarchies (.bvh): a skeleton and its motion in one text file."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,11 +16,12 @@ from .atomic import atomic
 from .biovision import bvh_of
 from .hierarchy import BvhSource, parse_hierarchy, replaces, skeleton_of
 from .supposed import length_unit, up_axis
-from .text import finite, read_text, shown
+from .text import Text, finite, open_text, shown
 
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "inch"), (0.0254 / 0.45, "inch / 0.45, as CMU's data"))
 RATES = (24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
-BLOCK = 1 << 22  # characters parsed at a time, so that the words of a long file are never all in memory
+WRITTEN = 1 << 10  # frames that are text at a time
+LONGEST_HEADING = 1 << 12  # characters from MOTION to the frame time
 MOTION = re.compile(r"^[ \t]*MOTION\s+Frames\s*:\s*(\S+)\s+Frame\s*Time\s*:\s*(\S+)", re.MULTILINE | re.IGNORECASE)
 
 
@@ -42,21 +44,19 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
     FileError : one line that names file, line, what was wanted, what came and what to do.
     """
     path = Path(path)
-    text = read_text(path, "a BVH file")
-    if "\n" not in text:
-        text = text.replace("\r", "\n")
-    found = MOTION.search(text)
-    hierarchy = parse_hierarchy(text[: found.start()] if found else text.partition("MOTION")[0], path)
+    text = open_text(path, "a BVH file")
+    head, found = _up_to_motion(text)
+    hierarchy = parse_hierarchy(head[: found.start()] if found else head.partition("MOTION")[0], path)
     if not found:
         raise FileError(
             f"{path}: wanted MOTION, 'Frames:' and 'Frame Time:' after the hierarchy, found none or not all; "
             "the file is cut off: get a complete copy"
         )
-    frames, rate, guesses = _stated(found, text, path)
+    frames, rate, guesses = _stated(found, head, path)
     width = sum(map(len, hierarchy.channels))
     if not width:
         raise FileError(f"{path}: wanted at least one joint with CHANNELS, found none; nothing moves in this file")
-    values = _values(text, found.end(), frames, width, path)
+    values = _values(text, found.end(), frames, width, head.count("\n", 0, found.end()) + 1)
     if len(values) > frames:
         guesses.append(f"{frames} frames stated after 'Frames:', {len(values)} in the file: took all")
 
@@ -72,8 +72,8 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
     if fps is not None and abs(fps / rate - 1) > 1e-4:
         guesses.append(f"the file states {rate:.6g} Hz, took {fps:g} Hz as given")
     source = BvhSource(
-        before=text[: found.start(1)],
-        between=text[found.end(1) : found.start(2)],
+        before=head[: found.start(1)],
+        between=head[found.end(1) : found.start(2)],
         frame_time=found[2],
         fps=rate,
         dof_names=skeleton.dof_names,
@@ -102,16 +102,29 @@ def write_bvh(path: str | Path, motion: Motion) -> None:
     if not isinstance(source, BvhSource) or source.dof_names != motion.skeleton.dof_names:
         motion = bvh_of(motion)
         source = motion.source
-    turns = motion.skeleton.dof_kind == ROTATION
-    values = np.empty_like(motion.q)
-    q = np.where(motion.present, motion.q, np.nan)
-    values[:, source.columns] = (q + source.shift) / np.where(turns, np.pi / 180, source.metres)
     newline = "\r\n" if source.between.startswith("\r") else "\n"
-    row = " ".join(["%.10g"] * values.shape[1]) + newline
+    row = " ".join(["%.10g"] * motion.q.shape[1]) + newline
+    unit, order = np.where(motion.skeleton.dof_kind == ROTATION, np.pi / 180, source.metres), np.argsort(source.columns)
     frame_time = source.frame_time if motion.fps == source.fps else f"{1 / motion.fps!r}"
     head = f"{source.before}{motion.frames}{source.between}{frame_time}{newline}"
-    with atomic(path) as temporary:
-        temporary.write_bytes("".join([head, *(row % tuple(frame) for frame in values.tolist())]).encode())
+    with atomic(path) as temporary, temporary.open("wb") as file:
+        file.write(head.encode())
+        for start in range(0, motion.frames, WRITTEN):
+            q = motion.q[start : start + WRITTEN]
+            values = ((np.where(np.isfinite(q), q, np.nan) + source.shift) / unit)[:, order]
+            file.write("".join(row % tuple(frame) for frame in values.tolist()).encode())
+
+
+def _up_to_motion(text: Text) -> tuple[str, re.Match[str] | None]:
+    """The text up to some place after the frame time, and where that is said in it; else all of it."""
+    head, found = "", None
+    for piece in text.pieces():
+        seen = max(0, len(head) - LONGEST_HEADING)
+        head += piece
+        found = MOTION.search(head, seen)
+        if found:
+            break
+    return head, found
 
 
 def _stated(found: re.Match[str], text: str, path: Path) -> tuple[int, float, list[str]]:
@@ -143,37 +156,34 @@ def _rate(spelled: str, frame_time: float) -> float:
     return float(possible[0]) if len(possible) == 1 else 1 / frame_time
 
 
-def _values(text: str, start: int, frames: int, width: int, path: Path) -> Floats:
-    """The numbers after `start` as (`frames` or more, width), in the file's units."""
+def _values(text: Text, after: int, frames: int, width: int, line: int) -> Floats:
+    """The numbers after so many characters, in a line, as (`frames` or more, width), in the file's units."""
     parsed: list[Floats] = []
-    at = start
-    while at < len(text):
-        cut = text.find("\n", at + BLOCK)
-        stop = len(text) if cut < 0 else cut
-        block = text[at:stop]
+    number = line
+    for piece in text.pieces(after):
         try:
-            parsed.append(np.array([float(word) for word in block.split()]))
-            broken = "_" in block or bool(np.isinf(parsed[-1]).any())
+            parsed.append(np.array([float(word) for word in piece.split()]))
+            broken = "_" in piece or bool(np.isinf(parsed[-1]).any())
         except ValueError:
             broken = True
         if broken:
-            _complain(text, start, path)
-        at = stop
+            _complain([piece], number, text.path)
+        number += piece.count("\n")
     values = np.concatenate(parsed) if parsed else np.empty(0)
     if len(values) % width:
-        _complain(text, start, path, width)
+        _complain(text.pieces(after), line, text.path, width)
     if len(values) < frames * width:
         raise FileError(
-            f"{path}: wanted {frames} frames as stated after 'Frames:', came {len(values) / width:g}; "
+            f"{text.path}: wanted {frames} frames as stated after 'Frames:', came {len(values) / width:g}; "
             "the file is cut off, or correct the number"
         )
     return values.reshape(-1, width)
 
 
-def _complain(text: str, start: int, path: Path, width: int = 0) -> None:
+def _complain(pieces: Iterable[str], first: int, path: Path, width: int = 0) -> None:
     """Raise for the first line whose words are no numbers or, given `width`, not as many."""
-    first = text.count("\n", 0, start) + 1
-    for number, line in enumerate(text[start:].split("\n"), start=first):
+    lines = (line for piece in pieces for line in piece.removesuffix("\n").split("\n"))
+    for number, line in enumerate(lines, start=first):
         words = line.split()
         for word in words:
             try:
