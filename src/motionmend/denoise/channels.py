@@ -118,8 +118,9 @@ def _picked(values: Floats, columns: Ints) -> Floats:
     if np.array_equal(columns, np.arange(values.shape[1])):
         return values
     picked = np.full((len(values), len(columns), *values.shape[2:]), np.nan)
-    here = columns >= 0
-    picked[:, here] = values[:, columns[here]]
+    here = np.flatnonzero(columns >= 0)
+    for some in pieces(len(values)):
+        picked[some, here] = values[some, columns[here]]
     return picked
 
 

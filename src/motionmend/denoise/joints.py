@@ -102,7 +102,8 @@ def into_angles(values: Floats, frame: Travel | None, trusted: Bools, motion: Mo
         told = sure[:, ::2].any(axis=1, keepdims=True)
         raw = ~told & known.all(axis=1, keepdims=True)
         like = np.where(raw, file_values, _branch_reference(file_values, sure))
-        values[:, triple] = nearest_triple(values[:, triple], like, sure | ~told)
+        for some in pieces(motion.frames):
+            values[some, triple] = nearest_triple(values[some, triple], like[some], sure[some] | ~told[some])
     for d in np.flatnonzero(skeleton.dof_kind == ROTATION):
         meant = _branch_reference(q[:, d : d + 1] * scale[d], trusted[:, d : d + 1])
         values[:, d : d + 1] = nearest_turn(values[:, d : d + 1], meant)

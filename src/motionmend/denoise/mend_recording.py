@@ -25,7 +25,7 @@ from .mending import Mended, mend_channels
 from .outcome import brought_back, repaired_recording
 from .own_bends import first_bends, own_bends
 from .pieces import pieces
-from .poles import pole_crossings_in
+from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_mind
 
 CENTIMETRES = 100.0
@@ -125,15 +125,17 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
+    """Channels repaired; `values`, those of `channels`, may be lost by it."""
     poles = None
     if isinstance(recording, Motion):
-        poles = partial(pole_crossings_in, angles=values, skeleton=recording.skeleton, columns=channels.columns)
+        poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
     mended = partial(
         mend_channels, values, fps=recording.fps, together=3 if isinstance(recording, Markers) else 1, poles=poles
     )
 
     def own_prior() -> Prior:
-        return _own_prior(mended(Prior(first_bends(values, recording.fps), None)), recording, known.fps)
+        by_bends = Prior(first_bends(values, recording.fps), None)
+        return _own_prior(mended(by_bends, deviations=False), recording, known.fps)
 
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
@@ -146,8 +148,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         own = own_prior()
         if own.bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
-        return first if own.bases is None else of_one_mind(first, mended(own, about=first.found.values))
-    again = mended(own_prior())
+        return first if own.bases is None else of_one_mind(first, mended(own, into=values))
+    again = mended(own_prior(), into=values)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 

@@ -7,7 +7,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from ..bodies.motion import Origin
 from .adaptive import Adapted, adapt
 from .likeliest_gaps import Process
 from .local_prior import Neighbourhood, Prior, local_prior
-from .pieces import pieces
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
 
@@ -55,8 +53,9 @@ def mend_channels(
     near: Neighbourhood | None = None,
     process: Process | None = None,
     together: int = 1,
-    poles: Callable[[slice], tuple[Bools, Bools]] | None = None,
-    about: Floats | None = None,
+    poles: Callable[[Floats], tuple[Bools, Bools]] | None = None,
+    into: Floats | None = None,
+    deviations: bool = True,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -69,7 +68,8 @@ def mend_channels(
     process : of clean motion, for gaps.
     together : neighbouring columns that are outliers together.
     poles : gives `poles.pole_crossings` of some frames; None = there are none.
-    about : (T, C) the values are given as differences from these, in single precision; None = as they are.
+    into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
+    deviations : False leaves them out, where nobody asks how sure the values are.
 
     Returns
     -------
@@ -77,14 +77,15 @@ def mend_channels(
     """
     least = max(LEAST_FRAMES, 0 if prior.bases is None else prior.bases.window)
     closer = None if near is None else partial(local_prior, near, fps=fps)
-    values = np.empty(measured.shape, np.float64 if about is None else np.float32)
-    std, outlier = np.empty(measured.shape, np.float32), np.empty(measured.shape, bool)
+    values = np.empty(measured.shape) if into is None else into
+    std = np.empty(measured.shape if deviations else (0, measured.shape[1]), np.float32)
+    origin = np.empty(measured.shape, np.uint8)
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
 
-    def block(seen: slice) -> Adapted:
-        vouched, at_pole = (None, None) if poles is None else (_among_missing(p, least)[1] for p in poles(seen))
+    def block(padded: Floats) -> Adapted:
+        vouched, at_pole = (None, None) if poles is None else poles(padded)
         return adapt(
-            _among_missing(measured[seen], least)[1],
+            padded,
             prior,
             fps,
             closer=closer,
@@ -95,22 +96,28 @@ def mend_channels(
         )
 
     blocks = _blocks(len(measured), fps)
-    for (core, seen), adapted in zip(blocks, _at_once(block, [seen for _, seen in blocks]), strict=True):
-        before, padded = _among_missing(measured[seen], least)
-        own = slice(before + core.start - seen.start, before + core.stop - seen.start)
-        values[core] = adapted.values[own] if about is None else adapted.values[own] - about[core]
-        std[core], outlier[core] = np.sqrt(DOUBT * adapted.variance[own]), adapted.outlier[own]
+    parts = (_among_missing(measured[seen], least) for _, seen in blocks)
+    for (core, seen), (padded, adapted) in zip(blocks, _at_once(block, parts, len(blocks)), strict=True):
+        before = (len(padded) - (seen.stop - seen.start)) // 2 - seen.start
+        own = slice(before + core.start, before + core.stop)
+        values[core] = adapted.values[own]
+        if deviations:
+            std[core] = np.sqrt(DOUBT * adapted.variance[own])
+        present = np.isfinite(padded)
+        kind = np.where(adapted.outlier[own], Origin.REPAIRED, Origin.MEASURED)
+        origin[core] = np.where(present[own], kind, Origin.FILLED)
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
         size = core.stop - core.start
         if prior.bases is not None:
-            believed = np.isfinite(padded) & ~adapted.outlier
-            missed += size * missed_by(adapted.supported, believed, adapted.values) ** 2
+            missed += size * missed_by(adapted.supported, present & ~adapted.outlier, adapted.values) ** 2
         weight, steps = weight + size, steps + adapted.steps
     missed = float(np.sqrt(missed / max(weight, 1)))
-    origin = _origins(measured, outlier, fps, prior.bases is not None)
+    _open_unsupported(origin, fps, prior.bases is not None)
     opened = origin == Origin.LEFT_OPEN
-    values[opened], std[opened] = np.nan, np.nan
+    values[opened] = np.nan
+    if deviations:
+        std[opened] = np.nan
     said = (
         (
             f"the library misses this recording by {missed:.1f} degrees or cm (root mean square): it may not know this "
@@ -123,19 +130,26 @@ def mend_channels(
     return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
 
 
-def _at_once(task: Callable[[slice], Adapted], items: list[slice]) -> Iterator[Adapted]:
-    """The task of every item, in order, a few side by side; no more results wait than are worked on."""
-    if len(items) == 1:
-        yield task(items[0])
+def _at_once(
+    task: Callable[[Floats], Adapted], items: Iterator[Floats], count: int
+) -> Iterator[tuple[Floats, Adapted]]:
+    """Every item and its task's result, in order, a few side by side; no more results wait than are worked on.
+
+    An item is taken before the result of the one before it is given out.
+    """
+    if count == 1:
+        for item in items:
+            yield item, task(item)
         return
     with ThreadPoolExecutor(max_workers=min(AT_ONCE, os.cpu_count() or 1)) as pool:
-        waiting: deque[Future[Adapted]] = deque()
+        waiting: deque[tuple[Floats, Future[Adapted]]] = deque()
         for item in items:
-            waiting.append(pool.submit(task, item))
+            waiting.append((item, pool.submit(task, item)))
             if len(waiting) == AT_ONCE:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+                first, result = waiting.popleft()
+                yield first, result.result()
+        for last, result in waiting:
+            yield last, result.result()
 
 
 def _blocks(frames: int, fps: float) -> list[tuple[slice, slice]]:
@@ -146,25 +160,19 @@ def _blocks(frames: int, fps: float) -> list[tuple[slice, slice]]:
     return [(slice(a, b), slice(max(0, a - margin), min(frames, b + margin))) for a, b in pairwise(edges)]
 
 
-def _among_missing(block: Any, least: int) -> tuple[int, Any]:
-    """A short block with missing (or False) frames on both sides, and how many stand before it."""
+def _among_missing(block: Floats, least: int) -> Floats:
+    """A copy of a block, a short one with missing frames on both sides."""
     short = max(least - len(block), 0)
-    empty = np.nan if block.dtype.kind == "f" else False
-    return short // 2, np.pad(block, ((short // 2, short - short // 2), (0, 0)), constant_values=empty)
+    return np.pad(block, ((short // 2, short - short // 2), (0, 0)), constant_values=np.nan)
 
 
-def _origins(measured: Floats, outlier: Bools, fps: float, library: bool) -> Bytes:
-    """(T, C) of `Origin`: where each sample comes from; open is what nothing supports."""
-    origin = np.empty(measured.shape, dtype=np.uint8)
-    for some in pieces(len(measured)):
-        seen = np.where(outlier[some], Origin.REPAIRED, Origin.MEASURED)
-        origin[some] = np.where(np.isfinite(measured[some]), seen, Origin.FILLED)
+def _open_unsupported(origin: Bytes, fps: float, library: bool) -> None:
+    """Open the gaps (T, C) that nothing supports, in place."""
     # with a library any channel speaks for all; without one each speaks for itself
     anywhere = _distance((origin == Origin.MEASURED).any(axis=1)) if library else None
     for c in np.flatnonzero((origin == Origin.FILLED).any(axis=0)):
         away = _distance(origin[:, c] == Origin.MEASURED) if anywhere is None else anywhere
         origin[(origin[:, c] == Origin.FILLED) & (away > NEAR * fps), c] = Origin.LEFT_OPEN
-    return origin
 
 
 def _distance(evidence: Bools) -> Floats:

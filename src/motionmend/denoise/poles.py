@@ -17,8 +17,6 @@ AS_ROTATION = 1.0 / 3.0  # of the jump: as a rotation the sample is this much ne
 # frames before and after from which a sample is foretold: between two neighbours, or on from two on one side
 NEIGHBOURS = ((-1, 1), (-2, -1), (1, 2), (-1, 2), (-2, 1))
 
-REACH = 4  # frames: a sample is judged by its neighbours, and disturbs the steps of two frames more
-
 
 def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[Bools, Bools]:
     """Samples that jump in their angles but are smooth as rotations, and the frames whose steps they disturb.
@@ -46,14 +44,6 @@ def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[B
         for later in range(3):
             at_pole[later:, three] |= smooth[: len(smooth) - later, None]
     return vouched, at_pole
-
-
-def pole_crossings_in(frames: slice, angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[Bools, Bools]:
-    """The same of some frames, as all angles (T, C) tell it."""
-    before, after = max(0, frames.start - REACH), min(len(angles), frames.stop + REACH)
-    own = slice(frames.start - before, frames.stop - before)
-    vouched, at_pole = pole_crossings(angles[before:after], skeleton, columns)
-    return vouched[own], at_pole[own]
 
 
 def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:

@@ -27,8 +27,7 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
     ----------
     library : the repair by a library that misses the recording. Its arrays are written anew with the result, so that
         no more of a long recording is held.
-    own : by what the recording shows of itself, its values as differences from the library's. Both without a sample
-        left open.
+    own : by what the recording shows of itself. Both without a sample left open.
 
     Returns
     -------
@@ -42,7 +41,7 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
     first, second = library.found, own.found
     for c in range(first.values.shape[1]):
         seen = (first.origin[:, c] == Origin.MEASURED) | (first.origin[:, c] == Origin.REPAIRED)
-        apart = second.values[:, c]
+        apart = second.values[:, c] - first.values[:, c]
         one, other = (np.square(found.std[:, c].astype(np.float64)) for found in (first, second))
         square = 2.0 * np.square(apart[seen]).sum()
         surer = (one - other)[seen].sum()
