@@ -309,3 +309,16 @@ def test_real_walks_are_repaired_better_than_by_any_rival(data):
     filters = ("gaussian", "butterworth", "kalman")
     rivals |= {m: compare(clean, repair_without_model(noisy, m).recording).rms_deg for m in filters}
     assert ours < min(rivals.values()), (ours, rivals)
+
+
+def test_a_channel_without_any_sample_keeps_no_other_from_repair():
+    """Nothing holds it without a library: it stays open."""
+    clean = truth("walk", seconds=8.0)
+    recording = _spoilt(clean, noise=np.radians(2.0), outliers=0.05, gaps=0.1, seed=0)
+    q = recording.q.copy()
+    q[:, 20], q[40:80] = np.nan, np.nan
+    found = repair_without_model(recording.with_q(q), "adaptive")
+    _said_of_all(found)
+    assert (found.origin[:, 20] == Origin.LEFT_OPEN).all()
+    others = np.delete(np.arange(q.shape[1]), 20)
+    assert np.isfinite(found.recording.q[100:][:, others]).mean() > 0.9

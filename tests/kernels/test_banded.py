@@ -52,6 +52,15 @@ def test_two_samples_hold_a_walk_that_has_no_others(rng):
     np.testing.assert_allclose(found, line, rtol=1e-6)
 
 
+@pytest.mark.parametrize("stiffness", [1e7, 1e9, 1e12])
+def test_a_walk_that_hardly_any_sample_holds_keeps_its_pivots(rng, stiffness):
+    """As far as rounding goes nothing is left of them; below zero they would turn the smoother back."""
+    weight, stiff = np.full((400, 3), 1e-9), stiffness * np.exp(rng.normal(0, 1, (400, 3)))
+    diagonal, first, second = walk_factors(weight, stiff)
+    assert (diagonal > 0).all()
+    assert np.isfinite(solve_walks(diagonal, first, second, np.ones((400, 3)))).all()
+
+
 def test_the_right_hand_side_stays_as_it_was(rng):
     weight, stiffness, right = _system((9, 2, 3))
     before = right.copy()

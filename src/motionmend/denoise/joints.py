@@ -99,7 +99,7 @@ def into_angles(values: Floats, frame: Travel | None, trusted: Bools, motion: Mo
         known = np.isfinite(file_values)
         # The twins lie half a turn apart in the outer two angles. What is believed of these tells them apart; else even
         # rejected ones do better than a line across a place where the file itself may flip.
-        told = sure[:, ::2].any(axis=1, keepdims=True)
+        told: Bools = np.asarray(sure[:, ::2].any(axis=1, keepdims=True))
         raw = ~told & known.all(axis=1, keepdims=True)
         like = np.where(raw, file_values, _branch_reference(file_values, sure))
         for some in pieces(motion.frames):

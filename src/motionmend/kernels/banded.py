@@ -5,6 +5,8 @@ import numpy as np
 from ..arrays import Floats
 from .compile import compiled
 
+LEAST_PIVOT = 1e-15  # of a diagonal element
+
 
 @compiled
 def walk_factors(weight: Floats, stiffness: Floats) -> tuple[Floats, Floats, Floats]:
@@ -27,6 +29,7 @@ def walk_factors(weight: Floats, stiffness: Floats) -> tuple[Floats, Floats, Flo
             over = stiffness[t + 1, n] if 1 <= t < frames - 1 else 0.0
             out = stiffness[t + 2, n] if t < frames - 2 else 0.0
             d = weight[t, n] + into + 4.0 * over + out
+            least = LEAST_PIVOT * d  # rounding may leave nothing of a walk that hardly any sample holds
             one, two = -2.0 * over - 2.0 * into, 0.0
             if t >= 2:
                 two = into / diagonal[t - 2, n]
@@ -35,6 +38,7 @@ def walk_factors(weight: Floats, stiffness: Floats) -> tuple[Floats, Floats, Flo
             if t >= 1:
                 one /= diagonal[t - 1, n]
                 d -= one * one * diagonal[t - 1, n]
+            d = max(d, least)
             diagonal[t, n], first[t, n], second[t, n] = d, one, two
     return diagonal, first, second
 
