@@ -17,6 +17,7 @@ from .support import bridged
 
 TRIED = 150  # frames on which the trust in the dynamics is judged
 MOST, LEAST = 6, -4  # half decades by which what surprises a recording may differ from what surprises the library
+SURER = 1.0 / 3.0  # of what mixing would make a repair surer if both erred independently: they saw the same samples
 _TINY = 1e-10  # of the mean variance, so that no covariance is singular
 
 
@@ -79,7 +80,7 @@ def mixed_in(
     other = np.where(told, np.maximum(steady_var, square - own), own)
     share = np.clip(0.5 + 0.5 * (own - other) / np.where(told, square, 1.0), 0.0, 1.0) * told
     left = (1.0 - share) * own + share * other - share * (1.0 - share) * square
-    surer = np.where(told, np.minimum(left / np.where(own > 0, own, 1.0), 1.0), 1.0)
+    surer = np.where(told, 1.0 - SURER * (1.0 - np.minimum(left / np.where(own > 0, own, 1.0), 1.0)), 1.0)
     return values + bridged(np.where(seen, share * apart, np.nan)), np.where(seen, variance * surer, variance)
 
 
