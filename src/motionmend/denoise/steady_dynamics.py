@@ -17,7 +17,7 @@ from .support import bridged
 
 TRIED = 150  # frames on which the trust in the dynamics is judged
 MOST, LEAST = 6, -4  # half decades by which what surprises a recording may differ from what surprises the library
-SURER = 1.0 / 3.0  # of what mixing would make a repair surer if both erred independently: they saw the same samples
+SURER = 0.5  # of what mixing would make a repair surer if both erred independently: they saw the same samples
 _TINY = 1e-10  # of the mean variance, so that no covariance is singular
 
 
