@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionmend.errors import FileError
+from motionmend.io import text as pieces
 from motionmend.io.amc import read_amc
 from motionmend.io.asf import read_asf
 
@@ -32,8 +33,10 @@ BROKEN_AMC = {
 }
 
 
+@pytest.mark.parametrize("piece", [pieces.PIECE, 30])
 @pytest.mark.parametrize("name", BROKEN_AMC)
-def test_broken_motions_say_where_and_why(folder, name):
+def test_broken_motions_say_where_and_why(folder, monkeypatch, name, piece):
+    monkeypatch.setattr(pieces, "PIECE", piece)
     text, message = BROKEN_AMC[name]
     with pytest.raises(FileError) as failure:
         read_frames(folder, text)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionmend.errors import FileError
+from motionmend.io import text as pieces
 from motionmend.io.bvh import read_bvh
 
 BROKEN = {
@@ -48,8 +49,10 @@ BROKEN = {
 }
 
 
+@pytest.mark.parametrize("piece", [pieces.PIECE, 30])
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_files_say_where_and_why(tmp_path, name):
+def test_broken_files_say_where_and_why(tmp_path, monkeypatch, name, piece):
+    monkeypatch.setattr(pieces, "PIECE", piece)
     change, message = BROKEN[name]
     with pytest.raises(FileError) as failure:
         read_text(tmp_path, change(TEXT))

@@ -36,6 +36,6 @@ def _with_first(motion: Motion, outcome: Repaired[Motion], rested: int) -> Repai
         recording=motion.with_q(np.concatenate([motion.q[:rested], outcome.recording.q])),
         origin=np.concatenate([np.where(there, Origin.MEASURED, Origin.LEFT_OPEN).astype(np.uint8), outcome.origin]),
         std=np.concatenate([np.where(there, outcome.std[:1], np.nan), outcome.std]),
-        weights=np.concatenate([there.astype(np.float64), outcome.weights]),
+        weights=np.concatenate([there.astype(np.float32), outcome.weights]),
         warnings=(*outcome.warnings, said),
     )
