@@ -127,6 +127,17 @@ class Workers:
             self._local.shutdown()
             self._local = None
 
+    def bury(self) -> None:
+        """End local processes of which one has died.
+
+        One that was being started while another died is overlooked by the executor, which then waits for it for ever:
+        all are ended by hand.
+        """
+        if self._local is not None:
+            for process in list((getattr(self._local, "_processes", None) or {}).values()):
+                process.kill()
+        self.dismiss()
+
 
 @contextmanager
 def workers(jobs: int, cluster: str | None = None) -> Iterator[Workers]:
@@ -307,7 +318,7 @@ def _spread(
                 continue
             lost.extend(flying.values())
             flying.clear()
-            found.dismiss()
+            found.bury()
             for index in sorted(lost):
                 attempts[index] += 1
                 if attempts[index] < ATTEMPTS:
