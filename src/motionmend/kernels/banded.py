@@ -5,7 +5,7 @@ import numpy as np
 from ..arrays import Floats
 from .compile import compiled
 
-LEAST_PIVOT = 1e-15  # of a diagonal element
+LEAST_PIVOT = 1e-11  # of a diagonal element: closer to nothing it is rounding, and turns what it divides away
 
 
 @compiled
