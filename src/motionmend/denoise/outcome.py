@@ -130,8 +130,8 @@ def opened_where_unsure(outcome: Repaired[Recording], max_std: float) -> Repaire
         unsure &= recording.skeleton.dof_kind == ROTATION
     if not unsure.any():
         return outcome
-    values = _values(recording).copy()
-    values[unsure] = np.nan
+    values, origin, std = _values(recording).copy(), outcome.origin.copy(), outcome.std.copy()
+    values[unsure], origin[unsure], std[unsure] = np.nan, Origin.LEFT_OPEN, np.nan
     hit = unsure.any(axis=0)
     names = [name for name, here in zip(recording.channels, hit, strict=True) if here]
     said = (
@@ -141,8 +141,8 @@ def opened_where_unsure(outcome: Repaired[Recording], max_std: float) -> Repaire
     return replace(
         outcome,
         recording=_with_values(recording, values),
-        origin=np.where(unsure, Origin.LEFT_OPEN, outcome.origin).astype(np.uint8),
-        std=np.where(unsure, np.nan, outcome.std),
+        origin=origin,
+        std=std,
         warnings=(*outcome.warnings, said),
     )
 
