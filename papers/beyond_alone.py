@@ -72,13 +72,7 @@ def best(found: dict[str, float]) -> str:
 def errors(mocap: Path, job: tuple[str, str, float]) -> dict[tuple[float, float], dict[str, float]]:
     """RMS error over body angles, degrees, or of marker places, mm, by cell and method."""
     kind, name, rate = job
-    whole = (
-        markers(mocap, name)
-        if kind == "markers"
-        else reduced(motion(mocap, name), rate)
-        if kind == "angles"
-        else mm.read(mocap / "bvh" / f"{name}.bvh")
-    )
+    whole = recorded(mocap, kind, name, rate)
     length = round(LONGEST * whole.fps)
     clean = part(whole, 0 if kind == "bvh" else max(0, (whole.frames - length) // 2), length)
     found: dict[tuple[float, float], dict[str, float]] = {}
@@ -89,6 +83,17 @@ def errors(mocap: Path, job: tuple[str, str, float]) -> dict[tuple[float, float]
             found[noise, share] = {
                 method: off(clean, mm.repair_without_model(bad, method).recording) for method in ("adaptive", *RIVALS)
             }
+    return found
+
+
+def recorded(mocap: Path, kind: str, name: str, rate: float) -> mm.Motion | mm.Markers:
+    """A recording as it is, but for CMU's joint angles, which are reduced to `rate` Hz."""
+    if kind == "markers":
+        return markers(mocap, name)
+    if kind == "angles":
+        return reduced(motion(mocap, name), rate)
+    found = mm.read(mocap / "bvh" / f"{name}.bvh")
+    assert isinstance(found, mm.Motion)
     return found
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motionmend.numerics.risk import excess, stein_risk
+from motionmend.numerics.risk import excess, share_of_second, stein_risk
 
 
 def _smoothed(rng, half, frames=4000, period=60.0, noise=1.0):
@@ -45,3 +45,17 @@ def test_what_cannot_be_told_is_nan_and_adds_nothing():
     np.testing.assert_array_equal(added[:2], [0.0, 0.0])
     assert added[2] == pytest.approx(risk[2] - 0.25)
     assert excess(np.array([0.1]), np.full((20, 1), 0.25), np.ones((20, 1)))[0] == 0.0
+
+
+@pytest.mark.parametrize("alike", [-0.5, 0.0, 0.6])
+@pytest.mark.parametrize("sizes", [(1.0, 1.0), (1.0, 0.4), (0.5, 2.0)])
+def test_no_other_share_of_the_second_of_two_estimates_errs_less(rng, alike, sizes):
+    both = np.outer(sizes, sizes) * np.array([[1.0, alike], [alike, 1.0]])
+    one, other = rng.multivariate_normal(np.zeros(2), both, 50_000).T
+    share = share_of_second(*(np.array([np.square(each).mean()]) for each in (one, other, other - one)))[0]
+    tried = [np.square(one + part * (other - one)).mean() for part in (share, *np.linspace(0.0, 1.0, 41))]
+    assert tried[0] <= min(tried) * (1.0 + 1e-9)
+
+
+def test_of_two_that_are_the_same_half_of_each_is_taken():
+    assert share_of_second(np.array([1.0, 3.0]), np.array([1.0, 1.0]), np.zeros(2)).tolist() == [0.5, 0.5]

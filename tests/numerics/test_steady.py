@@ -10,16 +10,25 @@ from motionmend.numerics.steady import settled_covariance, settled_sum
 SEEDS = st.integers(0, 10**6)
 
 
+def _rule(rng, size, least, most):
+    """(N, N) whose largest eigenvalue has a size between two."""
+    rule = rng.normal(size=(size, size))
+    return rule * rng.uniform(least, most) / np.abs(np.linalg.eigvals(rule)).max()
+
+
+def _covariance(rng, size):
+    root = rng.normal(size=(size, size))
+    return root @ root.T
+
+
 def _system(seed):
     """A, G = Hᵀ R⁻¹ H, Q of up to five states, H and R; the states may grow a little but are all observed."""
     rng = np.random.default_rng(seed)
     states = int(rng.integers(1, 6))
-    transition = rng.normal(size=(states, states))
-    transition *= rng.uniform(0.3, 1.02) / np.abs(np.linalg.eigvals(transition)).max()
-    root = rng.normal(size=(states, states))
+    transition, process = _rule(rng, states, 0.3, 1.02), _covariance(rng, states) + 0.05 * np.eye(states)
     observation, noise_var = rng.normal(size=(states, states)) + 2.0 * np.eye(states), rng.uniform(0.1, 2.0, states)
     information = observation.T @ (observation / noise_var[:, None])
-    return transition, information, root @ root.T + 0.05 * np.eye(states), observation, noise_var
+    return transition, information, process, observation, noise_var
 
 
 @given(SEEDS)
@@ -51,10 +60,7 @@ def test_it_is_what_the_filter_of_a_long_recording_has_in_its_middle(seed):
 def test_the_settled_sum_adds_all_powers(seed):
     rng = np.random.default_rng(seed)
     size = int(rng.integers(1, 6))
-    rule = rng.normal(size=(size, size))
-    rule *= rng.uniform(0.0, 0.95) / np.abs(np.linalg.eigvals(rule)).max()
-    root = rng.normal(size=(size, size))
-    first = root @ root.T
+    rule, first = _rule(rng, size, 0.0, 0.95), _covariance(rng, size)
     total, term = np.zeros_like(first), first
     for _ in range(500):
         total, term = total + term, rule @ term @ rule.T

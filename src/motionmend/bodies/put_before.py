@@ -6,12 +6,12 @@ import numpy as np
 
 from ..arrays import Floats
 from .motion import Motion
-from .skeleton import ROTATION
+from .skeleton import ROTATION, wrapped
 
 LOOKED_AT = 1000  # frames the first one is compared with
 AFTER = 5  # frames whose median tells where the body was next, noise and outliers or not
 MOST = 4.0  # usual distances that an angle counts at most, so that a few outliers do not make a pose
-FINEST = np.radians(0.5)  # an angle that keeps closer than this to where it goes does not count as still closer
+FINEST = np.radians(0.5)  # added to what is usual, so that an angle that hardly moves is not told by rounding
 
 
 def rest_frames(motion: Motion) -> int:
@@ -23,24 +23,28 @@ def rest_frames(motion: Motion) -> int:
     Parameters
     ----------
     motion : with noise and outliers or without, NaN = missing.
+
+    Returns
+    -------
+    Their number; 0 where there is none, or where too little of the first frame is there to tell.
     """
     skeleton = motion.skeleton
     joints = (skeleton.dof_kind == ROTATION) & (skeleton.dof_joint != 0)
     others = (motion.q[:LOOKED_AT, joints] != motion.q[:1, joints]).any(axis=1)
-    same = int(np.argmax(others)) if others.any() else 1
-    angles = motion.q[max(same, 1) - 1 : LOOKED_AT, joints]
+    rested = max(int(others.argmax()), 1) if others.any() else 1  # frames like the first
+    angles = motion.q[rested - 1 : LOOKED_AT, joints]
     angles = angles[:, np.isfinite(angles).any(axis=0)]
     angles = angles[:, np.nanmax(angles, axis=0, initial=-np.inf) > np.nanmin(angles, axis=0, initial=np.inf)]
     if len(angles) <= 2 * AFTER or angles.shape[1] == 0 or np.isfinite(angles[0]).mean() < 0.5:
         return 0
-    away, bent = _away(angles), _medians(np.abs(_turned(angles)))
-    return max(same, 1) if away[0] > np.nanmax(away[1:]) and bent[0] < np.nanmin(bent[1:]) else 0
+    away, bent = _away(angles), _medians(np.abs(wrapped(angles)))
+    return rested if away[0] > np.nanmax(away[1:]) and bent[0] < np.nanmin(bent[1:]) else 0
 
 
 def _away(angles: Floats) -> Floats:
     """(T - `AFTER`,) how far frames are from the median of those after them, in what is usual for each angle."""
     following = np.lib.stride_tricks.sliding_window_view(angles[1:], AFTER, axis=0)
-    distance = np.abs(_turned(angles[:-AFTER] - _medians(following)))
+    distance = np.abs(wrapped(angles[:-AFTER] - _medians(following)))
     usual = _medians(distance[1:].T)
     known = np.isfinite(distance)
     counted = np.where(known, np.minimum(distance / (usual + FINEST), MOST), 0.0)
@@ -49,11 +53,8 @@ def _away(angles: Floats) -> Floats:
 
 def _medians(values: Floats) -> Floats:
     """Medians over the last axis of what is there; NaN where nothing is."""
+    if np.isfinite(values).all():
+        return np.asarray(np.median(values, axis=-1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # an empty row has no median: NaN is the answer
         return np.asarray(np.nanmedian(values, axis=-1))
-
-
-def _turned(angles: Floats) -> Floats:
-    """Angles, rad, within half a turn of zero."""
-    return np.asarray((angles + np.pi) % (2 * np.pi) - np.pi)

@@ -137,6 +137,11 @@ def jacobian(skeleton: Skeleton, q: Floats) -> Floats:
     return derivative
 
 
+def wrapped(angles: Floats) -> Floats:
+    """The same angles of any shape, rad, in [-pi, pi)."""
+    return np.asarray((angles + np.pi) % (2 * np.pi) - np.pi)
+
+
 def rest_positions(skeleton: Skeleton) -> Floats:
     """Joint positions (J, 3) in m with every degree of freedom at zero."""
     rest = np.array(skeleton.offsets)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
-from ..bodies.skeleton import ROTATION
+from ..bodies.skeleton import ROTATION, wrapped
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does
 FAST_TURN = np.radians(2500.0)  # rad/s; a pitcher's elbow reaches 2,400 degrees a second
@@ -61,7 +61,7 @@ def jumps(motion: Motion) -> tuple[Jump, ...]:
         step = np.diff(motion.q[:, c])
         at = np.flatnonzero(np.abs(step) > JUMP)
         if at.size:
-            wraps = np.abs(_turn(step[at])) <= JUMP
+            wraps = np.abs(wrapped(step[at])) <= JUMP
             found.append(Jump(motion.channels[c], tuple((at + 1).tolist()), tuple(wraps.tolist())))
     return tuple(found)
 
@@ -91,7 +91,7 @@ def _of_motion(motion: Motion) -> tuple[Suspicion, ...]:
             at = f"{round(np.degrees(there[0]), 1) + 0.0} degrees" if turns else f"{round(there[0], 3) + 0.0} m"
             found.append(Suspicion(name, "flat", f"at {at} throughout"))
         step = np.diff(values)
-        speed = np.abs(_turn(step) if turns else step) * motion.fps
+        speed = np.abs(wrapped(step) if turns else step) * motion.fps
         found += _fast(name, speed, FAST_TURN if turns else FAST_MOVE, turns)
     return tuple(found)
 
@@ -125,8 +125,3 @@ def _share(frames: Bools) -> str:
 def percent(share: float) -> str:
     """A share in [0, 1] for people."""
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
-
-
-def _turn(angle: Floats) -> Floats:
-    """The same turn by the short way, rad in [-pi, pi)."""
-    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)

@@ -1,8 +1,7 @@
 """How noisy each channel is and how often it is wrong, told from the recording alone."""
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from ..arrays import Bools, Floats
@@ -41,7 +40,7 @@ def first_noise(measured: Floats) -> Floats:
     -------
     (C,) in channel units; a channel with too few samples takes the median of the others.
     """
-    quiet, loud = _told_by(_QUIET, measured), _told_by(_LOUD, measured)
+    quiet, loud = _told_by((_QUIET, _LOUD), measured)
     told = np.isfinite(quiet)
     if not told.any():
         return np.full(measured.shape[1], _UNTOLD)
@@ -55,20 +54,20 @@ def first_noise(measured: Floats) -> Floats:
     return np.maximum(np.where(told, noise, np.median(noise[told])), LEAST_NOISE)
 
 
-def _told_by(quantile: float, measured: Floats) -> Floats:
-    """(C,) standard deviation of white noise by a quantile of its third differences; NaN where they are too few."""
+def _told_by(quantiles: tuple[float, ...], measured: Floats) -> Floats:
+    """(Q, C) standard deviation of white noise by quantiles of its third differences; NaN where they are too few."""
     third = np.abs(np.diff(measured, n=3, axis=0)) / np.sqrt(20.0)
-    noise = np.full(measured.shape[1], np.nan)
+    noise = np.full((len(quantiles), measured.shape[1]), np.nan)
     for c in range(measured.shape[1]):
         known = third[np.isfinite(third[:, c]), c]
         if len(known) >= FEWEST:
-            noise[c] = np.quantile(known, quantile) / _size(quantile)
+            noise[:, c] = np.quantile(known, quantiles) / _size(quantiles)
     return noise
 
 
-def _size(share: Any) -> Any:
-    """The quantile of |N(0, 1)| at a share in [0, 1)."""
-    return ndtri(0.5 + 0.5 * share)
+def _size(shares: ArrayLike) -> Floats:
+    """Quantiles of |N(0, 1)| at shares in [0, 1)."""
+    return np.asarray(ndtri(0.5 + 0.5 * np.asarray(shares)))
 
 
 def alike_noise(measured: Floats) -> Floats:
@@ -90,7 +89,7 @@ def alike_noise(measured: Floats) -> Floats:
     told = np.isfinite(level)
     if not told.any():
         return level
-    level[told] = np.fmin(level, _told_by(_QUIET, measured))[told]
+    level[told] = np.fmin(level, _told_by((_QUIET,), measured)[0])[told]
     freedom = np.isfinite(measured).sum(axis=0) / _PER_FREEDOM
     level[told] = next_noise(level[told], np.square(level[told]) * freedom[told], freedom[told])
     return level

@@ -29,20 +29,17 @@ def first_bends(measured: Floats, fps: float) -> Floats:
     measured : (T, C) in channel units, NaN = missing. A channel that tells nothing takes the median of the others.
     fps : Hz.
     """
-    second, twice = _lagged(measured, 1), _lagged(measured, 2)
-    third = _quiet_variance(measured, partial(np.diff, n=3))
-    noise = np.where(twice < GROWS * second, np.minimum(second, twice), np.clip(0.75 * third - 1.5 * second, 0.0, None))
-    bends = np.full(measured.shape[1], np.nan)
     longest = min(LONGEST * fps, len(measured) / 32)
-    lag = 1
-    while np.isnan(bends).any():
-        found = _lagged(measured, lag)
-        told = (found - noise > MOSTLY_MOTION * found) | (lag > longest)
-        steps = np.maximum(found - noise, LEAST_SHARE * found) / (lag * (2 * lag**2 + 1) / 3)
-        bends = np.where(np.isnan(bends) & told, steps, bends)
-        if lag > longest:
-            break
-        lag *= 2
+    lags = [1, 2]
+    while lags[-1] <= longest:
+        lags.append(2 * lags[-1])
+    over = np.array(lags)[:, None]
+    found = np.array([_lagged(measured, lag) for lag in lags])
+    once, twice, third = found[0], found[1], _quiet_variance(measured, partial(np.diff, n=3))
+    noise = np.where(twice < GROWS * once, np.minimum(once, twice), np.clip(0.75 * third - 1.5 * once, 0.0, None))
+    shortest = ((found - noise > MOSTLY_MOTION * found) | (over > longest)).argmax(axis=0)
+    steps = np.maximum(found - noise, LEAST_SHARE * found) / (over * (2 * over**2 + 1) / 3)
+    bends = steps[shortest, np.arange(measured.shape[1])]
     told = np.isfinite(bends)
     return np.diag(np.where(told, bends, np.median(bends[told]) if told.any() else 1.0))
 

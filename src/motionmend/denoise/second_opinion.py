@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..bodies.motion import Origin
+from ..numerics.risk import share_of_second
 from .mending import Mended
 from .repair import MUCH_MISSED
 from .support import bridged
@@ -20,7 +21,7 @@ def doubtful(library: Mended) -> bool:
 def of_one_mind(library: Mended, own: Mended) -> Mended:
     """Two repairs of one recording as one: each channel's mean of both, as sure as each is of it.
 
-    Two repairs that take different samples for outliers err in different places. Half of each is seldom much worse
+    Two repairs that take different samples for outliers err in different places. A mean is seldom much worse
     than the better of them and often better than both.
 
     Parameters
@@ -32,20 +33,13 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
     Returns
     -------
     In gaps the library's values, shifted by what the other says at their edges.
-
-    Source
-    ------
-    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969, equation 1; how alike
-    both err is told by how far they lie apart.
     """
     first, second = library.found, own.found
     for c in range(first.values.shape[1]):
         seen = (first.origin[:, c] == Origin.MEASURED) | (first.origin[:, c] == Origin.REPAIRED)
         apart = second.values[:, c] - first.values[:, c]
         one, other = (np.square(found.std[:, c].astype(np.float64)) for found in (first, second))
-        square = 2.0 * np.square(apart[seen]).sum()
-        surer = (one - other)[seen].sum()
-        share = 0.5 + (np.clip(surer / square, -0.5, 0.5) if square > 0 else 0.0)
+        share = float(share_of_second(*(each[seen, None].sum(axis=0) for each in (one, other, np.square(apart))))[0])
         shift = bridged(np.where(seen, share * apart, np.nan)[:, None])[:, 0]
         first.values[:, c] += shift
         both = (1.0 - share) * one + share * other + share * (1.0 - share) * np.square(apart)

@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 
 from ..arrays import Bools, Floats
+from ..numerics.risk import share_of_second
 from ..numerics.steady import settled_covariance, settled_sum
 from .dynamics_model import Dynamics
 from .support import bridged
@@ -66,11 +67,6 @@ def mixed_in(
     Returns
     -------
     Values and variance (T, C), nowhere above the repair's, in gaps the same.
-
-    Source
-    ------
-    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969, equation 1; how alike
-    both err is told by how far they lie apart.
     """
     count = np.maximum(seen.sum(axis=0), 1)
     apart = np.where(seen, steady - values, 0.0)
@@ -78,7 +74,7 @@ def mixed_in(
     own = np.where(seen, variance, 0.0).sum(axis=0) / count
     told = np.isfinite(steady_var) & (square > 0)
     other = np.where(told, np.maximum(steady_var, square - own), own)
-    share = np.clip(0.5 + 0.5 * (own - other) / np.where(told, square, 1.0), 0.0, 1.0) * told
+    share = share_of_second(own, other, square) * told
     left = (1.0 - share) * own + share * other - share * (1.0 - share) * square
     surer = np.where(told, 1.0 - SURER * (1.0 - np.minimum(left / np.where(own > 0, own, 1.0), 1.0)), 1.0)
     return values + bridged(np.where(seen, share * apart, np.nan)), np.where(seen, variance * surer, variance)

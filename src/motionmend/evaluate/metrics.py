@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.feet import contacts, foot_joints, foot_markers, skate_during
 from ..bodies.motion import Markers, Motion
-from ..bodies.skeleton import ROTATION, positions
+from ..bodies.skeleton import ROTATION, positions, wrapped
 from ..errors import MismatchError
 
 RIGID_STD = 0.005  # m; two markers whose distance varies less than this in the truth sit on one bone
@@ -113,7 +113,7 @@ def rms_angle(truth: Floats, other: Floats) -> float:
     float
         rad; NaN when there is no common sample.
     """
-    return float(np.sqrt(_mean(_wrapped(other - truth) ** 2)))
+    return float(np.sqrt(_mean(wrapped(other - truth) ** 2)))
 
 
 def position_error(truth: Floats, other: Floats) -> Floats:
@@ -364,11 +364,6 @@ def _labels(names: tuple[str, ...]) -> list[str]:
 
 def _kind(recording: Motion | Markers) -> str:
     return "joint angles" if isinstance(recording, Motion) else "markers"
-
-
-def _wrapped(angle: Floats) -> Floats:
-    """The same angle in [-pi, pi)."""
-    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
 def _mean(values: Floats) -> float:

@@ -185,9 +185,10 @@ def parse(raw: bytes, name: str) -> Layout:
         header_frames=last - first + 1,
         header_rate=header_rate,
     )
-    for parameter, in_header, unset in (("USED", points, points), ("DATA_START", data_block, 0)):
+    for parameter, in_header in (("USED", points), ("DATA_START", data_block)):
         stated = found.number("POINT", parameter)
-        if found.find("POINT", parameter) and stated not in (in_header, unset):
+        unset = parameter == "DATA_START" and stated == 0  # then it is said that the header tells
+        if found.find("POINT", parameter) and stated != in_header and not unset:
             raise FileError(
                 f"{name}: wanted a C3D file that agrees with itself, POINT:{parameter} is {stated:g} and the header "
                 f"says {in_header}; export it again from the capture software"

@@ -99,29 +99,8 @@ def _raw_pieces(path: str | Path, wanted: str) -> Iterator[bytes]:
 
 
 def read_text(path: str | Path, wanted: str) -> str:
-    """The whole file as text, line ends as they are; what is no UTF-8 is taken for Latin-1, as old programs write.
-
-    Parameters
-    ----------
-    path : the file.
-    wanted : what it should be, for the message, such as "a BVH file".
-
-    Raises
-    ------
-    FileError : when the file cannot be opened, is empty or is not text.
-    """
-    try:
-        raw = Path(path).read_bytes()
-    except OSError as failure:
-        raise FileError(f"{path}: wanted {wanted}, cannot open it: {failure.strerror}; check the path") from None
-    if not raw.strip():
-        raise FileError(f"{path}: wanted {wanted}, came an empty file; get a complete copy")
-    if b"\0" in raw:
-        raise FileError(f"{path}: wanted {wanted}, came binary data; check the file's ending")
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")
+    """The whole of a file that is never long; see `open_text`."""
+    return "".join(open_text(path, wanted).pieces())
 
 
 def shown(token: str) -> str:

@@ -1,4 +1,4 @@
-"""How wrong a smoother is, read from the recording itself."""
+"""How wrong a smoother is, read from the recording itself, and how two are best combined."""
 
 import numpy as np
 
@@ -46,3 +46,23 @@ def excess(risk: Floats, variance: Floats, recorded: Floats) -> Floats:
     said = np.where(np.isfinite(recorded), np.nan_to_num(variance), 0.0).sum(axis=0)
     count = np.maximum(np.isfinite(recorded).sum(axis=0), 1)
     return np.asarray(np.maximum(np.nan_to_num(risk - said / count), 0.0))
+
+
+def share_of_second(first_var: Floats, second_var: Floats, apart: Floats) -> Floats:
+    """How much of the second of two estimates of the same to take, the rest of the first, for the least variance.
+
+    Parameters
+    ----------
+    first_var, second_var : (C,) variances of their errors.
+    apart : (C,) mean square by which they lie apart, which tells how alike they err.
+
+    Returns
+    -------
+    (C,) from 0 to 1; half where they lie nowhere apart.
+
+    Source
+    ------
+    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969, equation 1.
+    """
+    surer = np.divide(first_var - second_var, apart, out=np.zeros_like(apart), where=apart > 0)
+    return np.asarray(np.clip(0.5 + 0.5 * surer, 0.0, 1.0))

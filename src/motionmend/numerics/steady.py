@@ -36,7 +36,12 @@ def settled_covariance(transition: Floats, information: Floats, process_cov: Flo
 
 
 def settled_sum(rule: Floats, first: Floats) -> Floats:
-    """(N, N) S = rule S ruleᵀ + first, for a rule (N, N) under which everything dies out.
+    """(N, N) S = rule S ruleᵀ + first.
+
+    Parameters
+    ----------
+    rule : (N, N), under which everything dies out.
+    first : (N, N), symmetric.
 
     Source
     ------
