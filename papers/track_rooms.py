@@ -45,7 +45,8 @@ def run(mocap: Path, pictures: Path) -> Findings:
         track = follow(model, wish, frames, body)
         inside, sure = _inside(track, frames)
         lost = 100.0 * float(track.lost.mean())
-        values |= {f"{name}_inside": inside, f"{name}_lost": lost, f"{name}_frames": float(len(frames))}
+        values |= {f"{name}_inside": inside, f"{name}_sure": sure, f"{name}_lost": lost}
+        values[f"{name}_frames"] = float(len(frames))
         ms = 1e3 * float(np.median(track.seconds))
         rows.append((title, str(len(frames)), f"{inside:.1f}", f"{sure:.0f}", f"{lost:.0f}", f"{ms:.0f}"))
         _draw(pictures / f"track_{name}.png", frames, track)
