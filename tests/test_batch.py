@@ -171,3 +171,12 @@ def test_deaths_during_a_sum_in_turn_leave_its_order(tmp_path: Path) -> None:
     with batch.workers(2) as staff:
         batch.in_turn(die_at_two, range(8), lambda outcome: taken.append(outcome.value), staff)
     assert taken == [0, 1, None, 3, 4, 5, 6, 7]
+
+
+def test_queues_closed_while_a_worker_is_started_cost_nothing() -> None:
+    """So a pool ends of which a worker died while another was being started: what starting it needs is gone."""
+    taken: list[int | None] = []
+    with batch.workers(2) as staff:
+        staff.executor()._call_queue._reader.close()  # type: ignore[attr-defined]
+        batch.in_turn(square, range(8), lambda outcome: taken.append(outcome.value), staff)
+    assert taken == [n * n for n in range(8)]

@@ -285,6 +285,9 @@ def _spread(
         except BrokenExecutor as error:  # a worker died while nothing was running
             future = Future()
             future.set_exception(error)
+        except OSError as error:  # or while another was being started: its queues were closed meanwhile
+            future = Future()
+            future.set_exception(BrokenExecutor(str(error)))
         flying[future] = index
 
     def finish(index: int, result: Value | Failure) -> None:
