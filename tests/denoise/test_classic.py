@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive
+from motionmend.denoise import filtered
 from motionmend.denoise.classic import FILTERS, GAP_FILLERS, butterworth, gaussian, kalman, savgol
 from motionmend.denoise.filtered import Filtered
 from motionmend.errors import MismatchError, UsageError
@@ -64,6 +65,17 @@ def test_channels_do_not_see_each_other(name, seed):
         alone = method(values[:, [c]], fps)
         np.testing.assert_allclose(together.values[:, [c]], alone.values, rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(together.std[:, [c]], alone.std, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("together", [1, 150, 10**6])
+def test_a_long_recording_is_gone_through_a_few_channels_at_a_time(monkeypatch, together):
+    _, values, fps = _case(3, frames=70)
+    whole = savgol(values, fps)
+    monkeypatch.setattr(filtered, "TOGETHER", together)
+    parts = filtered.channelwise(savgol, values, fps)
+    np.testing.assert_allclose(parts.values, whole.values, rtol=1e-9)
+    np.testing.assert_allclose(parts.std, whole.std, rtol=1e-6)
+    np.testing.assert_array_equal(parts.filled, whole.filled)
 
 
 @pytest.mark.parametrize("name", LINEAR)

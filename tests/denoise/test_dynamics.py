@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motionmend.denoise import dynamics as blocks
 from motionmend.denoise.classic import gaussian, kalman
 from motionmend.denoise.dynamics import Dynamics, Trust, fit_dynamics, judge, smooth_with
 from motionmend.errors import MismatchError, UsageError
@@ -227,3 +228,14 @@ def test_recordings_of_hardly_anything(system, dynamics, frames):
         found = smooth_with(dynamics, values, fps)
         assert found.values.shape == values.shape
         assert np.isfinite(found.values).all()
+
+
+def test_where_blocks_meet_does_not_show(system, dynamics, monkeypatch):
+    truth = system.clip(300)
+    noisy = truth + system.rng.normal(0, 1.0, truth.shape)
+    noisy[40:45] = np.nan
+    whole = smooth_with(dynamics, noisy, 30.0, noise=1.0)
+    monkeypatch.setattr(blocks, "BLOCK", 50)
+    parts = smooth_with(dynamics, noisy, 30.0, noise=1.0)
+    assert (np.abs(parts.values - whole.values) < 0.02 * whole.std).all()
+    np.testing.assert_allclose(parts.std, whole.std, rtol=0.01)

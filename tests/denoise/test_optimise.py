@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive
+from motionmend.denoise import repair
 from motionmend.denoise.optimise import fit_windows, window_starts
 from motionmend.numerics.robust import ESTIMATORS
 from motionmend.numerics.ssa import eigenbases, lag_covariance
@@ -166,3 +167,18 @@ def test_windows_cover_every_frame_whatever_the_stride():
                 covered[s : s + 11] = True
             assert covered.all()
             assert starts[-1] == frames - 11
+
+
+def test_blocks_of_a_long_recording_are_repaired_as_the_whole(monkeypatch):
+    clean = _rhythm(5, frames=400)
+    y, bases = _spoiled(clean, 5), _bases(clean)
+    whole = repair.repair_channels(y, bases, 30.0, 30.0, "welsch")
+    monkeypatch.setattr(repair, "LONG", 150)
+    parts = repair.repair_channels(y, bases, 30.0, 30.0, "welsch")
+    apart = np.abs(parts.values - whole.values)
+    assert apart.mean() < 0.1 * np.abs(whole.values - clean).mean()
+    assert np.abs(parts.std / whole.std - 1.0).mean() < 0.2
+    assert (parts.origin == whole.origin).mean() > 0.99
+    assert len(parts.cost) == parts.iterations + 1
+    assert (np.diff(parts.cost) <= 1e-9 * parts.cost[0]).all()
+    assert parts.converged

@@ -12,10 +12,12 @@ from .dynamics_fit import fit_dynamics
 from .dynamics_model import Dynamics, Trust, state_space
 from .filtered import Filtered, check_channels
 from .noise import alike_noise
+from .pieces import blocks
 
 __all__ = ["Dynamics", "Trust", "fit_dynamics", "judge", "smooth_with"]
 
 SUPPORT = 1.0  # s; a frame further than this from any measured sample is left open
+BLOCK, MARGIN = 2048, 4.0  # steps smoothed at once, and s of the neighbours seen beside them: states are large
 _TRIED = 150  # frames of a recording on which its trust in the model is judged
 _ROUGHLY = 1e-3  # half decades differ by far more than covariances settled to this
 _FURTHEST = 12  # half decades that a factor of trust may be from 1
@@ -141,10 +143,14 @@ def _by_phases(
     mean, variance = np.full(values.shape, np.nan), np.full(values.shape, np.nan)
     for phase in range(min(steps, len(values))):
         frames = np.arange(phase, len(values), steps)
-        here = np.ix_(frames, known)
-        found = kalman_smoother(model, values[here] - dynamics.mean[known], noise_var[here])
-        mean[here] = dynamics.mean[known] + found.mean @ model.observation.T
-        variance[here] = found.variance(model.observation)
+        for own, around in blocks(len(frames), BLOCK, round(MARGIN * dynamics.fps)):
+            seen, inside = frames[around], slice(own.start - around.start, own.stop - around.start)
+            found = kalman_smoother(
+                model, values[np.ix_(seen, known)] - dynamics.mean[known], noise_var[seen][:, known]
+            )
+            here = np.ix_(frames[own], known)
+            mean[here] = dynamics.mean[known] + found.mean[inside] @ model.observation.T
+            variance[here] = found.variance(model.observation)[inside]
     return mean, variance
 
 

@@ -1,11 +1,14 @@
 """What a classic method gives back."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Bools, Floats, frozen
 from ..errors import MismatchError
+
+TOGETHER = 1 << 22  # values of a long recording that are looked at together
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,3 +43,24 @@ def check_channels(values: Floats, fps: float) -> None:
         raise MismatchError(f"channels must be (frames, channels), came {values.shape}")
     if not (np.isfinite(fps) and fps > 0):
         raise MismatchError(f"a recording needs a frame rate above 0 Hz, came {fps}")
+
+
+def channelwise(method: Callable[[Floats, float], Filtered], values: Floats, fps: float) -> Filtered:
+    """Apply a method that looks at each channel by itself; of a long recording to a few channels at a time.
+
+    Parameters
+    ----------
+    method : of channels and Hz.
+    values : (T, C) in any unit, NaN = missing.
+    fps : Hz.
+    """
+    frames, channels = values.shape
+    together = max(1, TOGETHER // max(frames, 1))
+    if together >= channels:
+        return method(values, fps)
+    result, std, filled = np.empty(values.shape), np.empty(values.shape), np.empty(values.shape, dtype=bool)
+    for first in range(0, channels, together):
+        own = slice(first, first + together)
+        found = method(np.ascontiguousarray(values[:, own]), fps)
+        result[:, own], std[:, own], filled[:, own] = found.values, found.std, found.filled
+    return Filtered(result, std, filled)

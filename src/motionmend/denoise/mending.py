@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ..bodies.motion import Origin
 from .adaptive import Adapted, adapt
 from .likeliest_gaps import Process
 from .local_prior import Neighbourhood, Prior, local_prior
+from .pieces import blocks
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
 
@@ -95,9 +95,9 @@ def mend_channels(
             at_pole=at_pole,
         )
 
-    blocks = _blocks(len(measured), fps)
-    parts = (_among_missing(measured[seen], least) for _, seen in blocks)
-    for (core, seen), (padded, adapted) in zip(blocks, _at_once(block, parts, len(blocks)), strict=True):
+    places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))
+    parts = (_among_missing(measured[seen], least) for _, seen in places)
+    for (core, seen), (padded, adapted) in zip(places, _at_once(block, parts, len(places)), strict=True):
         before = (len(padded) - (seen.stop - seen.start)) // 2 - seen.start
         own = slice(before + core.start, before + core.stop)
         values[core] = adapted.values[own]
@@ -150,14 +150,6 @@ def _at_once(
                 yield first, result.result()
         for last, result in waiting:
             yield last, result.result()
-
-
-def _blocks(frames: int, fps: float) -> list[tuple[slice, slice]]:
-    """Frames repaired and frames seen of each block."""
-    size, margin = max(1, round(BLOCK * fps)), round(MARGIN * fps)
-    count = max(1, -(-frames // size))
-    edges = np.linspace(0, frames, count + 1).astype(np.int64).tolist()
-    return [(slice(a, b), slice(max(0, a - margin), min(frames, b + margin))) for a, b in pairwise(edges)]
 
 
 def _among_missing(block: Floats, least: int) -> Floats:

@@ -16,6 +16,7 @@ from .channels import to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
+from .filtered import channelwise
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .likeliest_gaps import process_of
@@ -278,9 +279,8 @@ def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:
         return pca_outcome(recording)
     layout = own_layout(recording)
     channels = to_channels(recording, layout)
-    if method in FILTERS:
-        return classic_outcome(recording, layout, channels, FILTERS[method](channels.values, recording.fps), method)
-    return classic_outcome(recording, layout, channels, GAP_FILLERS[method](channels.values, recording.fps), method)
+    filtered = channelwise({**FILTERS, **GAP_FILLERS}[method], channels.values, recording.fps)
+    return classic_outcome(recording, layout, channels, filtered, method)
 
 
 def _without_footskate(outcome: Repaired[Recording]) -> Repaired[Recording]:

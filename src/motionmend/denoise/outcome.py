@@ -76,25 +76,21 @@ def classic_outcome(
 ) -> Repaired[Recording]:
     """A filter's or gap filler's channels as a repaired recording; measured samples that did not change stay exact."""
     present = np.isfinite(channels.values)
-    open_ = ~np.isfinite(filtered.values)
-    origin = np.where(present, Origin.MEASURED, np.where(open_, Origin.LEFT_OPEN, Origin.FILLED))
-    found = ChannelRepair(
-        filtered.values,
-        filtered.std,
-        present.astype(float),
-        origin.astype(np.uint8),
-        0,
-        np.empty(0),
-        True,
-    )
+    origin = np.empty(present.shape, dtype=np.uint8)
+    same = True
+    for some in pieces(len(present)):
+        here, values = present[some], filtered.values[some]
+        gap = np.where(np.isfinite(values), Origin.FILLED, Origin.LEFT_OPEN)
+        origin[some] = np.where(here, Origin.MEASURED, gap)
+        same = same and np.array_equal(values[here], channels.values[some][here])
+    found = ChannelRepair(filtered.values, filtered.std, present, origin, 0, np.empty(0), True)
     outcome = repaired_recording(recording, layout, channels, found, method)
-    if not np.array_equal(filtered.values[present], channels.values[present]):
+    if not same:
         return outcome
-    values = np.where(
-        recording.present[..., None] if isinstance(recording, Markers) else recording.present,
-        _values(recording),
-        _values(outcome.recording),
-    )
+    values = _values(outcome.recording).copy()
+    for some in pieces(recording.frames):
+        here = _present(recording, some)
+        values[some][here] = _values(recording)[some][here]
     return replace(outcome, recording=_with_values(recording, values))
 
 

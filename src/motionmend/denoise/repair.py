@@ -1,5 +1,6 @@
 """From a spoiled recording to a repaired one, by the method of the dissertation's section 2."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,10 @@ from ..bodies.motion import Origin
 from ..numerics.ssa import Eigenbases, at_rate
 from .certainty import TRUSTED, deviations, noise_and_misfit
 from .optimise import SCALE, Fit, fit_windows
+from .pieces import blocks
 
+LONG = 1 << 16  # frames repaired at once: the fit needs twenty times their memory
+MARGIN = 4.0  # s of the neighbours that a block of a longer recording sees on each side
 MUCH_MISSED = 1.5 * SCALE  # degrees or cm; bases of the same behaviour and person miss less
 
 
@@ -29,7 +33,7 @@ class ChannelRepair:
 
     values: Floats
     std: Floats | Singles
-    weights: Floats | Bools
+    weights: Floats | Singles | Bools
     origin: Bytes
     iterations: int
     cost: Floats
@@ -59,6 +63,22 @@ def repair_channels(measured: Floats, bases: Eigenbases, model_fps: float, fps: 
     Section 2.2.3-2.2.5.
     """
     patterns, stride = at_rate(bases, model_fps, fps)
+    places = blocks(len(measured), LONG, round(MARGIN * fps))
+    found = (_repaired(measured[seen], patterns, stride, bases, robust) for _, seen in places)
+    repair, missed = next(found) if len(places) == 1 else _together(measured.shape, places, found)
+    said: tuple[str, ...] = ()
+    if missed > MUCH_MISSED:
+        said = (
+            f"the model's bases miss this recording by {missed:.1f} degrees or cm (root mean square over channels): "
+            "it may not know this motion or person; expect errors of that size",
+        )
+    return replace(repair, warnings=said)
+
+
+def _repaired(
+    measured: Floats, patterns: Eigenbases, stride: int, bases: Eigenbases, robust: str
+) -> tuple[ChannelRepair, float]:
+    """The repair of some frames, and the root mean square of what the bases miss of them."""
     padded, kept = _padded(measured, patterns.window)
     fit = fit_windows(padded, interpolated(padded, patterns.mean.mean(axis=0)), patterns, stride, robust=robust)
     thin = _thinned(fit, stride)
@@ -66,14 +86,25 @@ def repair_channels(measured: Floats, bases: Eigenbases, model_fps: float, fps: 
     std = deviations(padded[::stride], thin, bases, noise, misfit)
     std = std.repeat(stride, axis=0)[: len(padded)]
     fit = Fit(fit.values[kept], fit.weights[kept], fit.cost, fit.iterations, fit.converged)
-    missed = float(np.sqrt(np.mean(np.square(misfit))))
-    said: tuple[str, ...] = ()
-    if missed > MUCH_MISSED:
-        said = (
-            f"the model's bases miss this recording by {missed:.1f} degrees or cm (root mean square over channels): "
-            "it may not know this motion or person; expect errors of that size",
-        )
-    return replace(labelled(measured, fit, std[kept], patterns.window), warnings=said)
+    return labelled(measured, fit, std[kept], patterns.window), float(np.sqrt(np.mean(np.square(misfit))))
+
+
+def _together(
+    shape: tuple[int, ...], places: list[tuple[slice, slice]], found: Iterator[tuple[ChannelRepair, float]]
+) -> tuple[ChannelRepair, float]:
+    """Repairs of blocks as that of the whole (T, C); costs are added as if all blocks had taken all iterations."""
+    values, std, weights = np.empty(shape), np.empty(shape, np.float32), np.empty(shape, np.float32)
+    origin = np.empty(shape, np.uint8)
+    cost, missed, converged = np.zeros(1), 0.0, True
+    for (own, seen), (block, misses) in zip(places, found, strict=True):
+        inside = slice(own.start - seen.start, own.stop - seen.start)
+        values[own], std[own] = block.values[inside], block.std[inside]
+        weights[own], origin[own] = block.weights[inside], block.origin[inside]
+        longest = max(len(cost), len(block.cost))
+        one, other = (np.pad(c, (0, longest - len(c)), mode="edge") for c in (cost, block.cost))
+        cost, converged = one + other, converged and block.converged
+        missed += misses**2 * (own.stop - own.start) / shape[0]
+    return ChannelRepair(values, std, weights, origin, len(cost) - 1, cost, converged), float(np.sqrt(missed))
 
 
 def labelled(measured: Floats, fit: Fit, std: Floats, window: int) -> ChannelRepair:
