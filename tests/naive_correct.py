@@ -322,10 +322,11 @@ def apart(features, centre, columns):
     return (((features - centre)[:, None] - columns.T) ** 2).sum(axis=3).swapaxes(1, 2)
 
 
-def told(like, weights, joints, mean, scouts, spread, floor):
+def told(like, weights, joints, mean, scouts, spread, floor, familiar):
     """Offsets and their variance."""
-    offsets = np.tile(mean, (len(like), 1, 1))
-    offsets[:, joints] += np.einsum("tkm,kmd->tkd", like[:, :-1], weights)
     near = like[:, -1, : len(scouts)]
-    unknown = 1.0 - np.einsum("ts,sr,tr->t", near, scouts, near)
-    return offsets, np.maximum(unknown, 0.0)[:, None] * spread + floor
+    known = np.minimum(np.einsum("ts,sr,tr->t", near, scouts, near), 1.0)
+    offsets = np.tile(mean, (len(like), 1, 1))
+    counts = np.minimum(known / familiar, 1.0)[:, None, None]
+    offsets[:, joints] += counts * np.einsum("tkm,kmd->tkd", like[:, :-1], weights)
+    return offsets, (1.0 - known)[:, None] * spread + floor

@@ -228,6 +228,7 @@ def test_points_tell_offsets_as_their_twin(frames: int) -> None:
     fixed = *fixed, *rng.uniform(0.0, 1.0, (2, JOINTS))
     offsets, variance = np.empty((frames, JOINTS, 3)), np.empty((frames, JOINTS))
     kinds = (np.float64, np.int64, np.float64, np.float32, np.float64, np.float64)
-    shapes.told(like, *(frozen(one, kind) for one, kind in zip(fixed, kinds, strict=True)), offsets, variance)
-    same((offsets, variance), naive.told(like, *fixed), rtol=1e-5, atol=1e-6)
+    shapes.told(like, *(frozen(one, kind) for one, kind in zip(fixed, kinds, strict=True)), 0.8, offsets, variance)
+    same((offsets, variance), naive.told(like, *fixed, 0.8), rtol=1e-5, atol=1e-6)
+    assert (np.abs(offsets[0] - fixed[2]) < 0.1).all()  # like no point: the mean
     assert (variance[0] > fixed[5]).all()

@@ -8,6 +8,10 @@ compares whole postures finds none alike among a few people. Sensors err alike o
 sample counts twice, once mirrored; and a share of the truth is wrong (a lost marker, the other leg), hence outliers
 weigh little (Student's t). A frame says little that the frame before did not say: thousands of them are brought down to
 some hundred points (subset of regressors; Quinonero-Candela and Rasmussen, JMLR 6, 2005, section 3).
+
+Kernels long enough to carry over to other people carry too far in postures that nobody showed: there single bones still
+resemble learned ones, and what they tell is wrong. How far a posture as a whole is known decides how much of it counts;
+in one that is like none the mean offset is left.
 """
 
 from collections.abc import Mapping
@@ -28,7 +32,8 @@ DIRECTION = 0.15  # weight of a bone's unit direction beside its length (in stan
 NEAR = 2.0  # bones from a joint within which the weight of a bone falls to 1 / e
 NOISE = 1.0  # variance of a frame's offset that posture does not tell, by that which it does
 REACH = 1.5  # length of the kernel by the spread of the weighted features together
-SCOUTS = 150  # points that tell how well known a posture is
+SCOUTS = 150  # points that tell how well known a posture is, half of them mirrored
+FAMILIAR = 0.85  # of how well the points are known: strangers' postures in movements that were learned mostly are
 FREEDOM = 4.0  # degrees of freedom of the offsets' Student-t distribution
 SCOUTED = 0.3  # variance of what a point tells
 ROUNDS = 3  # of reweighting against outliers
@@ -78,6 +83,13 @@ class Processes:
         exponents = -0.5 * np.concatenate([self.share, self.whole])
         return frozen(self.points.T, np.float32), frozen(exponents, np.float32), frozen(self.scouts, np.float32)
 
+    @cached_property
+    def familiar(self) -> float:
+        """Share of the variance that is taken away from a posture in which all that the points tell is believed."""
+        scouts = self.points[: len(self.scouts)]
+        near = covariances(self.whole, self.points, scouts, squares(self.whole, scouts))[0]
+        return FAMILIAR * float(np.median(((near @ self.scouts) * near).sum(axis=1)))
+
     def predict(self, features: Floats) -> tuple[Floats, Floats]:
         """Offsets (T, J, 3) and the variance (T, J) of a coordinate, standard units.
 
@@ -100,6 +112,7 @@ class Processes:
                 scouts,
                 self.spread,
                 self.floor,
+                self.familiar,
                 offsets[some],
                 variance[some],
             )
@@ -151,7 +164,8 @@ def fit_processes(
     targets = np.concatenate([less, mirrored_postures(less, body)])
     have = np.concatenate([known, known[:, body.mirror]])
     half = min(points // 2, len(chosen))
-    at = features[np.r_[:half, len(chosen) : len(chosen) + half]]
+    beside = np.stack([np.arange(half), np.arange(half) + len(chosen)], axis=1)  # each and its mirrored: scouts are too
+    at = features[beside.ravel()]
     varied = (features**2).mean(axis=0).sum(axis=1)
     share = _share(body, varied)
     whole = np.full((1, len(varied)), 1.0 / (REACH**2 * max(float(varied.sum()), 1e-12)))

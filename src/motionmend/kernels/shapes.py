@@ -72,10 +72,13 @@ def told(
     scouts: Singles,
     spread: Floats,
     floor: Floats,
+    familiar: float,
     offsets: Floats,
     variance: Floats,
 ) -> None:
     """What points tell of joints (K,): offsets, and the variance of a coordinate.
+
+    Where the whole posture is like none of the points, what some of its bones have in common with them tells little.
 
     Parameters
     ----------
@@ -84,12 +87,23 @@ def told(
     mean : (J, 3) offsets far from all points.
     scouts : (S, S) inverse covariance of the first points.
     spread, floor : (J,) variance far from all points, and what stays however near they are.
+    familiar : share of the variance that points take away from a posture that is known well enough to believe them all.
     offsets, variance : (T, J, 3), (T, J) written.
     """
     points, few = weights.shape[1], scouts.shape[0]
     near = np.empty(few, dtype=np.float32)
     for t in range(like.shape[0]):
+        near[:] = 0.0
+        for s in range(few):
+            for r in range(few):
+                near[r] += like[t, -1, s] * scouts[s, r]
+        unknown = 1.0
+        for s in range(few):
+            unknown -= like[t, -1, s] * near[s]
+        unknown = max(unknown, 0.0)
+        share = min((1.0 - unknown) / familiar, 1.0)
         for j in range(mean.shape[0]):
+            variance[t, j] = unknown * spread[j] + floor[j]
             for d in range(3):
                 offsets[t, j, d] = mean[j, d]
         for k in range(len(joints)):
@@ -98,15 +112,6 @@ def told(
                 x += like[t, k, m] * weights[k, m, 0]
                 y += like[t, k, m] * weights[k, m, 1]
                 z += like[t, k, m] * weights[k, m, 2]
-            offsets[t, joints[k], 0] += x
-            offsets[t, joints[k], 1] += y
-            offsets[t, joints[k], 2] += z
-        near[:] = 0.0
-        for s in range(few):
-            for r in range(few):
-                near[r] += like[t, -1, s] * scouts[s, r]
-        unknown = 1.0
-        for s in range(few):
-            unknown -= like[t, -1, s] * near[s]
-        for j in range(mean.shape[0]):
-            variance[t, j] = max(unknown, 0.0) * spread[j] + floor[j]
+            offsets[t, joints[k], 0] += share * x
+            offsets[t, joints[k], 1] += share * y
+            offsets[t, joints[k], 2] += share * z
