@@ -34,6 +34,20 @@ def gap_system(products, frame, channel, frames, band):
     return lower
 
 
+def gap_spread(lower, frame, channel, frames, channels):
+    """Variances of missing samples, and covariances of what is missing 0 to 2 frames back, summed over frames."""
+    below = np.zeros((len(frame), len(frame)))
+    for down, band in enumerate(lower):
+        below += np.diag(band[: len(frame) - down], -down) if down < len(frame) else 0.0
+    inverse = np.linalg.inv(below + np.tril(below, -1).T)
+    everywhere = np.zeros((frames, channels, frames, channels))
+    for one, (t, c) in enumerate(zip(frame, channel, strict=True)):
+        everywhere[t, c, frame, channel] = inverse[one]
+    back = range(3)
+    products = [[sum(everywhere[t - k, :, t - m] for t in range(2, frames)) for m in back] for k in back]
+    return np.diag(inverse), np.array(products)
+
+
 def steadiest(triples, turns, centre, hold):
     """Viterbi's path through the branches of all frames, one matrix of steps a frame."""
     branches = (triples[:, :, None] + turns).reshape(len(triples), -1, 3)

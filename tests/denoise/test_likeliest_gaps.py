@@ -1,18 +1,21 @@
 """Laws of gaps filled as poses follow each other, and of their shares beside other fillings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from performers import FPS, joints_model, truth
+from scipy.linalg import cholesky_banded
 
 import naive_denoise
-from motionmend.denoise.gap_shares import fillings, mixed, shares
+from motionmend.denoise.gap_shares import fillings, mixed, shares, unsure
 from motionmend.denoise.likeliest_gaps import Process, fill_likeliest, process_of
 from motionmend.denoise.mend_recording import Knowledge, mend_recording
 from motionmend.denoise.moved_gaps import gaps_of, hidden_by, laid_elsewhere
 from motionmend.evaluate import corrupt
-from motionmend.kernels.gap_bands import gap_system
+from motionmend.kernels.gap_bands import gap_spread, gap_system
 
 
 def _swinging(rng, channels, surprise=1e-6):
@@ -53,6 +56,55 @@ def test_the_system_of_the_gaps_is_that_of_all_samples_without_the_others(seed, 
     )
 
 
+@given(seed=st.integers(0, 10**6), frames=st.integers(5, 30), channels=st.integers(1, 4))
+@settings(deadline=None, max_examples=30)
+def test_how_far_gaps_may_be_off_is_the_inverse_of_their_system(seed, frames, channels):
+    rng = np.random.default_rng(seed)
+    rules = rng.normal(size=(3, channels + 1, channels))
+    products = np.einsum("kea,leb->klab", rules, rules)
+    frame, channel = np.nonzero(_lost(rng, (frames, channels)))
+    first = np.searchsorted(frame, np.arange(frames + 3))
+    lower = gap_system(products, frame, channel, frames, int((first[3:] - first[:-3]).max()))
+    lower[0] += 0.1
+    factor = np.ascontiguousarray(cholesky_banded(lower, lower=True))
+    found = gap_spread(factor, frame, channel, frames, channels)
+    for one, other in zip(found, naive_denoise.gap_spread(lower, frame, channel, frames, channels), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+
+
+def test_gaps_of_what_follows_the_process_are_off_as_far_as_it_says():
+    """Swings that the process knows and two of which are shaken alike: squares of errors are as large as is said."""
+    cov = np.array([[1.0, 0.8, 0.0, 0.0], [0.8, 1.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.0], [0.0, 0.0, 0.0, 0.25]])
+    beyond = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        process, _ = _swinging(rng, 4)
+        process = replace(process, surprise=cov, first=0.95 * process.first, second=0.95**2 * process.second)
+        shaken, away = rng.multivariate_normal(np.zeros(4), cov, 600), np.zeros((600, 4))
+        for t in range(2, len(away)):
+            away[t] = process.first @ away[t - 1] + process.second @ away[t - 2] + shaken[t]
+        values, gone = away + process.mean, _lost(rng, away.shape)
+        gone[[0, 1, -2, -1]] = False
+        filled, variance = fill_likeliest(process, fillings(values, gone, None, FPS)[0][1], gone, FPS)
+        assert (variance[gone] > 0.0).all()
+        square = np.square(filled - values)
+        beyond.append([(square[gone[:, c], c] / variance[gone[:, c], c]).mean() for c in range(4)])
+    assert ((np.mean(beyond, axis=0) > 0.5) & (np.mean(beyond, axis=0) < 2.0)).all()
+
+
+@given(seed=st.integers(0, 10**6))
+@settings(deadline=None, max_examples=30)
+def test_a_mixture_is_less_sure_the_more_the_fillings_differ(seed):
+    rng = np.random.default_rng(seed)
+    tried, smoother = rng.normal(size=(3, 20, 4)), rng.uniform(0.5, 2.0, (20, 4))
+    counts = rng.dirichlet(np.ones(3), (20, 4)).transpose(2, 0, 1)
+    process = np.where(rng.random((20, 4)) < 0.5, 0.0, rng.uniform(0.5, 2.0, (20, 4)))
+    alike = unsure(np.stack([tried[0]] * 3), counts, smoother, process)
+    np.testing.assert_allclose(alike[process == 0.0], smoother[process == 0.0])
+    assert (alike >= np.where(process > 0.0, np.minimum(smoother, process), smoother) - 1e-12).all()
+    assert (unsure(tried, counts, smoother, process) >= alike).all()
+
+
 @given(seed=st.integers(0, 10**6))
 @settings(deadline=None, max_examples=20)
 def test_what_follows_the_process_is_found_again_whatever_the_guess(seed):
@@ -61,7 +113,7 @@ def test_what_follows_the_process_is_found_again_whatever_the_guess(seed):
     swing = rng.uniform(5.0, 30.0, 5) * np.sin(np.arange(80)[:, None] * pace + rng.uniform(0.0, 6.0, 5)) + process.mean
     gone = _lost(rng, swing.shape)
     gone[[0, 1, -2, -1]] = False
-    filled = fill_likeliest(process, np.where(gone, swing + rng.normal(0.0, 5.0, swing.shape), swing), gone, FPS)
+    filled, _ = fill_likeliest(process, np.where(gone, swing + rng.normal(0.0, 5.0, swing.shape), swing), gone, FPS)
     assert np.abs(filled - swing).max() < 0.05
 
 
@@ -74,10 +126,13 @@ def test_only_gaps_of_known_channels_change(seed, times):
     values = np.cumsum(rng.normal(size=(60 * times, 5)), axis=0)
     gone = _lost(rng, values.shape)
     gone[:, 4] = True  # never seen: stays as it was guessed
-    filled = fill_likeliest(process, values, gone, FPS * times)
+    filled, variance = fill_likeliest(process, values, gone, FPS * times)
     assert np.isfinite(filled).all()
     np.testing.assert_array_equal(filled[~gone], values[~gone])
     np.testing.assert_array_equal(filled[:, [2, 4]], values[:, [2, 4]])
+    assert (variance >= 0.0).all()
+    assert not variance[~gone].any()
+    assert not variance[:, [2, 4]].any()
 
 
 def test_what_channels_have_in_common_in_this_recording_is_carried_into_its_gaps():
@@ -89,8 +144,8 @@ def test_what_channels_have_in_common_in_this_recording_is_carried_into_its_gaps
         both = np.stack([walk, way * walk], axis=1)
         gone = np.zeros(both.shape, dtype=bool)
         gone[90:120, 1] = True
-        guess = fillings(both, gone, None, FPS)[1]  # a line
-        filled = fill_likeliest(process, guess, gone, FPS)
+        guess = fillings(both, gone, None, FPS)[0][1]  # a line
+        filled, _ = fill_likeliest(process, guess, gone, FPS)
         assert np.abs(filled - both).max() < 0.3 * np.abs(guess - both).max()
 
 

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Bools, Bytes, Floats
 from ..numerics.coupled import lone_step_variance, smooth_coupled
-from .gap_shares import fillings, mixed, shares
+from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
@@ -41,6 +41,8 @@ LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second difference
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
+# Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
+DOUBT = 1.15
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
@@ -51,7 +53,7 @@ class Adapted:
     Attributes
     ----------
     values : the smoothed channels.
-    variance : of them, as the model has it.
+    variance : of the errors that are to be expected.
     outlier : True where a sample is rejected.
     noise : (C,) standard deviations.
     rate : (C,) share of outliers.
@@ -143,8 +145,12 @@ def adapt(
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:  # gaps of markers are filled, and judged, by the markers about them
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
-        values, beyond, taken = _in_gaps(measured, outlier, values, liveliness, calm, prior, process, noise, fps)
-        variance, steps = variance * beyond, steps + taken
+    variance = DOUBT * variance
+    if together == 1:
+        values, variance, taken = _in_gaps(
+            measured, outlier, values, variance, liveliness, calm, prior, process, noise, fps
+        )
+        steps += taken
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
 
 
@@ -190,6 +196,7 @@ def _in_gaps(
     measured: Floats,
     outlier: Bools,
     values: Floats,
+    variance: Floats,
     liveliness: Floats,
     calm: Floats,
     prior: Prior,
@@ -197,7 +204,7 @@ def _in_gaps(
     noise: Floats,
     fps: float,
 ) -> tuple[Floats, Floats, int]:
-    """(T, C) the channels with gaps filled as the recording's own say, a factor on the variance, and steps.
+    """(T, C) the channels with gaps filled as the recording's own say, their variance, and steps.
 
     The gaps are laid elsewhere and filled once more, by all that was found but what is hidden now; outliers stay
     what they are, so that no history has to be searched again.
@@ -205,7 +212,7 @@ def _in_gaps(
     present = np.isfinite(measured)
     gaps = gaps_of(present)
     if not gaps:
-        return values, np.ones(measured.shape), 0
+        return values, variance, 0
     moved = laid_elsewhere(gaps, present)
     hidden = hidden_by(moved, measured.shape)
     left = np.where(hidden, np.nan, measured)
@@ -215,13 +222,16 @@ def _in_gaps(
     everything, goal = _joined(np.nan_to_num(left), weight, told)
     lively = np.exp(bridged(np.where(hidden, np.nan, np.log(liveliness))))
     filled, steps = smooth_coupled(goal, everything, calm, np.sqrt(lively), begin)
-    variance, _ = _certainty(everything, lone_step_variance(everything, calm) * lively)
+    sure = DOUBT * _certainty(everything, lone_step_variance(everything, calm) * lively)[0]
     telling = present & ~outlier & (values.std(axis=0) > AT_REST)
-    tried = fillings(filled, hidden | ~present, process, fps)
+    tried, own = fillings(filled, hidden | ~present, process, fps)
     counts = shares(gaps + moved, moved, tried - values, telling)
-    away = mixed(tried, counts) - values
-    best = mixed(fillings(values, ~present, process, fps), counts)
-    return best, excess(gaps, moved, away, variance, telling), steps
+    found, sure_here = fillings(values, ~present, process, fps)
+    if not moved:
+        return mixed(found, counts), variance, steps
+    away = np.sqrt(np.square(mixed(tried, counts) - values) + variance)  # they are not the truth themselves
+    beyond = excess(gaps, moved, away, unsure(tried, counts, sure, own), telling)
+    return mixed(found, counts), unsure(found, counts, variance, sure_here) * beyond, steps
 
 
 def _calm(bends: Floats, fps: float) -> Floats:

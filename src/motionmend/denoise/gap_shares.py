@@ -16,11 +16,11 @@ from .support import bridged
 # mean square, as gaps laid in clean clips of CMU's showed them, and so many gaps' worth they count against what the
 # recording shows.
 USUAL = np.array([[1.0, 1.0, 0.55], [1.0, 3.2, 0.6], [0.55, 0.6, 0.7]])
-USUALLY = 20.0
+USUALLY = 40.0
 
 
-def fillings(values: Floats, gone: Bools, process: Process | None, fps: float) -> Floats:
-    """(F, T, C) the gaps as the smoother has them, as lines, and as the likeliest under a process if there is one.
+def fillings(values: Floats, gone: Bools, process: Process | None, fps: float) -> tuple[Floats, Floats]:
+    """The gaps as the smoother has them, as lines, and as the likeliest under a process if there is one.
 
     Parameters
     ----------
@@ -28,11 +28,17 @@ def fillings(values: Floats, gone: Bools, process: Process | None, fps: float) -
     gone : (T, C) True in gaps.
     process : of clean motion.
     fps : Hz.
+
+    Returns
+    -------
+    (F, T, C), and (T, C) the variance of what a process filled; 0 where none says anything.
     """
+    sure = np.zeros(values.shape)
     found = [values, np.where(gone, bridged(np.where(gone, np.nan, values)), values)]
     if process is not None:
-        found.append(fill_likeliest(process, values, gone, fps))
-    return np.stack(found)
+        likeliest, sure = fill_likeliest(process, values, gone, fps)
+        found.append(likeliest)
+    return np.stack(found), sure
 
 
 def shares(gaps: list[Gap], moved: list[Gap], away: Floats, telling: Bools) -> Floats:
@@ -68,6 +74,22 @@ def shares(gaps: list[Gap], moved: list[Gap], away: Floats, telling: Bools) -> F
 def mixed(fillings: Floats, shares: Floats) -> Floats:
     """(T, C) the fillings (F, T, C) by their shares."""
     return np.asarray((shares * fillings).sum(axis=0))
+
+
+def unsure(fillings: Floats, shares: Floats, smoother: Floats, process: Floats) -> Floats:
+    """(T, C) variance of what is mixed, but for a factor: what both say of their own, and how far the fillings differ.
+
+    The smoother knows when a motion is lively but not of the other channels, the process knows of those but takes every
+    moment for alike: the geometric mean of both goes with the errors better than either.
+
+    Parameters
+    ----------
+    fillings, shares : (F, T, C).
+    smoother : (T, C) its variance.
+    process : (T, C) its variance, 0 where it says nothing.
+    """
+    differ = (shares * np.square(fillings - mixed(fillings, shares))).sum(axis=0)
+    return np.asarray(np.sqrt(smoother * np.where(process > 0.0, process, smoother)) + differ)
 
 
 def _errors(gap: Gap, away: Floats, telling: Bools) -> Floats:

@@ -1,14 +1,14 @@
 """Gaps of joint angles as poses follow each other in the library, and with what surprises in the recording itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solveh_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from ..arrays import Bools, Floats
 from .dynamics_model import Dynamics
 
-ROUNDS = 5  # of filling and learning what surprises
+ROUNDS = 4  # of filling and learning what surprises
 LIBRARY = 20.0  # frames' worth of the library's own surprises
 FEWEST = 10  # frames without gaps to begin with; where there are fewer all are asked
 LEAST = 1e-3  # square of degrees or cm, of what surprises a channel at least
@@ -53,7 +53,7 @@ def process_of(dynamics: Dynamics) -> Process:
     )
 
 
-def fill_likeliest(process: Process, values: Floats, gone: Bools, fps: float) -> Floats:
+def fill_likeliest(process: Process, values: Floats, gone: Bools, fps: float) -> tuple[Floats, Floats]:
     """Fill gaps by the likeliest values under a process whose surprises are those of the recording.
 
     In turn the surprises are learned, drawn towards the library's, and the gaps filled. What the channels have in
@@ -68,43 +68,61 @@ def fill_likeliest(process: Process, values: Floats, gone: Bools, fps: float) ->
 
     Returns
     -------
-    (T, C) with the gaps of known channels filled.
+    filled : (T, C) with the gaps of known channels filled.
+    variance : (T, C) of what was filled, as the process has it; 0 where it says nothing.
 
     Source
     ------
     Shumway and Stoffer, An approach to time series smoothing and forecasting using the EM algorithm, Journal of Time
-    Series Analysis 3(4), 1982, with the likeliest values of the gaps for their distribution.
+    Series Analysis 3(4), 1982.
     """
     steps = max(1, round(fps / process.fps))
     some, lost = values[::steps, process.known], (gone & ~gone.all(axis=0))[::steps, process.known]
+    filled, variance = values.copy(), np.zeros(values.shape)
+    if not lost.any():
+        return filled, variance
     everywhere = np.ones(len(some) - 2, dtype=bool)
     whole = np.asarray(~(lost[2:] | lost[1:-1] | lost[:-2]).any(axis=1), dtype=bool)
-    asked: Bools = whole if whole.sum() >= FEWEST else everywhere
-    for _ in range(ROUNDS):
-        some = _likeliest(_with_surprises(process, some, asked), some, lost)
-        asked = everywhere
-    return _spread(process, values, gone, some, steps)
+    guess = _Filled(some, np.zeros(some.shape), np.zeros((3, 3, *process.surprise.shape)))
+    best = _likeliest(_with_surprises(process, guess, whole if whole.sum() >= FEWEST else everywhere), some, lost)
+    for _ in range(ROUNDS - 1):
+        best = _likeliest(_with_surprises(process, best, everywhere), best.values, lost)
+    frames = np.arange(len(values))
+    for column, channel in enumerate(np.flatnonzero(process.known)):
+        inside = np.flatnonzero(gone[:, channel])
+        changed = best.values[:, column] - some[:, column]
+        filled[inside, channel] += np.interp(inside, frames[::steps], changed)
+        variance[inside, channel] = np.interp(inside, frames[::steps], best.variance[:, column])
+    return filled, variance
 
 
-def _with_surprises(process: Process, values: Floats, asked: Bools) -> Process:
-    """The process with the covariance of what surprises it in these values (T, K), in the frames (T - 2,) asked."""
-    away = values - process.mean
+@dataclass(frozen=True, eq=False)
+class _Filled:
+    """Values with gaps filled (T, K), their variance, and products (3, 3, K, K) of `gap_spread`."""
+
+    values: Floats
+    variance: Floats
+    products: Floats
+
+
+def _with_surprises(process: Process, filled: _Filled, asked: Bools) -> Process:
+    """The process with the covariance of what surprises it in these values, in the frames (T - 2,) asked."""
+    away = filled.values - process.mean
     surprise = (away[2:] - away[1:-1] @ process.first.T - away[:-2] @ process.second.T)[asked]
-    seen, usual = surprise.T @ surprise, process.surprise
+    usual = process.surprise
+    rules = (np.eye(len(usual)), -process.first, -process.second)
+    unsure = sum(rules[k] @ filled.products[k, m] @ rules[m].T for k in range(3) for m in range(3))
+    seen = surprise.T @ surprise + unsure
     livelier = float(np.median(np.diag(seen) / np.maximum(np.diag(usual), LEAST))) / len(surprise)
     own = (LIBRARY * max(livelier, LEAST) * usual + seen) / (LIBRARY + len(surprise))
-    return Process(
-        process.fps, process.known, process.mean, process.first, process.second, own + LEAST * np.eye(len(own))
-    )
+    return replace(process, surprise=own + LEAST * np.eye(len(own)))
 
 
-def _likeliest(process: Process, values: Floats, gone: Bools) -> Floats:
-    """(T, K) with the samples that are gone at their likeliest."""
-    from ..kernels.gap_bands import gap_system
+def _likeliest(process: Process, values: Floats, gone: Bools) -> _Filled:
+    """The samples that are gone at their likeliest, and how far they may be off."""
+    from ..kernels.gap_bands import gap_spread, gap_system
 
-    if not gone.any():
-        return values
-    frames = len(values)
+    frames, channels = values.shape
     root = np.linalg.inv(np.linalg.cholesky(process.surprise))
     rules = np.stack([root, -root @ process.first, -root @ process.second])
     away = values - process.mean
@@ -118,15 +136,8 @@ def _likeliest(process: Process, values: Floats, gone: Bools) -> Floats:
     products = np.einsum("kea,leb->klab", rules, rules, optimize=True)
     lower = gap_system(np.ascontiguousarray(products), frame, channel, frames, band)
     lower[0] += HELD
-    filled = values.copy()
-    filled[frame, channel] -= solveh_banded(lower, slope[frame, channel], lower=True, overwrite_ab=True)
-    return filled
-
-
-def _spread(process: Process, values: Floats, gone: Bools, some: Floats, steps: int) -> Floats:
-    """(T, C) the values with what filling every `steps`-th frame has changed in the gaps, joined by lines."""
-    changed, filled, frames = some - values[::steps, process.known], values.copy(), np.arange(len(values))
-    for column, channel in enumerate(np.flatnonzero(process.known)):
-        inside = np.flatnonzero(gone[:, channel])
-        filled[inside, channel] += np.interp(inside, frames[::steps], changed[:, column])
-    return filled
+    factor = cholesky_banded(lower, overwrite_ab=True, lower=True)
+    filled, variance = values.copy(), np.zeros(values.shape)
+    filled[frame, channel] -= cho_solve_banded((factor, True), slope[frame, channel])
+    variance[frame, channel], unsure = gap_spread(np.ascontiguousarray(factor), frame, channel, frames, channels)
+    return _Filled(filled, variance, unsure)

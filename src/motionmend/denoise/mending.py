@@ -22,8 +22,6 @@ BLOCK = 68.0  # s repaired at once; longer recordings go in blocks, so that memo
 AT_ONCE = 2  # blocks, each on a core of its own as far as there are
 MARGIN = 2.0  # s of the neighbours that a block sees on each side
 LEAST_FRAMES = 24  # fewer are set among missing frames
-# Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
-DOUBT = 1.15
 NEAR = 2 / 3  # s: a sample missing further from anything seen has no support
 
 
@@ -102,7 +100,7 @@ def mend_channels(
         own = slice(before + core.start, before + core.stop)
         values[core] = adapted.values[own]
         if deviations:
-            std[core] = np.sqrt(DOUBT * adapted.variance[own])
+            std[core] = np.sqrt(adapted.variance[own])
         present = np.isfinite(padded)
         kind = np.where(adapted.outlier[own], Origin.REPAIRED, Origin.MEASURED)
         origin[core] = np.where(present[own], kind, Origin.FILLED)
