@@ -139,5 +139,5 @@ def _likeliest(process: Process, values: Floats, gone: Bools) -> _Filled:
     factor = cholesky_banded(lower, overwrite_ab=True, lower=True)
     filled, variance = values.copy(), np.zeros(values.shape)
     filled[frame, channel] -= cho_solve_banded((factor, True), slope[frame, channel])
-    variance[frame, channel], unsure = gap_spread(np.ascontiguousarray(factor), frame, channel, frames, channels)
+    variance[frame, channel], unsure = gap_spread(np.ascontiguousarray(factor.T), frame, channel, frames, channels)
     return _Filled(filled, variance, unsure)

@@ -45,7 +45,7 @@ def gap_spread(factor: Floats, frame: Ints, channel: Ints, frames: int, channels
 
     Parameters
     ----------
-    factor : (band, N) Cholesky factor of `gap_system`, as `scipy.linalg.cholesky_banded` has it with `lower`.
+    factor : (N, band) Cholesky factor of `gap_system`: what `scipy.linalg.cholesky_banded` has with `lower`, transposed.
     frame, channel : (N,) of each missing sample, by frame.
     frames, channels : T, C.
 
@@ -54,32 +54,31 @@ def gap_spread(factor: Floats, frame: Ints, channel: Ints, frames: int, channels
     variance : (N,).
     products : (3, 3, C, C); [k, l] is the sum over t >= 2 of the covariance of x(t-k) and x(t-l).
     """
-    band, count = factor.shape
-    inverse = np.zeros((count, 2 * band - 1))  # row i: covariances of sample i with those from i - band + 1 on
-    products = np.zeros((3, 3, channels, channels))
+    count, band = factor.shape
+    variance, products = np.empty(count), np.zeros((3, 3, channels, channels))
+    # row i % band: covariances of sample i with the `band` samples before and after it; later ones are forgotten
+    inverse, row = np.zeros((band, 2 * band - 1)), np.empty(band)
     reach = count - 1  # the last sample within two frames; the factor holds nothing further
     for i in range(count - 1, -1, -1):
         while frame[reach] - frame[i] > 2:
             reach -= 1
-        last = reach - i
+        last, own = reach - i, 1.0 / factor[i, 0]
+        row[: last + 1] = 0.0
         for e in range(1, last + 1):
-            rule = factor[e, i] / factor[0, i]
+            rule, other, start = factor[i, e] / factor[i, 0], (i + e) % band, band - 1 - e
             for d in range(1, last + 1):
-                inverse[i, band - 1 + d] -= rule * inverse[i + e, band - 1 + d - e]
-        own = 1.0 / factor[0, i]
+                row[d] -= rule * inverse[other, start + d]
         for d in range(1, last + 1):
-            inverse[i + d, band - 1 - d] = inverse[i, band - 1 + d]
-            own -= factor[d, i] * inverse[i, band - 1 + d]
-        inverse[i, band - 1] = own / factor[0, i]
-    for i in range(count):
-        for j in range(i, min(count, i + band)):
-            apart = frame[j] - frame[i]
-            if apart > 2:
-                break
-            both = inverse[i, band - 1 + j - i]
+            own -= factor[i, d] * row[d]
+            inverse[(i + d) % band, band - 1 - d] = row[d]
+        row[0] = own / factor[i, 0]
+        inverse[i % band, band - 1 : band + last] = row[: last + 1]
+        variance[i] = row[0]
+        for d in range(last + 1):
+            apart = frame[i + d] - frame[i]
             for k in range(3 - apart):
-                if 2 <= frame[j] + k < frames:
-                    products[k, k + apart, channel[j], channel[i]] += both
-                    if j > i:
-                        products[k + apart, k, channel[i], channel[j]] += both
-    return inverse[:, band - 1].copy(), products
+                if 2 <= frame[i + d] + k < frames:
+                    products[k, k + apart, channel[i + d], channel[i]] += row[d]
+                    if d > 0:
+                        products[k + apart, k, channel[i], channel[i + d]] += row[d]
+    return variance, products
