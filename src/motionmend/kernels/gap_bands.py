@@ -45,7 +45,7 @@ def gap_spread(factor: Floats, frame: Ints, channel: Ints, frames: int, channels
 
     Parameters
     ----------
-    factor : (N, band) Cholesky factor of `gap_system`: what `scipy.linalg.cholesky_banded` has with `lower`, transposed.
+    factor : (N, band) Cholesky factor of `gap_system`, what `scipy.linalg.cholesky_banded` has with `lower`, turned.
     frame, channel : (N,) of each missing sample, by frame.
     frames, channels : T, C.
 
