@@ -71,7 +71,7 @@ def test_what_is_predicted_is_the_sum_over_the_points_as_far_as_the_posture_is_k
         near = np.exp(-0.5 * ((features[:, None] - scouts) ** 2).sum(axis=3) @ found.whole[0])
         return np.einsum("ts,sr,tr->t", near, found.scouts, near)
 
-    counts = np.minimum(known(features - found.centre) / (0.85 * np.median(known(found.points))), 1.0)
+    counts = np.minimum(known(features - found.centre) / (0.75 * np.median(known(found.points))), 1.0)
     assert counts[0] == 1.0
     assert counts[-1] < 0.8
     apart = ((features - found.centre)[:, None] - found.points) ** 2  # (T, M, B, 4)
