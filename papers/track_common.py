@@ -204,7 +204,7 @@ class Track:
             return self.joints
         filled = [pose if pose is not None else self.poses[int(np.flatnonzero(there)[0])] for pose in self.poses]
         poses = Poses(*(np.array([getattr(p, name) for p in filled]) for name in ("translation", "root", "joints")))
-        _, places = smoothed(poses, self.performer, times, frozen(there, np.bool_))
+        _, places = smoothed(poses, self.performer, times, frozen(there, np.bool_), self.held)
         return np.where(there[:, None, None], places, self.joints)
 
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from motionmend import samples
 from motionmend.bodies import performer as bodies
 from motionmend.bodies.camera import KINECT
-from motionmend.bodies.rig import motion_landmarks
-from motionmend.bodies.skeleton import forward
+from motionmend.bodies.rig import motion_landmarks, rig_of
+from motionmend.bodies.skeleton import forward, rest_positions
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.evaluate.scenes import Plane, behind, painted, performed, room, strange, view
@@ -62,6 +62,22 @@ def test_a_stranger_wraps_the_skeletons_own_joints():
         assert 0.02 < np.nanmedian(inside) < 0.25
         area = np.isfinite(frame.depth).sum() * (3.0 / KINECT.fx) ** 2
         assert 0.25 < area < 1.0  # m², a person's
+
+
+def test_a_strangers_waist_lies_about_the_pelvis_even_where_hips_lie_ahead_of_it():
+    """As waist markers do on CMU's skeletons, whose hips are 4 cm ahead of the root."""
+    skeleton = CLIP.skeleton
+    rig = rig_of(skeleton)
+    left, up, ahead = rig.rests[0].T
+    offsets = skeleton.offsets.copy()
+    offsets[list(rig.roles.feet.hips)] += 0.04 * ahead
+    for who in (skeleton, replace(skeleton, offsets=offsets)):
+        body, rest = stranger(who, 3, girth=1.0), rest_positions(who)
+        points = rest[body.joint] + body.place - rest[rig.roles.pelvis]
+        waist = (np.abs(points @ up) < 0.03) & (np.abs(points @ left) < 0.08)
+        front = (points @ ahead + body.radius)[waist].max()
+        back = (points @ ahead - body.radius)[waist].min()
+        assert abs(front + back) / 2 < 0.02
 
 
 def test_strangers_differ_from_each_other_and_from_the_performer():
@@ -144,9 +160,19 @@ def test_a_body_casts_a_shadow_on_the_wall_on_one_side_and_loses_edge_pixels():
     assert lost.sum() == pytest.approx(wide, abs=1.5)
     sides = np.flatnonzero(lost)
     assert sides.max() < 120 or sides.min() >= 200
-    edged = np.isnan(sensed(depth, KINECT, 0, sensor=replace(clean, baseline=0.0, edge=0.5)))
+
+
+@pytest.mark.parametrize("behind", [3.5, np.nan])
+def test_edges_lose_their_share_whatever_is_behind(behind):
+    depth = flat(behind)
+    depth[60:180, 120:200] = 2.0
+    edging = Sensor(floor=0.0, growth=0.0, lateral=0.0, edge=0.5, speckle=0.0, holes=0.0, baseline=0.0)
+    edged = np.isnan(sensed(depth, KINECT, 0, sensor=edging))
+    inner = np.zeros_like(edged)
+    inner[60:180, 120:200] = True
+    inner[61:179, 121:199] = False
+    assert edged[inner].mean() == pytest.approx(0.5, abs=0.1)
     rim = np.zeros_like(edged)
     rim[59:181, 119:201] = True
     rim[61:179, 121:199] = False
-    assert not edged[~rim].any()
-    assert edged[rim].mean() == pytest.approx(0.5, abs=0.1)
+    assert not (edged & np.isfinite(depth))[~rim].any()

@@ -87,8 +87,8 @@ def test_an_arm_with_nothing_near_it_is_left_over():
     raised = Pose(pose.translation, pose.root, joints)
     picture = render(BODY, raised, KINECT, 4)
     coarse = Coarse(intrinsics(picture.camera), picture.depth, np.isnan(picture.depth), 300)
-    assert left_over(BODY, raised, coarse) == 0.0
-    assert 0.02 < left_over(BODY, pose, coarse) < 0.08
+    assert left_over(BODY, raised, coarse).area == 0.0
+    assert 0.02 < left_over(BODY, pose, coarse).area < 0.08
 
 
 def test_places_of_a_limb_are_those_of_the_whole_body(rng):

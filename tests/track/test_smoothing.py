@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from motionmend.bodies.anatomy import average
 from motionmend.bodies.performer import Poses, rotation, standing
+from motionmend.track.limbs import LIMBS
 from motionmend.track.smoothing import smoothed
 
 BODY = average()
@@ -26,7 +27,7 @@ def moving(frames: int, fps: float = 30.0, bend: float = 1.0) -> tuple[Poses, np
 @given(st.integers(4, 40), st.sampled_from([30.0, 60.0, 100.0]))
 def test_constant_accelerations_stay_as_they_are(frames: int, fps: float) -> None:
     poses, times = moving(frames, fps)
-    steady, places = smoothed(poses, BODY, times, np.ones(frames, bool))
+    steady, places = smoothed(poses, BODY, times, np.ones(frames, bool), np.zeros((frames, 16), bool))
     np.testing.assert_allclose(steady.translation, poses.translation, atol=1e-9)
     np.testing.assert_allclose(steady.joints, poses.joints, atol=1e-9)
     np.testing.assert_allclose(steady.root, poses.root, atol=1e-9)
@@ -41,7 +42,7 @@ def test_noise_is_less_afterwards_and_bones_keep_their_lengths() -> None:
         rotation(0.02 * rng.normal(size=(60, 3))) @ poses.root,
         poses.joints + 0.02 * rng.normal(size=(60, 28)),
     )
-    steady, places = smoothed(noisy, BODY, times, np.ones(60, bool))
+    steady, places = smoothed(noisy, BODY, times, np.ones(60, bool), np.zeros((60, 16), bool))
     for name in ("translation", "joints", "root"):
         before, after = (np.std(getattr(one, name) - getattr(poses, name)) for one in (noisy, steady))
         assert after < 0.75 * before
@@ -58,7 +59,7 @@ def test_nothing_is_smoothed_across_a_gap_or_a_jump() -> None:
     joints[20:23] = np.nan
     whole = np.ones(30, bool)
     whole[20:23] = False
-    steady, places = smoothed(Poses(way, poses.root, joints), BODY, times, whole)
+    steady, places = smoothed(Poses(way, poses.root, joints), BODY, times, whole, np.zeros((30, 16), bool))
     np.testing.assert_allclose(steady.translation, way, atol=1e-9)
     assert np.isnan(places[20:23]).all()
     assert np.isfinite(places[[19, 23]]).all()
@@ -67,5 +68,25 @@ def test_nothing_is_smoothed_across_a_gap_or_a_jump() -> None:
 @pytest.mark.parametrize("frames", [1, 2, 3])
 def test_few_frames_are_left_alone(frames: int) -> None:
     poses, times = moving(frames)
-    steady, _ = smoothed(poses, BODY, times, np.ones(frames, bool))
+    steady, _ = smoothed(poses, BODY, times, np.ones(frames, bool), np.zeros((frames, 16), bool))
     np.testing.assert_array_equal(steady.joints, poses.joints)
+
+
+@given(st.integers(0, 3), st.integers(3, 15), st.integers(16, 27))
+@settings(max_examples=10)
+def test_a_limb_out_of_sight_is_led_to_where_it_is_seen_again(number: int, first: int, after: int) -> None:
+    limb, times = LIMBS[number], np.arange(30) / 30.0
+    base = standing()
+    true = np.tile(base.joints, (30, 1))
+    true[:, limb.columns] += 0.4 * times[:, None]
+    said, held = true.copy(), np.zeros((30, 16), bool)
+    said[first:after, limb.columns] = true[first - 1, limb.columns]  # as it was when it was last seen
+    held[first:after, limb.landmarks] = True
+    way, root = np.tile((0.0, 0.0, 3.0), (30, 1)), np.tile(base.root, (30, 1, 1))
+    steady, _ = smoothed(Poses(way, root, said), BODY, times, np.ones(30, bool), held)
+    step = 0.4 / 30
+    assert np.abs(steady.joints - true).max() < 1.5 * step
+    said[first:, limb.columns] = true[first - 1, limb.columns]
+    held[first:, limb.landmarks] = True  # never seen again: nothing is known of where it led
+    steady, _ = smoothed(Poses(way, root, said), BODY, times, np.ones(30, bool), held)
+    assert np.abs(steady.joints[first:] - said[first:]).max() < 1.5 * step

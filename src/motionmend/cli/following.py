@@ -262,7 +262,7 @@ class _Log:
         xyz[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root.reshape(count, 3, 3), joints)
         if steady:
-            poses, places = smoothed(poses, body, recording.times, frozen(seen, np.bool_))
+            poses, places = smoothed(poses, body, recording.times, frozen(seen, np.bool_), held > 0)
             xyz = np.where(seen[:, None, None], places, xyz)
             self.stages["smoothing"] = perf_counter() - begin
         if recording.mirrored:

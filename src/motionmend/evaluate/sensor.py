@@ -70,7 +70,9 @@ def sensed(depth: Singles, camera: Camera, seed: int, frame: int = 0, sensor: Se
     lost = ~_lit(true, camera, sensor.baseline) if sensor.baseline > 0 else np.zeros(true.shape, dtype=bool)
     scale = camera.width / 640.0
     seen = _beside(true, rng, sensor.lateral * scale)
-    lost |= _edge_losses(true, rng, sensor) | _grazing_losses(true, camera, rng, sensor)
+    edges = _edges(true, sensor)
+    lost |= edges & (rng.random(true.shape) < sensor.edge)
+    lost |= ~edges & _grazing_losses(true, camera, rng, sensor)  # from pixel to pixel across an edge is no surface
     lost |= rng.random(true.shape) < sensor.speckle
     lost |= _holes(true, rng, sensor.holes)
     with np.errstate(invalid="ignore"):
@@ -109,8 +111,8 @@ def _beside(depth: Floats, rng: np.random.Generator, std: float) -> Floats:
     return np.asarray(depth[v, u])
 
 
-def _edge_losses(depth: Floats, rng: np.random.Generator, sensor: Sensor) -> Bools:
-    """Some of the pixels beside a jump of depth, either side."""
+def _edges(depth: Floats, sensor: Sensor) -> Bools:
+    """The pixels beside a jump of depth, either side."""
     edge = np.zeros(depth.shape, dtype=bool)
     finite = np.where(np.isfinite(depth), depth, 1e3)
     for axis in (0, 1):
@@ -122,7 +124,7 @@ def _edge_losses(depth: Floats, rng: np.random.Generator, sensor: Sensor) -> Boo
         first[axis], second[axis] = slice(0, -1), slice(1, None)
         edge[tuple(first)] |= jumps
         edge[tuple(second)] |= jumps
-    return np.asarray(edge & (rng.random(depth.shape) < sensor.edge))
+    return edge
 
 
 def _grazing_losses(depth: Floats, camera: Camera, rng: np.random.Generator, sensor: Sensor) -> Bools:

@@ -24,12 +24,12 @@ NOTHING, NO_FORM = np.empty(0), np.empty((0, 0))
 @final
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """One arm or leg.
+    """One arm or leg, or the head.
 
     Attributes
     ----------
-    name : l_arm, r_arm, l_leg, r_leg.
-    bones : that it consists of. shown : the two long ones of them.
+    name : l_arm, r_arm, l_leg, r_leg, head.
+    bones : that it consists of. shown : the long ones of them.
     columns : (n,) of the 28 joint coordinates. landmarks : of the 16 that it carries.
     mirror : (n,) signs that take its coordinates to those of the other side's limb.
     """
@@ -43,13 +43,13 @@ class Limb:
 
 
 def _limb(side: str, bones: tuple[str, ...], joints: tuple[str, ...], name: str) -> Limb:
-    index = tuple(BONES.index(f"{side}_{bone}") for bone in bones)
+    index = tuple(BONES.index(f"{side}{bone}") for bone in bones)
     columns = [c for b in index for c in range(FIRST[b], FIRST[b + 1])]
     # What turns about x turns the same way on the other side, about y and z the other way.
     signs = [1.0 if abs(AXES[c, 0]) > 0.5 else -1.0 for c in columns]
-    marks = [LANDMARKS.index(f"{side}_{joint}") for joint in joints]
+    marks = [LANDMARKS.index(f"{side}{joint}") for joint in joints]
     shown = index[-2:] if name == "arm" else index[:2]
-    return Limb(f"{side}_{name}", index, shown, frozen(columns, np.int64), frozen(marks, np.int64), frozen(signs))
+    return Limb(f"{side}{name}", index, shown, frozen(columns, np.int64), frozen(marks, np.int64), frozen(signs))
 
 
 LIMBS = tuple(
@@ -58,17 +58,19 @@ LIMBS = tuple(
         (("clavicle", "upperarm", "forearm"), ("elbow", "wrist"), "arm"),
         (("thigh", "shank", "foot"), ("knee", "ankle"), "leg"),
     )
-    for side in "lr"
+    for side in ("l_", "r_")
 )
+HEAD = _limb("", ("head",), ("neck", "head"), "head")
+SEARCHED = (*LIMBS, HEAD)
 
 
 def shapes_of(database: PoseDatabase, performer: Performer) -> tuple[Floats, ...]:
-    """For each of `LIMBS` up to 64 of its poses (C, n) that lie far apart, those of the other side mirrored.
+    """For each of `SEARCHED` up to 64 of its poses (C, n) that lie far apart, those of the other side mirrored.
 
     Without a library: a grid over the joints' ranges.
     """
     shapes = []
-    for limb, other in zip(LIMBS, (LIMBS[1], LIMBS[0], LIMBS[3], LIMBS[2]), strict=True):
+    for limb, other in zip(SEARCHED, (LIMBS[1], LIMBS[0], LIMBS[3], LIMBS[2], HEAD), strict=True):
         if len(database):
             some = database.joints[:: max(1, len(database) // 4000)]
             poses = np.concatenate((some[:, limb.columns], some[:, other.columns] * other.mirror))
@@ -144,8 +146,25 @@ def cast_parts(performer: Performer, pose: Pose, coarse: Coarse) -> tuple[Single
     return depth, solid
 
 
-def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> float:
-    """m^2 of the person's surface, as if facing the camera, that has nothing of the pose near it."""
+@final
+@dataclass(frozen=True, eq=False)
+class LeftOver:
+    """The person's surface that has nothing of a pose near it.
+
+    Attributes
+    ----------
+    points : (N, 3) m. rows, columns : (N,) where, on the coarse raster.
+    area : m^2, as if facing the camera.
+    """
+
+    points: Floats
+    rows: Ints
+    columns: Ints
+    area: float
+
+
+def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> LeftOver:
+    """What of the person a pose does not explain at all."""
     from ..kernels import judging
 
     depth, solid = cast_parts(performer, pose, coarse)
@@ -155,7 +174,9 @@ def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> float:
     judging.judged(coarse.seen, coarse.free, depth, solid, bones, GATE, loose, visible, denied, counts)
     rows, columns = loose[: counts[3]].T
     z = coarse.seen[rows, columns].astype(np.float64)
-    return float(z @ z / (coarse.intrinsics[0] * coarse.intrinsics[1]))
+    fx, fy, cx, cy = coarse.intrinsics
+    points = np.stack(((columns - cx) * z / fx, (rows - cy) * z / fy, z), axis=1)
+    return LeftOver(points, rows, columns, float(z @ z / (fx * fy)))
 
 
 def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:

@@ -10,7 +10,7 @@ from ..numerics.least_squares import Solution
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
 from .hypotheses import GAIN, STEP, Hypothesis
-from .limbs import LIMBS, Coarse, Limb, disagreement, draws, limb_places, limb_search, with_limb
+from .limbs import SEARCHED, Coarse, Limb, disagreement, draws, limb_places, limb_search, with_limb
 from .model import TrackerModel
 from .prior_term import said_against, strangeness
 from .settings import TrackSettings
@@ -27,7 +27,7 @@ SUSPECT = 1.08  # times the usual share of pixels explained wrongly, above which
 WORTH = 0.25 * GAIN  # a gain from where on a pose that was not taken is worth following
 SPREADS = (0.3, 0.15)  # rad, of poses of a limb drawn about the best, in each round
 KEPT, DRAWN = 6, 24  # how many best those are, and how many poses are drawn about them
-DRAWS = tuple(draws(np.random.default_rng(0), limb, SPREADS, KEPT, DRAWN) for limb in LIMBS)
+DRAWS = tuple(draws(np.random.default_rng(0), limb, SPREADS, KEPT, DRAWN) for limb in SEARCHED)
 TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
 
 
@@ -71,7 +71,7 @@ def mend_limbs(
     mean, form = said_against(terms)
     form = STRANGE * form
     better: list[tuple[float, int, Pose]] = []
-    for number, limb in enumerate(LIMBS):
+    for number, limb in enumerate(SEARCHED):
         hidden = min(shown[b] for b in limb.shown) <= ENOUGH
         against = max(denied[b] / (shown[b] + denied[b] + ENOUGH) for b in limb.shown)
         # Where all limbs are suspect the arms have their turn in one frame, the legs in the next.
@@ -95,7 +95,7 @@ def mend_limbs(
             doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
     moved, hypothesis = 0, None
     for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
-        limb = LIMBS[number]
+        limb = SEARCHED[number]
         begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
         trial = solve_pose(performer, evidence, begun, way, settings, 5)
         after = disagreement(performer, trial.state, coarse)

@@ -11,6 +11,7 @@ from ..bodies.performer import LANDMARKS, Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .detect import Detector, detect
 from .evidence import Evidence
+from .hypotheses import apart, asked
 from .judge import Verdict, judge
 from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
 from .model import TrackerModel
@@ -60,7 +61,7 @@ def offers_tried(
     for offer in offers:
         trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
         after = disagreement(state.performer, trial.state, coarse)
-        if after < wrong - GAIN:
+        if after < wrong - asked(apart(state.performer, trial.state, solution.state)):
             solution, wrong, moved = trial, after, moved + 1
     return solution, wrong, moved, bool(offers)
 

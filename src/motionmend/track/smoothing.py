@@ -6,19 +6,24 @@ and the frames' own times, as Cleveland 1979), so that bones keep their lengths.
 that lasts.
 """
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.performer import LANDMARKS, Performer, Poses, landmarks, rotation, rotation_vector
+from .limbs import SEARCHED
 
 REACH = 0.10  # s to either side: shorter than the quickest swing of a limb
 FASTEST = 12.0  # m/s of a joint between two frames; more is a limb found anew, and no motion
 
 
-def smoothed(poses: Poses, performer: Performer, times: Floats, whole: Bools) -> tuple[Poses, Floats]:
+def smoothed(poses: Poses, performer: Performer, times: Floats, whole: Bools, held: Bools) -> tuple[Poses, Floats]:
     """Poses with each degree of freedom smoothed over 0.1 s to either side, and the joints they lead to.
+
+    A limb that was out of sight has come, by the time it is seen again, to where it is seen: what it is off by then
+    it has gathered on the way, and is brought to it from there.
 
     Parameters
     ----------
@@ -26,11 +31,13 @@ def smoothed(poses: Poses, performer: Performer, times: Floats, whole: Bools) ->
     performer : whose.
     times : (T,) s.
     whole : (T,) which of them count; all others stay as they are, and nothing is smoothed across them.
+    held : (T, 16) which joints nothing was seen of.
 
     Returns
     -------
     poses, and landmarks (T, 16, 3) m, NaN where there is no pose.
     """
+    poses = replace(poses, joints=_brought(poses.joints, times, whole, held))
     translation, root, joints = poses.translation.copy(), poses.root.copy(), poses.joints.copy()
     for first, last in _runs(poses, performer, times, whole):
         rows = slice(first, last)
@@ -38,6 +45,24 @@ def smoothed(poses: Poses, performer: Performer, times: Floats, whole: Bools) ->
         translation[rows], root[rows], joints[rows] = _steadied(*parts, times[rows])
     steady = Poses(translation, root, joints)
     return steady, _places(steady, performer)
+
+
+def _brought(joints: Floats, times: Floats, whole: Bools, held: Bools) -> Floats:
+    """Joint coordinates (T, 28) of which those of limbs out of sight lead to where the limb is seen again.
+
+    As for a random walk between two measurements, what is off at its end is shared out evenly over the time.
+    """
+    out = joints.copy()
+    for limb in SEARCHED:
+        hidden = held[:, limb.landmarks].any(axis=1) & whole
+        ends = np.flatnonzero(np.diff(hidden.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+        for first, after in ends.tolist():
+            if first == 0 or after == len(joints) or not (whole[first - 1] and whole[after]):
+                continue
+            share = (times[first:after] - times[first - 1]) / (times[after] - times[first - 1])
+            leap = joints[after, limb.columns] - joints[after - 1, limb.columns]
+            out[first:after, limb.columns] += share[:, None] * leap
+    return out
 
 
 def _steadied(translation: Floats, root: Floats, joints: Floats, times: Floats) -> tuple[Floats, Floats, Floats]:

@@ -25,6 +25,7 @@ from .objective import PAUSE, expected_pose, terms_of
 from .observation import Observation
 from .offers import MUCH, offers_tried
 from .person import person_of
+from .pieces import CLAIMED, claimed
 from .rescue import moved_to, rescued, turned
 from .second_reading import faced
 from .settings import TrackSettings
@@ -202,7 +203,8 @@ def step(
     doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
-    unclaimed = settings.search and left_over(state.performer, solution.state, coarse) > MUCH
+    over = left_over(state.performer, solution.state, coarse).area if settings.search else 0.0
+    unclaimed = over > MUCH
     doubtful = unclaimed or wrong > DOUBTFUL * state.wrong + 0.01
     asks = model.detector is not None and state.searched >= EVERY and doubtful
     if settings.search and asks:
@@ -214,6 +216,9 @@ def step(
         solution, wrong, restarts, doubt, hypothesis = mend_limbs(
             model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
         )
+        if over > CLAIMED and not restarts:
+            solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong)
+            state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
         clock.lap("limbs")
         if wrong > RESCUE * state.wrong + 0.03:
             solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
