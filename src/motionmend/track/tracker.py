@@ -216,10 +216,11 @@ def step(
         solution, wrong, restarts, doubt, hypothesis = mend_limbs(
             model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
         )
-        if over > CLAIMED and not restarts:
-            solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong)
-            state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
         clock.lap("limbs")
+    if over > CLAIMED and not restarts:
+        solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong)
+        state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
+    if settings.search and not offered:
         if wrong > RESCUE * state.wrong + 0.03:
             solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
             clock.lap("rescue")
