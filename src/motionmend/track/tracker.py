@@ -220,10 +220,10 @@ def step(
     if over > CLAIMED and not restarts:
         solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong)
         state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
-    if settings.search and not offered:
-        if wrong > RESCUE * state.wrong + 0.03:
-            solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
-            clock.lap("rescue")
+        clock.lap("pieces")
+    if settings.search and not offered and wrong > RESCUE * state.wrong + 0.03:
+        solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
+        clock.lap("rescue")
     if settings.search:
         mended = solution
         state, terms, solution, wrong = contested(
