@@ -125,11 +125,11 @@ def measures(depth, labels, moved, intrinsics, count):
 
 
 def gaps(depth, person, free, reach, lost=2):
-    """The person with the first pixels of narrow gaps to something farther, and where the gaps are nobody's."""
-    wider, rim = person.copy(), np.zeros(depth.shape, bool)
+    """Narrow gaps between the person and something farther, but for their first pixels."""
+    rim = np.zeros(depth.shape, bool)
     for turn in range(4):  # each way is to the right in an image turned so often
         d, p, f = (np.rot90(image, turn) for image in (depth, person, free))
-        w, m = np.rot90(wider, turn), np.rot90(rim, turn)  # views
+        m = np.rot90(rim, turn)  # a view
         for r, c in np.argwhere(~np.isnan(p)):
             ends = np.flatnonzero(~np.isnan(d[r, c + 1 :]) | ~np.isnan(p[r, c + 1 :]))
             if not len(ends) or not f[r, c + 1 + ends[0]]:
@@ -137,6 +137,5 @@ def gaps(depth, person, free, reach, lost=2):
             near, far, count = float(p[r, c]), float(d[r, c + 1 + ends[0]]), int(ends[0])
             widest = lost + (reach * (1 / near - 1 / far) if turn % 2 == 0 else 0.0)
             if far >= near and lost <= count <= widest:
-                w[r, c + 1] = np.fmin(w[r, c + 1], p[r, c])
                 m[r, c + 2 : c + 1 + count] = True
-    return wider, rim & np.isnan(wider)
+    return rim

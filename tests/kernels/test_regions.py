@@ -89,9 +89,7 @@ def test_gaps_are_the_twins(seed):
     hidden = ((away > 4.6) & (away < 4.6 + rng.uniform(1.0, 3.0))) | (rng.uniform(size=depth.shape) < 0.05)
     depth[hidden] = person[hidden] = np.nan
     free = np.isfinite(depth) & np.isnan(person) & (rng.uniform(size=depth.shape) < 0.9)
-    wider, rim = person.copy(), np.zeros(depth.shape, bool)
-    regions.gaps(depth, person, free, 14.0, wider, rim)
-    wanted, nobody = naive.gaps(depth, person, free, 14.0)
-    np.testing.assert_array_equal(wider, wanted)
-    np.testing.assert_array_equal(rim, nobody)
-    assert np.isfinite(wider).sum() > np.isfinite(person).sum()
+    rim = np.zeros(depth.shape, bool)
+    regions.gaps(depth, person, free, 14.0, rim)
+    np.testing.assert_array_equal(rim, naive.gaps(depth, person, free, 14.0))
+    assert rim.any() or not hidden.any()

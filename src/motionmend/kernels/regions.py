@@ -325,8 +325,8 @@ def sampled(
 
 
 @compiled
-def gaps(depth: Singles, person: Singles, free: Bools, reach: float, wider: Singles, rim: Bools) -> None:
-    """Narrow gaps between the person and something farther: their first pixel is the person's, the rest is nobody's.
+def gaps(depth: Singles, person: Singles, free: Bools, reach: float, rim: Bools) -> None:
+    """Narrow gaps between the person and something farther: but for their first pixel they are nobody's.
 
     At a step a depth camera loses a pixel or so on either side, and along rows the near side hides the far one from
     the projector: a step from z to z' casts a shadow of reach (1 / z - 1 / z') px. Wider gaps tell nothing.
@@ -336,7 +336,6 @@ def gaps(depth: Singles, person: Singles, free: Bools, reach: float, wider: Sing
     depth, person : (H, W) m, what is measured and what of it is the person's, NaN = nothing.
     free : (H, W) True where something else is measured.
     reach : px m, focal length times the distance from camera to projector, which may be on either side.
-    wider : (H, W) m, `person`; the first pixels of gaps are written, with the depth of the nearer neighbour.
     rim : (H, W) False; set where a gap is nobody's.
     """
     height, width = depth.shape
@@ -359,10 +358,5 @@ def gaps(depth: Singles, person: Singles, free: Bools, reach: float, wider: Sing
                 # A far side that is missing is no end of a gap either.
                 if not far >= near or count > LOST + shadow * (1.0 / near - 1.0 / far):
                     continue
-                if not wider[r + down, c + across] < near:
-                    wider[r + down, c + across] = near
                 for k in range(2, count + 1):
                     rim[r + k * down, c + k * across] = True
-    for r in range(height):
-        for c in range(width):
-            rim[r, c] &= np.isnan(wider[r, c])

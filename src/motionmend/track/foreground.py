@@ -181,9 +181,9 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     y = (rows[some] - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
     free = _free(depth, before, mask, np.isfinite(person))
-    wider, rim = person.copy(), np.zeros(depth.shape, np.bool_)
-    regions.gaps(depth, person, free, BASELINE * numbers[0], wider, rim)
-    return Foreground(wider, True, middle, free, rim)
+    rim = np.zeros(depth.shape, np.bool_)
+    regions.gaps(depth, person, free, BASELINE * numbers[0], rim)
+    return Foreground(person, True, middle, free, rim)
 
 
 def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
