@@ -26,6 +26,7 @@ class Anatomy:
     across : (P, 2) left and right joints of the trunk, which show where the person faces.
     trunk : (J,) joints of the trunk.
     upper, lower : joints that lie above and below one another in a person who stands or sits.
+    legs : (L, 3) hip, knee and ankle.
     """
 
     names: tuple[str, ...]
@@ -36,6 +37,7 @@ class Anatomy:
     trunk: Bools
     upper: Ints
     lower: Ints
+    legs: Ints
 
     @cached_property
     def near(self) -> Ints:
@@ -80,6 +82,7 @@ def anatomy(names: Sequence[str]) -> Anatomy:
     place = {meaning: k for k, meaning in enumerate(meant) if meaning}
     bones = [(int(p), k) for k, p in enumerate(above) if p >= 0]
     across = [(place[f"l_{one}"], place[f"r_{one}"]) for one in ACROSS if {f"l_{one}", f"r_{one}"} <= place.keys()]
+    legs = [_places(place, *(f"{side}_{one}" for one in ("hip", "knee", "ankle"))) for side in "lr"]
     trunk = np.array([meaning in TRUNK for meaning in meant], dtype=np.bool_)
     return Anatomy(
         tuple(names),
@@ -90,6 +93,7 @@ def anatomy(names: Sequence[str]) -> Anatomy:
         trunk if trunk.any() else np.ones(len(trunk), dtype=np.bool_),
         _places(place, "head", "neck", "neck_base", "l_shoulder", "r_shoulder"),
         _places(place, "pelvis", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle"),
+        np.array([leg for leg in legs if len(leg) == 3], dtype=np.int64).reshape(-1, 3),
     )
 
 

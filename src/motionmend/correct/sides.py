@@ -23,6 +23,7 @@ MEMORY = 0.5  # s; after a longer break the trunk may face anywhere
 REVISED = 3.0  # log-odds at which it was before that sides were confused
 BONE_SPREAD = 0.2  # deviation of the logarithm of a bone's length among people and sensors, their size taken out
 BODY = 2.0  # squared z-score of a coordinate up to which a posture may be a body's
+BENT = 0.05  # m, by which a knee lies before the line from hip to ankle; a straight one less, errors included
 FARTHEST = 9.0  # squared z-score beyond which a joint's place or a bone's length says nothing more
 
 
@@ -96,8 +97,29 @@ def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: F
 
 
 def faces_away(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, least: float = REVISED) -> bool:
-    """Whether all sides are exchanged, as when a back is taken for a front; parameters as of `confused_limbs`."""
+    """Whether all sides are exchanged, as when a back is taken for a front; parameters as of `confused_limbs`.
+
+    Never where knees bend ahead as given: a body that faced the other way would bend them backwards, however little the
+    posture is like learned ones.
+    """
+    if knees_ahead(postures, body) > BENT:
+        return False
     return _likelier(factors, usual, body, postures, about_turn(postures, body)) > least
+
+
+def knees_ahead(postures: Floats, body: Anatomy) -> float:
+    """m, in the median of postures (T, J, 3) in standard form, by which the knee that does most lies before the line
+    from its hip to its ankle, below 0 behind it; 0 without legs."""
+    hip, knee, ankle = np.moveaxis(postures[:, body.legs], 2, 0)
+    along = ankle - hip
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = ((knee - hip) * along).sum(axis=2) / (along**2).sum(axis=2)
+    ahead = (knee - hip - share[..., None] * along)[..., 2]
+    ahead = ahead[np.isfinite(ahead).all(axis=1)]
+    if ahead.size == 0:
+        return 0.0
+    most = np.take_along_axis(ahead, np.argmax(np.abs(ahead), axis=1)[:, None], axis=1)
+    return float(np.median(most))
 
 
 def about_turn(postures: Floats, body: Anatomy) -> Floats:
