@@ -155,8 +155,8 @@ def _trunk(
     left, up, ahead = axes
     part, rest = rig.roles, skin.rest
     hips = (rest[part.feet.hips[0]] + rest[part.feet.hips[1]]) / 2
-    # Hips may lie ahead of the pelvis (3.5 and 4.8 cm in CMU's skeletons); waist markers lie about the pelvis itself.
-    low, high = hips - ((hips - rest[part.pelvis]) @ ahead) * ahead, rest[part.chest]
+    # Hips may lie ahead of the pelvis, 3.5 and 4.8 cm in CMU's skeletons; waist markers lie 0.1 and 0.3 cm ahead of it.
+    low, high = hips - 0.8 * ((hips - rest[part.pelvis]) @ ahead) * ahead, rest[part.chest]
     carriers = [part.pelvis, *part.spine]
     starts = [-np.inf] + [float((rest[j] - low) @ up) for j in part.spine]
     starts[1:2] = [max(starts[1], 0.45 * float((rest[part.pelvis] - low) @ up))] if len(starts) > 1 else []
