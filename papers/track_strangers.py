@@ -105,7 +105,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "turning for 2 s with noise; neither lengths nor poses given.",
         ),
         (
-            Table(f"Another body, noisy, {NOISES} seeds, cm", ("motion", "mean", "95 %", "largest", "> 15 cm, %"), tuple(rows)),
+            Table(
+                f"Another body, noisy, {NOISES} seeds, cm",
+                ("motion", "mean", "95 %", "largest", "> 15 cm, %"),
+                tuple(rows),
+            ),
             Table(
                 f"Floor and walls in view, {NOISES} seeds, cm",
                 (
