@@ -25,7 +25,7 @@ def test_an_arm_is_laid_into_what_is_left_over(number: int) -> None:
     )
     left = left_over(BODY, pose, coarse)
     assert left.area > 0.012
-    best = laid_in(BODY, pose, coarse, left)[0]
+    best = laid_in(BODY, pose, coarse, left)[0][0]
     wrist = LANDMARKS.index(limb.name[:2] + "wrist")
     off, before = (np.linalg.norm((landmarks(BODY, one) - landmarks(BODY, elsewhere))[wrist]) for one in (best, pose))
     assert before > 0.25

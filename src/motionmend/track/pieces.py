@@ -25,6 +25,7 @@ LEAST = 0.006  # m^2, about a hand: a smaller piece is none, and one that shrink
 TIP = 0.09  # m, from the end of a hand to the wrist, of a foot to the ankle
 BAND = 0.05  # m, of the piece on either side of there whose middle is taken
 INSIDE = 0.025  # m, from the skin to the joint
+NEAR = 0.03  # share of the pixels that a pose may explain less before it is refined
 STAYS = 0.3  # weight of where the other joints are, beside 1 of the limb's end
 
 
@@ -53,11 +54,11 @@ def claimed(
     """
     performer = state.performer
     left = left_over(performer, solution.state, coarse)
-    ways = laid_in(performer, solution.state, coarse, left)[:1]
+    ways = [way for way, cost in laid_in(performer, solution.state, coarse, left)[:1] if cost < wrong + NEAR]
     best, least = solution, wrong - GAIN + strangeness(terms, solution.state)
     for way in ways:
         for some in (terms, about(terms, way)):  # from where the body was expected, and from here
-            trial = solve_pose(performer, evidence, some, way, settings)
+            trial = solve_pose(performer, evidence, some, way, settings, 5)
             cost = disagreement(performer, trial.state, coarse) + strangeness(terms, trial.state)
             if cost < least and left_over(performer, trial.state, coarse).area < left.area - LEAST:
                 best, least = trial, cost
@@ -66,7 +67,7 @@ def claimed(
     return best, disagreement(performer, best.state, coarse), 1
 
 
-def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[Pose]:
+def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[tuple[Pose, float]]:
     """The pose with a limb's end in the largest piece that is left over, each limb that reaches it in its turn.
 
     Parameters
@@ -77,7 +78,7 @@ def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) ->
 
     Returns
     -------
-    Poses, that which explains the frame best first; to be refined.
+    Poses and the share of the person's pixels that each explains wrongly, the best first; to be refined.
     """
     piece = _largest(left, coarse)
     if len(piece) == 0 or float(piece[:, 2] @ piece[:, 2]) / (coarse.intrinsics[0] * coarse.intrinsics[1]) < LEAST:
@@ -85,7 +86,7 @@ def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) ->
     at = landmarks(performer, pose)
     ways = [way for limb in LIMBS if (way := _with_end_in(performer, pose, at, limb, piece)) is not None]
     costs = disagreements(performer, ways, coarse) if ways else np.empty(0)
-    return [ways[k] for k in np.argsort(costs, kind="stable")]
+    return [(ways[k], float(costs[k])) for k in np.argsort(costs, kind="stable")]
 
 
 def _largest(left: LeftOver, coarse: Coarse) -> Floats:
@@ -123,4 +124,4 @@ def _with_end_in(performer: Performer, pose: Pose, at: Floats, limb: Limb, piece
     targets[end] = goal
     weights = np.full(len(LANDMARKS), STAYS)
     weights[end] = 1.0
-    return reach(performer, pose, targets, weights, rounds=15)[0]
+    return reach(performer, pose, targets, weights, rounds=8)[0]

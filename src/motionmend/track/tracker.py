@@ -217,7 +217,7 @@ def step(
             model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
         )
         clock.lap("limbs")
-    if over > CLAIMED and not restarts:
+    if over > CLAIMED and not (restarts or offered):
         solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong)
         state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
         clock.lap("pieces")
