@@ -162,7 +162,7 @@ def _person_found(scene: Stage, drawn: list[Rendering]) -> tuple[float, float]:
         farthest = maximum_filter(np.where(body, picture.depth, -np.inf), 5) + SLACK
         with np.errstate(invalid="ignore"):
             theirs = measured & (depth > nearest) & (depth < farthest)
-        kept.append((found & theirs & body).sum() / (theirs & body).sum())  # what is given back is no merit here
+        kept.append((found & theirs & body).sum() / (theirs & body).sum())
         false.append((found & ~theirs & (measured | ~body)).sum() / max(found.sum(), 1))
     return float(np.mean(kept)), float(np.mean(false))
 

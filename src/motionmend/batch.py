@@ -282,10 +282,8 @@ def _spread(
     def send(index: int) -> None:
         try:
             future = found.executor().submit(_attempt, task, items[index])
-        except BrokenExecutor as error:  # a worker died while nothing was running
-            future = Future()
-            future.set_exception(error)
-        except OSError as error:  # or while another was being started: its queues were closed meanwhile
+        except (BrokenExecutor, OSError) as error:
+            # A worker died while nothing was running, or while another was being started, whose queues are closed then.
             future = Future()
             future.set_exception(BrokenExecutor(str(error)))
         flying[future] = index

@@ -30,7 +30,8 @@ class Limb:
     ----------
     name : l_arm, r_arm, l_leg, r_leg, head.
     bones : that it consists of. shown : the long ones of them.
-    columns : (n,) of the 28 joint coordinates. landmarks : of the 16 that it carries.
+    columns : (n,) of the 28 joint coordinates.
+    begin : of the 16 landmarks that where it hangs. landmarks : (2,) its middle and its end, which it carries.
     mirror : (n,) signs that take its coordinates to those of the other side's limb.
     """
 
@@ -38,30 +39,36 @@ class Limb:
     bones: tuple[int, ...]
     shown: tuple[int, ...]
     columns: Ints
+    begin: int
     landmarks: Ints
     mirror: Floats
 
 
 def _limb(side: str, bones: tuple[str, ...], joints: tuple[str, ...], name: str) -> Limb:
     index = tuple(BONES.index(f"{side}{bone}") for bone in bones)
-    columns = [c for b in index for c in range(FIRST[b], FIRST[b + 1])]
+    columns = frozen([c for b in index for c in range(FIRST[b], FIRST[b + 1])], np.int64)
     # What turns about x turns the same way on the other side, about y and z the other way.
     signs = [1.0 if abs(AXES[c, 0]) > 0.5 else -1.0 for c in columns]
-    marks = [LANDMARKS.index(f"{side}{joint}") for joint in joints]
+    begin, *marks = (LANDMARKS.index(f"{side}{joint}") for joint in joints)
     shown = index[-2:] if name == "arm" else index[:2]
-    return Limb(f"{side}{name}", index, shown, frozen(columns, np.int64), frozen(marks, np.int64), frozen(signs))
+    return Limb(f"{side}{name}", index, shown, columns, begin, frozen(marks, np.int64), frozen(signs))
 
 
 LIMBS = tuple(
     _limb(side, *parts)
     for parts in (
-        (("clavicle", "upperarm", "forearm"), ("elbow", "wrist"), "arm"),
-        (("thigh", "shank", "foot"), ("knee", "ankle"), "leg"),
+        (("clavicle", "upperarm", "forearm"), ("shoulder", "elbow", "wrist"), "arm"),
+        (("thigh", "shank", "foot"), ("hip", "knee", "ankle"), "leg"),
     )
     for side in ("l_", "r_")
 )
-HEAD = _limb("", ("head",), ("neck", "head"), "head")
+HEAD = _limb("", ("head",), ("chest", "neck", "head"), "head")
 SEARCHED = (*LIMBS, HEAD)
+
+
+def opposite(limb: Limb) -> Limb:
+    """The limb on the other side; the head is its own."""
+    return limb if limb is HEAD else LIMBS[LIMBS.index(limb) ^ 1]
 
 
 def shapes_of(database: PoseDatabase, performer: Performer) -> tuple[Floats, ...]:
@@ -70,7 +77,8 @@ def shapes_of(database: PoseDatabase, performer: Performer) -> tuple[Floats, ...
     Without a library: a grid over the joints' ranges.
     """
     shapes = []
-    for limb, other in zip(SEARCHED, (LIMBS[1], LIMBS[0], LIMBS[3], LIMBS[2], HEAD), strict=True):
+    for limb in SEARCHED:
+        other = opposite(limb)
         if len(database):
             some = database.joints[:: max(1, len(database) // 4000)]
             poses = np.concatenate((some[:, limb.columns], some[:, other.columns] * other.mirror))
@@ -164,7 +172,13 @@ class LeftOver:
 
 
 def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> LeftOver:
-    """What of the person a pose does not explain at all."""
+    """What of the person a pose does not explain at all.
+
+    Parameters
+    ----------
+    performer, pose : what is held against the frame.
+    coarse : the frame.
+    """
     from ..kernels import judging
 
     depth, solid = cast_parts(performer, pose, coarse)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.camera import DepthFrame
-from ..bodies.performer import LANDMARKS, Performer, Pose, landmarks
+from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .detect import Detector, detect
 from .evidence import Evidence
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 UNEXPLAINED = 0.006  # m^2, about a hand: with less the frame raises no question
 MUCH = 0.02  # m^2, half a forearm: with more a limb is not where the pose has it
 APART = 0.12  # m, a joint detected nearer to where the pose has it says nothing new
-GAIN = 0.004  # share of the person's pixels that a limb where the detector sees it must explain better
 PIXELS = 450  # of the person the detector looks at: it is asked for a place to begin from, no more
 
 
@@ -103,12 +102,11 @@ def limb_offers(
         if number in doubtful:
             more = np.concatenate((shapes[number], some))
             ways.append(searched(performer, pose, limb, coarse, more, rng)[0][None])
-        end = LANDMARKS.index(limb.name[:2] + ("wrist" if limb.name.endswith("arm") else "ankle"))
         for way in ways:
             costs = limb_costs(performer, pose, limb, np.concatenate((pose.joints[limb.columns][None], way)), coarse)
             best = int(np.argmin(costs[1:]))
             moved = with_limb(pose, limb, way[best])
-            if np.linalg.norm(landmarks(performer, moved)[end] - here[end]) > APART:
+            if np.linalg.norm((landmarks(performer, moved) - here)[limb.landmarks[-1]]) > APART:
                 offers.append((float(costs[1 + best] - costs[0]), moved))
     return [moved for _, moved in sorted(offers, key=lambda offer: offer[0])[:most]]
 
@@ -118,8 +116,7 @@ def _doubtful(performer: Performer, pose: Pose, verdict: Verdict) -> tuple[int, 
     at = landmarks(performer, pose)
     within = []
     for limb in LIMBS:
-        names = ("shoulder", "elbow", "wrist") if limb.name.endswith("arm") else ("hip", "knee", "ankle")
-        root, middle, end = (at[LANDMARKS.index(f"{limb.name[0]}_{name}")] for name in names)
+        root, middle, end = at[limb.begin], *at[limb.landmarks]
         reach = np.linalg.norm(middle - root) + np.linalg.norm(end - middle) + 0.15
         within.append(int((np.linalg.norm(verdict.loose - root, axis=1) < reach).sum()))
     arms, legs = within[0] + within[1], within[2] + within[3]

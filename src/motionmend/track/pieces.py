@@ -37,6 +37,7 @@ def claimed(
     terms: list[Term],
     solution: Solution[Pose],
     wrong: float,
+    left: LeftOver,
 ) -> tuple[Solution[Pose], float, int]:
     """The solution, or one whose limb is in the largest piece that the solution leaves over, if it explains more.
 
@@ -47,24 +48,24 @@ def claimed(
     settings, state : of the tracker, after the frame before.
     evidence, coarse, terms : what the frame says, and the terms made for it.
     solution, wrong : of the frame, and the share of the person's pixels that it explains wrongly.
+    left : what of the person it leaves over.
 
     Returns
     -------
     The solution and its share, and how many limbs were moved.
     """
     performer = state.performer
-    left = left_over(performer, solution.state, coarse)
-    ways = [way for way, cost in laid_in(performer, solution.state, coarse, left)[:1] if cost < wrong + NEAR]
-    best, least = solution, wrong - GAIN + strangeness(terms, solution.state)
-    for way in ways:
-        for some in (terms, about(terms, way)):  # from where the body was expected, and from here
-            trial = solve_pose(performer, evidence, some, way, settings, 5)
-            cost = disagreement(performer, trial.state, coarse) + strangeness(terms, trial.state)
-            if cost < least and left_over(performer, trial.state, coarse).area < left.area - LEAST:
-                best, least = trial, cost
-    if best is solution:
+    ways = laid_in(performer, solution.state, coarse, left)
+    if not ways or ways[0][1] > wrong + NEAR:
         return solution, wrong, 0
-    return best, disagreement(performer, best.state, coarse), 1
+    way, moved = ways[0][0], 0
+    least = wrong - GAIN + strangeness(terms, solution.state)
+    for some in (terms, about(terms, way)):  # from where the body was expected, and from here
+        trial = solve_pose(performer, evidence, some, way, settings, 5)
+        after, odd = disagreement(performer, trial.state, coarse), strangeness(terms, trial.state)
+        if after + odd < least and left_over(performer, trial.state, coarse).area < left.area - LEAST:
+            solution, wrong, least, moved = trial, after, after + odd, 1
+    return solution, wrong, moved
 
 
 def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[tuple[Pose, float]]:
@@ -104,13 +105,9 @@ def _largest(left: LeftOver, coarse: Coarse) -> Floats:
 
 def _with_end_in(performer: Performer, pose: Pose, at: Floats, limb: Limb, piece: Floats) -> Pose | None:
     """The pose near this one whose hand or foot is in the far end of the piece; None where the limb is too short."""
-    arm = limb.name.endswith("arm")
-    begin, middle, end = (
-        LANDMARKS.index(f"{limb.name[0]}_{name}")
-        for name in (("shoulder", "elbow", "wrist") if arm else ("hip", "knee", "ankle"))
-    )
-    length = np.linalg.norm(at[middle] - at[begin]) + np.linalg.norm(at[end] - at[middle])
-    away = np.linalg.norm(piece - at[begin], axis=1)
+    middle, end = limb.landmarks
+    length = np.linalg.norm(at[middle] - at[limb.begin]) + np.linalg.norm(at[end] - at[middle])
+    away = np.linalg.norm(piece - at[limb.begin], axis=1)
     tip = float(np.percentile(away, 95))
     if tip > 1.3 * length + TIP:
         return None

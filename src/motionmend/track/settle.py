@@ -13,7 +13,7 @@ from ..arrays import Floats
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rotation
 from .detect import Detection
 from .judge import Verdict, judge
-from .limbs import LIMBS, Coarse, Limb, draws, limb_search, with_limb
+from .limbs import LIMBS, Coarse, Limb, draws, limb_search, opposite, with_limb
 from .observation import Observation
 from .reach import reach
 from .start import Candidate, Refine
@@ -25,9 +25,6 @@ HOPELESS = 1.7  # times the disagreement of the best reading: such a one is not 
 PASSES = 2
 WELL = 0.10  # disagreement of a pose that needs no second pass
 GAIN = 0.004  # share of the person's pixels that a limb's new pose must explain better
-_ROOTS = {"arm": "shoulder", "leg": "hip"}
-_ENDS = {"arm": "wrist", "leg": "ankle"}
-_MIDDLES = {"arm": "elbow", "leg": "knee"}
 
 
 def settled_readings(
@@ -193,14 +190,12 @@ def searched(
 def _hints(
     performer: Performer, pose: Pose, limb: Limb, detection: Detection | None, verdict: Verdict | None, least: float
 ) -> Floats:
-    side, part = limb.name.split("_")
-    end, middle, root = (LANDMARKS.index(f"{side}_{names[part]}") for names in (_ENDS, _MIDDLES, _ROOTS))
+    root, (middle, end) = limb.begin, limb.landmarks
     at = landmarks(performer, pose)
     length = np.linalg.norm(at[end] - at[middle]) + np.linalg.norm(at[middle] - at[root])
     goals = []
     if detection is not None:
-        for which in (side, "r" if side == "l" else "l"):
-            i, k = LANDMARKS.index(f"{which}_{_ENDS[part]}"), LANDMARKS.index(f"{which}_{_MIDDLES[part]}")
+        for k, i in (limb.landmarks, opposite(limb).landmarks):
             for place, sure in zip(detection.places[i], detection.strength[i], strict=True):
                 if sure > 0.2:
                     goals.append((place, detection.joints[k] if detection.confidence[k] > 0.3 else None))

@@ -203,8 +203,8 @@ def step(
     doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
-    over = left_over(state.performer, solution.state, coarse).area if settings.search else 0.0
-    unclaimed = over > MUCH
+    left = left_over(state.performer, solution.state, coarse) if settings.search else None
+    unclaimed = left is not None and left.area > MUCH
     doubtful = unclaimed or wrong > DOUBTFUL * state.wrong + 0.01
     asks = model.detector is not None and state.searched >= EVERY and doubtful
     if settings.search and asks:
@@ -212,18 +212,18 @@ def step(
             model, settings, state, observation, evidence, coarse, terms, solution, wrong
         )
         clock.lap("offers")
-    if settings.search and not offered:
+    if left is not None and not offered:
         solution, wrong, restarts, doubt, hypothesis = mend_limbs(
             model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
         )
         clock.lap("limbs")
-    if over > CLAIMED and not (restarts or offered):
-        solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong)
-        state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
-        clock.lap("pieces")
-    if settings.search and not offered and wrong > RESCUE * state.wrong + 0.03:
-        solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
-        clock.lap("rescue")
+        if left.area > CLAIMED and not restarts:
+            solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong, left)
+            state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
+            clock.lap("pieces")
+        if wrong > RESCUE * state.wrong + 0.03:
+            solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
+            clock.lap("rescue")
     if settings.search:
         mended = solution
         state, terms, solution, wrong = contested(
