@@ -1,5 +1,7 @@
 """What the scripts on correction share: UI-PRMD's pairs, people left out, errors."""
 
+import csv
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -29,6 +31,7 @@ MOVEMENTS = {
     "m09": "internal and external rotation",
     "m10": "shoulder scaption",
 }
+SKIPPED = 120  # mm off by the notes' rough fit: "skip" (kinect/FORMATS.md, section 1)
 ABOUT = (
     "UI-PRMD: Kinect v2 and Vicon recordings of the same movements. The truth is brought to the sensor's frame by one rigid "
     "fit per episode, computed on the raw sensor and used for all methods; the truth are markers on the skin. Two people "
@@ -38,11 +41,15 @@ ABOUT = (
 
 @dataclass(frozen=True, eq=False)
 class Episode:
-    """One movement of one person, seen by both systems."""
+    """One movement of one person, seen by both systems.
+
+    `doubted`: the data's own notes would have it skipped. It is learned from and corrected all the same, and judged apart.
+    """
 
     movement: str
     person: str
     pair: Pair
+    doubted: bool
 
 
 @cache
@@ -53,11 +60,19 @@ def episodes(kinect: Path) -> tuple[Episode, ...]:
     if not files:
         raise FileError(f"{folder} was to hold pairs of recordings, there are none: give the folder that has them")
     matched = [match(read_postures(one), read_truth(folder / "Vicon" / "Positions" / one.name)) for one in files]
+    doubted = _doubted(kinect)
     return tuple(
-        Episode(*file.name.split("_")[:2], Pair(one.sensor, one.truth))
+        Episode(*file.name.split("_")[:2], one.pair, file.relative_to(kinect).as_posix() in doubted)
         for file, one, why in zip(files, matched, strange(matched), strict=True)
         if not why
     )
+
+
+def _doubted(kinect: Path) -> frozenset[str]:
+    """Files of UI-PRMD that the notes beside the data say to skip."""
+    with (kinect / "index.csv").open(newline="") as table:
+        said = {row["file"]: re.search(r"rough rigid err (\d+)mm", row["notes"]) for row in csv.DictReader(table)}
+    return frozenset(file for file, error in said.items() if error is not None and int(error[1]) > SKIPPED)
 
 
 def folds(all_episodes: Sequence[Episode], together: int = 2) -> list[tuple[str, ...]]:

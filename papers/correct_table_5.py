@@ -20,7 +20,7 @@ TERMS = {
     "spatial + reliability": Weights(0.6, 0.0, 0.2),
     "all": Weights(0.6, 0.2, 0.2),
 }
-EVERY = 10  # of the episodes: the terms differ by more than episodes do
+EVERY = 2  # of the episodes
 
 
 def run(mocap: Path, pictures: Path) -> Findings:
@@ -37,7 +37,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             name: by_paper(model.knowledge, model.mixture, given, "exact", False, weights).positions
             for name, weights in TERMS.items()
         }
-        found["adaptive"] = model.correct(given, method="adaptive").positions
+        found |= {
+            f"{name}, adaptive": by_paper(model.knowledge, model.mixture, given, "adaptive", False, weights).positions
+            for name, weights in TERMS.items()
+            if name != "spatial"  # alone there is nothing to weigh it against
+        }
         found["default"] = model.correct(given).positions
         for name, positions in found.items():
             errors[name].append(away(truth, positions))
@@ -49,9 +53,14 @@ def run(mocap: Path, pictures: Path) -> Findings:
     values = {short: overall[name] for name, short in key.items()}
     values |= {
         "default": overall["default"],
-        "adaptive": overall["adaptive"],
-        "adaptive_helps": overall["adaptive"] / overall["all"],
-        "adaptive_others": seen["adaptive"] / seen["all"],
+        "adaptive": overall["all, adaptive"],
+        "adaptive_st": overall["spatial + temporal, adaptive"],
+        "adaptive_sr": overall["spatial + reliability, adaptive"],
+        "adaptive_helps": overall["all, adaptive"] / overall["all"],
+        "adaptive_others": seen["all, adaptive"] / seen["all"],
+        "adaptive_temporal": overall["spatial + temporal, adaptive"] / overall["spatial"],
+        "adaptive_reliability": overall["spatial + reliability, adaptive"] / overall["spatial + temporal, adaptive"],
+        "adaptive_all": overall["all, adaptive"] / overall["spatial + reliability, adaptive"],
         "temporal_helps": overall["spatial + temporal"] / overall["spatial"],
         "reliability_helps": overall["spatial + reliability"] / overall["spatial"],
         "all_helps": overall["all"] / min(overall["spatial + temporal"], overall["spatial + reliability"]),

@@ -20,7 +20,7 @@ def paired(folder: Path, stems: tuple[str, ...]) -> list[Pair]:
     for stem in stems:
         for name in sorted((folder / "Kinect" / "Positions").glob(f"{stem}_e*_positions.txt.gz"))[:1]:
             one = match(read_postures(name), read_truth(folder / "Vicon" / "Positions" / name.name))
-            found.append(Pair(one.sensor, one.truth))
+            found.append(one.pair)
     return found
 
 

@@ -43,7 +43,6 @@ def corrector(
     motion. A pair that cannot be read is reported and left out; so is one that does not belong together.
     """
     from ..correct.corrector import Corrector
-    from ..correct.pairing import Pair
     from ..io.pairs_list import read_pairs_list
     from ..models import save_model
 
@@ -67,7 +66,7 @@ def corrector(
         raise FileError(f"{out} not written: no pair of {pairs} can be learned from")
     was_read = perf_counter()
     with one_blas_thread():
-        model = Corrector().fit([Pair(one.matched.sensor, one.matched.truth) for one in used])
+        model = Corrector().fit([one.matched.pair for one in used])
     was_fitted = perf_counter()
     out.parent.mkdir(parents=True, exist_ok=True)
     sha256 = save_model(out, model)

@@ -85,6 +85,7 @@ class Corrector:
             len(pairs),
             len(samples),
             learned_limits(samples, offsets, paired, body),
+            all(pair.fitted for pair in pairs),
         )
 
 
@@ -105,6 +106,7 @@ class CorrectorModel:
     samples : some of what it was learned from, for the methods it is compared with.
     pairs, frames : how many it was learned from.
     limits : (J, 2) rad, least and most angle at each joint's parent; NaN = not known.
+    fitted : all pairs were brought together by a rigid motion each.
     """
 
     settings: Corrector
@@ -119,10 +121,12 @@ class CorrectorModel:
     pairs: int
     frames: int
     limits: Floats
+    fitted: bool
 
     def __post_init__(self) -> None:
         watcher = Watcher(anatomy(self.names), self.standard, self.factors, self.detector)
-        knowledge = Knowledge(watcher, self.processes, following(self.names, self.paired), self.samples, self.limits)
+        follow = following(self.names, self.paired)
+        knowledge = Knowledge(watcher, self.processes, follow, self.samples, self.limits, self.fitted)
         object.__setattr__(self, "_knowledge", knowledge)
 
     @property
@@ -351,6 +355,7 @@ class CorrectorModel:
             "points": self.settings.points,
             "most_frames": self.settings.frames,
             "seed": self.settings.seed,
+            "fitted": self.fitted,
         }
         return arrays, header
 
@@ -374,6 +379,7 @@ class CorrectorModel:
             header["pairs"],
             header["frames"],
             arrays["limits"],
+            header["fitted"],
         )
 
 

@@ -14,10 +14,13 @@ class Pair:
     ----------
     sensor : as the sensor gave it.
     truth : in the sensor's axes, at its times and with its joint names; NaN where the truth is not known.
+    fitted : a rigid motion brought the truth to the sensor (`Matched.pair`): that of the two systems to each other is
+        not known, and nothing is to be learned of it.
     """
 
     sensor: Postures
     truth: Postures
+    fitted: bool = False
 
     def __post_init__(self) -> None:
         if self.sensor.names != self.truth.names or self.sensor.frames != self.truth.frames:

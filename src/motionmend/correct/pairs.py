@@ -15,6 +15,7 @@ from ..bodies.joint_sets import correspondence, meanings, mirrored
 from ..bodies.postures import Postures
 from ..bodies.rigid import rigid_fit
 from ..errors import MismatchError
+from .pairing import Pair
 
 FEWEST_JOINTS = 4  # that a sensor and a truth must have in common
 _OVERLAP = 0.6  # of the shorter recording, at least, in every trial
@@ -55,6 +56,11 @@ class Matched:
     def mean_error(self) -> float:
         """Mean over the joints that have a counterpart, m."""
         return float(np.nanmean(self.error))
+
+    @property
+    def pair(self) -> Pair:
+        """To be learned from."""
+        return Pair(self.sensor, self.truth, fitted=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, Ints
 from ..bodies.postures import Postures
 from ..numerics.local_gp import Mixture
 from .classic import FILTERS, LEARNERS, Samples
@@ -24,6 +25,8 @@ from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
+FIRM = 0.05  # m: joints no further from an axis do not tell a turn about it
+_PLACE = "turn", "origin", "scale"
 GLIMPSE = 300  # frames of a recording that are looked at twice
 ENOUGH = 1.5  # log-odds at which sides are exchanged throughout; one frame needs twice as much
 
@@ -39,6 +42,7 @@ class Knowledge:
     following : (J, J) how joints without a truth take their offset from their neighbours.
     samples : for the methods to compare with.
     limits : (J, 2) rad, how far joints bend; NaN = not known.
+    fitted : the truth it was learned from was brought to the sensor by a rigid motion.
     """
 
     watcher: Watcher
@@ -46,6 +50,7 @@ class Knowledge:
     following: Floats
     samples: Samples
     limits: Floats
+    fitted: bool
 
     def hinges(self, joining: Joining) -> Hinges:
         """The joints of a recording that have limits."""
@@ -64,6 +69,8 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
     offsets, std = knowledge.offsets(posture, unsure)
     moved = posture + _calmed(offsets, sights, postures.times)
+    if knowledge.fitted:
+        moved = _kept_in_place(posture, moved, sights, knowledge.processes.told)
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
     hinges = knowledge.hinges(joining)
     settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
@@ -214,6 +221,30 @@ def _calmed(offsets: Floats, sights: Sequence[Sight], times: Floats) -> Floats:
     scale = np.array([one.scale for one in sights])[:, None, None]
     calm = smoothed(scale * offsets @ turn, times, OFFSET)
     return np.asarray(calm @ turn.swapaxes(1, 2) / scale)
+
+
+def _kept_in_place(posture: Floats, moved: Floats, sights: Sequence[Sight], told: Ints) -> Floats:
+    """Corrected postures (T, J, 3) brought back by the one rigid motion by which a recording's offsets take the joints
+    that were told (K,) away as a whole, all in standard form.
+
+    The truth is brought to a sensor's axes by a rigid motion (`pairs.match`), so that pairs say nothing of where and
+    how a sensor stands: what processes tell of it is chance. Turns are small and solved linearly; about an axis along
+    which all joints lie none is made.
+    """
+    place = Placement(*(np.concatenate([getattr(one.placement, name) for one in sights]) for name in _PLACE))
+    there = place.outward(moved)
+    away = (place.outward(posture) - there)[:, told].reshape(-1, 3)
+    points = there[:, told].reshape(-1, 3)
+    known = np.isfinite(points + away).all(axis=1)
+    if not known.any():
+        return moved
+    points, away = points[known], away[known]
+    middle, shift = points.mean(axis=0), away.mean(axis=0)
+    arms = points - middle
+    inertia = (np.eye(3) * (arms**2).sum(axis=1)[:, None, None] - arms[:, :, None] * arms[:, None]).mean(axis=0)
+    turn = np.linalg.solve(inertia + FIRM**2 * np.eye(3), np.cross(arms, away).mean(axis=0))
+    rotation = Rotation.from_rotvec(turn).as_matrix()
+    return place.inward((there - middle) @ rotation.T + middle + shift)
 
 
 def _learned_on_the_way(
