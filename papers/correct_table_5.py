@@ -68,6 +68,6 @@ def run(mocap: Path, pictures: Path) -> Findings:
     table = Table("Mean joint error, cm", ("terms", "all joints", "joints that fail", "the others"), rows)
     return Findings(
         values,
-        (ABOUT, "Each choice of weights is solved exactly; `adaptive` starts from those of all terms."),
+        (ABOUT, "Each choice of weights is solved exactly; `adaptive` starts from the same."),
         (table,),
     )

@@ -129,8 +129,9 @@ def _read(
             failures.append(outcome.failure)
         elif outcome.value is not None:
             found.append(_Found(outcome.item, outcome.value))
-            for guess in (*outcome.value.sensor.guesses, *outcome.value.truth.guesses):
-                guesses.setdefault(guess, []).append(outcome.item.sensor)
+            for file, read in ((outcome.item.sensor, outcome.value.sensor), (outcome.item.truth, outcome.value.truth)):
+                for guess in read.guesses:
+                    guesses.setdefault(guess, []).append(file)
     return found, failures, guesses
 
 
