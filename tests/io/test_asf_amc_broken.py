@@ -21,6 +21,7 @@ BROKEN_AMC = {
     "too many values": (HEADER + FRAMES.replace("leg -21 5.5", "leg -21 5.5 9"), "line 12: wanted 2 values"),
     "no number": (HEADER + FRAMES.replace("-21", "abc"), "line 12: wanted a number or nan for leg, came 'abc'"),
     "python number": (HEADER + FRAMES.replace("-21", "-2_1"), "line 12: wanted a number"),
+    "beyond all measure": (HEADER + FRAMES.replace("-21", "1e308"), "line 12: wanted a number"),
     "infinite": (HEADER + FRAMES.replace("-21", "inf"), "line 12: wanted a number"),
     "garbage": (HEADER + FRAMES.replace("-21", "\x01\x7fé"), "line 12: wanted a number"),
     "twice": (HEADER + FRAMES.replace("foot 7.5", "leg 7.5 1"), "line 13: leg comes twice in frame 2"),

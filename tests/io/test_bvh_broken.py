@@ -27,6 +27,7 @@ BROKEN = {
     "cut a row": (lambda t: t[: t.rindex("1 90.5")], "came 2; the file is cut off"),
     "no number": (lambda t: t.replace("2.5", "2,5"), "line 29: wanted a number or nan, came '2,5'"),
     "python number": (lambda t: t.replace("2.5", "2_5"), "line 29: wanted a number"),
+    "beyond all measure": (lambda t: t.replace("2.5", "1e308"), "line 29: wanted a number"),
     "infinite": (lambda t: t.replace("2.5", "-inf"), "line 29: wanted a number"),
     "garbage": (lambda t: t.replace("2.5", "\x07é\x7f"), "line 29: wanted a number"),
     "words after": (lambda t: t + "the end\n", "line 31: wanted a number or nan, came 'the'"),

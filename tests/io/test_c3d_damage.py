@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.motion import Markers
 from motionmend.errors import FileError
 from motionmend.io.c3d import read_c3d, write_c3d
+from motionmend.io.c3d_fresh import METRES
 from motionmend.io.c3d_layout import BLOCK, parse
 
 
@@ -125,3 +126,18 @@ def test_no_frames_no_points(tmp_path: Path, small: bytes, rng) -> None:
     unlabelled = written_by_ezc3d(tmp_path / "c.c3d", rng.normal(size=(4, 2, 3)), ["*1", "*2"])
     with pytest.raises(FileError, match="wanted labelled markers"):
         read_c3d(unlabelled)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("damage", [1e30, -2e9, np.inf, np.nan])
+def test_what_no_camera_saw_is_missing(tmp_path: Path, rng, damage: float) -> None:
+    path, positions = tmp_path / "far.c3d", rng.normal(size=(6, 3, 3))
+    write_c3d(path, Markers(("A", "B", "C"), positions, 100.0))
+    raw = bytearray(path.read_bytes())
+    at = raw.index(struct.pack("<f", np.float32(positions[2, 1, 0] / METRES)))
+    raw[at : at + 4] = struct.pack("<f", damage)
+    path.write_bytes(raw)
+    read = read_c3d(path)
+    assert np.argwhere(~read.present).tolist() == [[2, 1]]
+    write_c3d(path, read)
+    assert np.argwhere(~read_c3d(path).present).tolist() == [[2, 1]]

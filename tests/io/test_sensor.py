@@ -262,9 +262,12 @@ def test_words_for_no_number_are_missing_joints(tmp_path: Path) -> None:
     cells = lines[1].split(",")
     cells[0:3] = ["-1.#IND", "NaN", "-inf"]
     lines[1] = ",".join(cells)
+    cells = lines[2].split(",")
+    cells[4:7] = ["0.1", "1e200", "-3e9"]  # what no sensor saw
+    lines[2] = ",".join(cells)
     path.write_text("\n".join(lines) + "\n")
     found = read_postures(path)
-    assert np.argwhere(~found.present).tolist() == [[1, 0]]
+    assert np.argwhere(~found.present).tolist() == [[1, 0], [2, 1]]
 
 
 def test_nobody_in_it_is_a_failure(tmp_path: Path) -> None:

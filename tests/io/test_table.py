@@ -119,6 +119,8 @@ BAD = {
     "a row too long": (PLAIN.replace("1.7\n", "1.7,9\n", 1), "came 8"),
     "a word": (PLAIN.replace("0.3,0", "x,0", 1), "'x' in line 2 is no number"),
     "a number as only Python spells it": (PLAIN.replace("0.3,0", "1_0,0", 1), "'1_0' in line 2 is no number"),
+    "beyond all measure": (PLAIN.replace("0.3,0", "-1e200,0", 1), "absurdly large"),
+    "first line is blank": ("\n" + PLAIN, "the first title is ''"),
     "infinite": (PLAIN.replace("0.3,0", "inf,0", 1), "infinite"),
     "a time lacks": (PLAIN.replace("\n0.02,", "\n,"), "time of row 2 is missing"),
     "times that stand still": (PLAIN.replace("0.02,", "0,").replace("0.04,", "0,"), "that rise"),

@@ -13,6 +13,7 @@ from .filtered import Filtered
 
 # Gloersen and Federolf's parameters
 NEAR = 0.2  # m, sigma of the weight by distance
+FAR = 30.0  # sigmas, beyond which markers are alike in saying nothing: what is smaller has no inverse
 MISSING_WEIGHT = 0.02  # of the missing marker itself
 DISTAL = 0.5  # of the mean distance; a marker beyond it that has gaps of its own is not used
 KEPT = 0.99  # of the sum of singular values
@@ -203,7 +204,8 @@ def _fit(posture: Floats, marker: int, others: Ints, distances: Floats) -> _Pred
     inputs, target = posture[:, others].reshape(len(posture), -1), posture[:, marker]
     mean, marker_mean = inputs.mean(axis=0), target.mean(axis=0)
     marker_spread = _spread(target)
-    scale = _spread(inputs) / np.repeat(np.exp(-0.5 * (distances[others] / NEAR) ** 2), 3)
+    nearness = np.exp(-0.5 * np.minimum(distances[others] / NEAR, FAR) ** 2)
+    scale = _spread(inputs) / np.repeat(nearness, 3)
     normal = np.hstack([(inputs - mean) / scale, (target - marker_mean) / marker_spread * MISSING_WEIGHT])
     width = inputs.shape[1]
     cov = normal.T @ normal / len(normal)

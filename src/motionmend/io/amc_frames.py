@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..errors import FileError
 from .asf import Asf
-from .text import Text, finite, shown
+from .text import LARGEST, Text, finite, shown
 
 
 class Frames(NamedTuple):
@@ -79,7 +79,7 @@ def parse_regular(body: Iterator[str], columns: dict[str, list[int]], dofs: int)
                 some[:, column] = [float(word) for word in used[k::period]]
         except (ValueError, OverflowError):
             return None
-        if np.isinf(some).any():
+        if (np.abs(some) > LARGEST).any():
             return None
         values.append(some)
     frames = sum(map(len, numbers))

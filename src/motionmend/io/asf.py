@@ -16,7 +16,7 @@ from ..bodies.skeleton import ROTATION, TRANSLATION, Skeleton, height, rest_posi
 from ..errors import FileError
 from .atomic import atomic
 from .supposed import length_unit, up_axis
-from .text import read_text, shown
+from .text import LARGEST, read_text, shown
 
 INCH = 0.0254
 STATED_UNIT = "# metres per length unit:"  # a comment of ours, so that what we write needs no guess
@@ -300,7 +300,7 @@ def _bone(block: dict[str, tuple[int, list[str]]], path: Path, start: int) -> Bo
     number, tokens = block.get("dof", (start, []))
     dof = _dof(tokens, path, number, name)
     number, words = block.get("limits", (0, ["-inf", "inf"] * len(dof)))
-    bounds = _floats(words, 2 * len(dof), path, number, f"limits of {name}'s {len(dof)} degrees of freedom")
+    bounds = _floats(words, 2 * len(dof), path, number, f"limits of {name}'s {len(dof)} degrees of freedom", np.inf)
     return Bone(
         name=name,
         direction=(x, y, z),
@@ -363,13 +363,13 @@ def _order(words: list[str], path: Path, number: int, name: str) -> str:
     return order
 
 
-def _floats(words: list[str], count: int, path: Path, number: int, what: str) -> list[float]:
+def _floats(words: list[str], count: int, path: Path, number: int, what: str, most: float = LARGEST) -> list[float]:
     place = f"{path}, line {number}" if number else str(path)
     try:
         values = [float(word) for word in words]
     except ValueError:
         values = []
-    if len(values) != count or any(np.isnan(values)):
+    if len(values) != count or not all(abs(value) <= most for value in values):
         came = shown(" ".join(words))
         raise FileError(f"{place}: wanted {count} number{'s'[: count > 1]} for {what}, came {came}; correct the line")
     return values

@@ -16,7 +16,7 @@ from .atomic import atomic
 from .biovision import bvh_of
 from .hierarchy import BvhSource, parse_hierarchy, replaces, skeleton_of
 from .supposed import length_unit, up_axis
-from .text import Text, finite, open_text, shown
+from .text import LARGEST, Text, finite, open_text, shown
 
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "inch"), (0.0254 / 0.45, "inch / 0.45, as CMU's data"))
 RATES = (24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
@@ -163,7 +163,7 @@ def _values(text: Text, after: int, frames: int, width: int, line: int) -> Float
     for piece in text.pieces(after):
         try:
             parsed.append(np.array([float(word) for word in piece.split()]))
-            broken = "_" in piece or bool(np.isinf(parsed[-1]).any())
+            broken = "_" in piece or bool((np.abs(parsed[-1]) > LARGEST).any())
         except ValueError:
             broken = True
         if broken:

@@ -30,6 +30,7 @@ from .c3d_fresh import METRES, blank
 from .c3d_layout import MOST_FRAMES, Layout, assemble, frames_of, parse
 from .c3d_listing import listed_counts, listed_method, listed_points, read_origin, with_listing, without_listing
 from .c3d_points import sort_points
+from .text import LARGEST
 from .units import metres_per_unit
 from .vertical import up_of
 
@@ -73,7 +74,8 @@ def read_c3d(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     layout = parse(raw, name)
     frames, notes = frames_of(raw, layout, name)
     rows = layout.rows(raw, frames)
-    xyz = layout.coordinates(rows).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a damaged file may hold any bits
+        xyz = layout.coordinates(rows).astype(np.float64)
     fourth = layout.fourth_words(rows)
     present = _present(xyz, fourth)
     labels = (layout.texts("POINT", "LABELS") + ("",) * layout.points)[: layout.points]
@@ -135,8 +137,9 @@ def write_c3d(path: str | os.PathLike[str], markers: Markers, repaired: Repaired
 
 
 def _present(xyz: NDArray[Any], fourth: NDArray[np.int16]) -> Bools:
-    """(T, P) whether a point was measured: no residual below zero, no NaN, not at the origin."""
-    return np.asarray((fourth >= 0) & np.isfinite(xyz).all(axis=2) & xyz.any(axis=2))
+    """(T, P) whether a point was measured: no residual below zero, no NaN nor beyond `LARGEST`, not at the origin."""
+    with np.errstate(invalid="ignore"):  # a damaged file may hold any bits
+        return np.asarray((fourth >= 0) & (np.abs(xyz) <= LARGEST).all(axis=2) & xyz.any(axis=2))
 
 
 def _unique(labels: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..errors import FileError
-from .text import shown
+from .text import ABSURD, shown
 
 _EVEN = 0.02  # of a frame; more is worth a sentence
 _UNEVEN = 0.25  # of a frame; more is no frame rate
@@ -85,9 +85,10 @@ def read_rows(lines: Sequence[str], separator: str, columns: int, first: int, na
             raise FileError(
                 f"{name}: {_first_wrong(cells)} in line {first + k} is no number; repair the file"
             ) from None
-    if np.isinf(rows).any():
-        line = first + int(np.flatnonzero(np.isinf(rows).any(axis=1))[0])
-        raise FileError(f"{name}: a number in line {line} is infinite; leave missing cells blank")
+    absurd = (np.abs(rows) > ABSURD).any(axis=1)
+    if absurd.any():
+        line = first + int(np.flatnonzero(absurd)[0])
+        raise FileError(f"{name}: a number in line {line} is infinite or absurdly large; leave missing cells blank")
     return rows
 
 

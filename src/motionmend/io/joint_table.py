@@ -122,8 +122,9 @@ def beside_of(path: str | os.PathLike[str]) -> frozenset[str]:
 
 def _places(titles: Sequence[str], name: str) -> dict[str, dict[str, int]]:
     """Of each joint, in the order of the file, the columns of its x, y, z and of what stands beside them."""
-    if titles[0].lower() != "time":
-        raise FileError(f"{name}: wanted {_WANTED}, the first title is '{titles[0][:40]}'; check the file's ending")
+    first = titles[0] if titles else ""
+    if first.lower() != "time":
+        raise FileError(f"{name}: wanted {_WANTED}, the first title is '{first[:40]}'; check the file's ending")
     places: dict[str, dict[str, int]] = {}
     for column, title in enumerate(titles[1:], 1):
         joint, _, what = title.rpartition("_")

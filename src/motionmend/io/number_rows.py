@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Floats
 from ..errors import FileError
 from .columns import lines_of
-from .text import shown
+from .text import ABSURD, shown
 
 _NO_NUMBER = re.compile(r"^[-+]?(?:nan(?:\(.*\))?|inf(?:inity)?|1\.#\w+|null|none|)$", re.IGNORECASE)
 
@@ -111,7 +111,7 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
             rows[k] = [float(cell) for cell in cells]
         except ValueError:
             rows[k] = [_told_number(cell, used[k][0], name) for cell in cells]
-    rows[np.isinf(rows)] = np.nan
+    rows[np.abs(rows) > ABSURD] = np.nan
     return NumberRows(titles, rows, tuple(warnings))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.postures import NOT_TRACKED
 from ..errors import UsageError
+from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
 _UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7}
@@ -84,7 +85,7 @@ def with_absent(positions: Floats, state: Bytes | None) -> Floats:
     positions : (T, J, 3) m.
     state : (T, J) or None.
     """
-    absent: Bools = np.asarray(~np.isfinite(positions).all(axis=2) | ~positions.any(axis=2))
+    absent: Bools = np.asarray(~(np.abs(positions) <= LARGEST).all(axis=2) | ~positions.any(axis=2))
     if state is not None:
         absent |= (state == NOT_TRACKED).all(axis=1)[:, None]
     return np.where(absent[:, :, None], np.nan, positions)

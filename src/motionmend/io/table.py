@@ -104,8 +104,9 @@ def write_table(path: str | os.PathLike[str], markers: Markers) -> None:
 
 def _columns(titles: Sequence[str], name: str) -> tuple[tuple[str, ...], list[int], int]:
     """Marker names, the columns of their x, y and z, and the number of columns that are let pass."""
-    if titles[0].lower() != "time":
-        raise FileError(f"{name}: wanted {_WANTED}, the first title is '{titles[0][:40]}'; check the file's ending")
+    first = titles[0] if titles else ""
+    if first.lower() != "time":
+        raise FileError(f"{name}: wanted {_WANTED}, the first title is '{first[:40]}'; check the file's ending")
     places: dict[str, dict[str, int]] = {}
     beside = 0
     for column, title in enumerate(titles[1:], 1):

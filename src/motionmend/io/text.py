@@ -7,6 +7,8 @@ from pathlib import Path
 
 from ..errors import FileError
 
+LARGEST = 1e9  # in any unit of length or angle; what is larger is damage, and its square may have no end
+ABSURD = 1e30  # the same where clocks may stand as well, which count in ticks of 100 ns
 PIECE = 1 << 22  # bytes of a long text that are in memory at a time
 
 
@@ -114,9 +116,9 @@ def finite(token: str) -> float:
 
     Raises
     ------
-    ValueError : for anything else, also for `inf` and for Python's own `1_000`.
+    ValueError : for anything else, also for `inf`, beyond `LARGEST` and for Python's own `1_000`.
     """
     value = float(token)
-    if value in (float("inf"), float("-inf")) or "_" in token:
+    if abs(value) > LARGEST or "_" in token:
         raise ValueError(token)
     return value

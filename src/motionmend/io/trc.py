@@ -17,6 +17,7 @@ from ..bodies.motion import Markers
 from ..errors import FileError
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
+from .text import LARGEST
 from .units import metres_per_unit
 from .vertical import up_of
 
@@ -126,7 +127,7 @@ def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
 
 def present_in_text(values: Floats) -> tuple[Bools, tuple[str, ...]]:
     """(T, M) which positions count: no NaN, and not at (0, 0, 0), which is said when there are some."""
-    finite = np.isfinite(values).all(axis=2)
+    finite = np.asarray((np.abs(values) <= LARGEST).all(axis=2))
     zero = finite & ~values.any(axis=2)
     said = (f"{int(zero.sum())} positions at exactly (0, 0, 0) were taken as missing",) if zero.any() else ()
     return np.asarray(finite & ~zero), said

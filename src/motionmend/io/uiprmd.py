@@ -17,6 +17,7 @@ from ..bodies.postures import Postures
 from ..errors import FileError
 from .number_rows import read_number_rows
 from .sensor_source import SensorSource, even_times
+from .text import LARGEST
 
 WANTED = "UI-PRMD's Kinect positions, 66 numbers a row"
 WANTED_ANGLES = "UI-PRMD's Kinect angles, 66 numbers a row"
@@ -142,7 +143,7 @@ def read_uiprmd_markers(path: str | os.PathLike[str], fps: float | None = None) 
     if table.rows.shape[1] != 3 * len(MARKERS):
         raise FileError(f"{path}: wanted {WANTED_MARKERS}, came {table.rows.shape[1]}; check the file")
     positions = table.rows.reshape(-1, len(MARKERS), 3) * _MM
-    absent = np.asarray(~positions.any(axis=2) | ~np.isfinite(positions).all(axis=2))
+    absent = np.asarray(~positions.any(axis=2) | ~(np.abs(positions) <= LARGEST).all(axis=2))
     rate = fps or MARKER_FPS
     said = f"the file has no times: took {rate:g} Hz"
     positions = np.where(absent[:, :, None], np.nan, positions)
