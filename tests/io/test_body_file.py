@@ -51,3 +51,10 @@ def test_what_is_no_body_is_one_line(tmp_path: Path, text: str, said: str) -> No
 def test_a_body_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot open"):
         read_body(tmp_path / "body.json")
+
+
+def test_an_editor_may_have_put_a_mark_before_it(tmp_path: Path) -> None:
+    path = tmp_path / "body.json"
+    write_body(path, average(1.7))
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    np.testing.assert_allclose(read_body(path).lengths, average(1.7).lengths, rtol=1e-8)

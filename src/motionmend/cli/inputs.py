@@ -172,7 +172,7 @@ def _owner(sidecar: Path) -> str | None:
     if sidecar.suffix != ".json" or not sidecar.is_file():
         return None
     try:
-        owner = json.loads(sidecar.read_text("utf-8")).get("output")
+        owner = json.loads(sidecar.read_text("utf-8-sig")).get("output")
     except (ValueError, AttributeError):  # not ours
         return None
     return owner if isinstance(owner, str) else None

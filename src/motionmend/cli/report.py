@@ -81,7 +81,7 @@ def _facts_beside(path: Path) -> dict[str, str]:
     else:
         return {}
     try:
-        said = json.loads(beside.read_text("utf-8"))
+        said = json.loads(beside.read_text("utf-8-sig"))
         if said["output"] != path.name:  # of a recording of the same name in another format
             return {}
         counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in said["counts"].items())

@@ -54,7 +54,7 @@ def read_body(path: str | os.PathLike[str]) -> Performer:
     """
     name = str(path)
     try:
-        facts = json.loads(Path(path).read_text("utf-8"))
+        facts = json.loads(Path(path).read_text("utf-8-sig"))
     except OSError as failure:
         raise FileError(f"{name}: wanted a body, cannot open it: {failure.strerror}; check the path") from None
     except ValueError:
