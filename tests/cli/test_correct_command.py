@@ -117,6 +117,8 @@ def test_fit_says_what_it_did(cli: Command, taught: Path, tmp_path: Path) -> Non
     assert estimated == pytest.approx(LAG - 900, abs=0.03)
     assert (tmp_path / "m.mend").read_bytes() == (taught / "m.mend").read_bytes()  # whatever --jobs is
     assert load_model(tmp_path / "m.mend", "corrector").names == KINECT25.names
+    (unit,) = [line for line in ran.err.splitlines() if "no length unit" in line]
+    assert "walk_0.bvh first" in unit  # which it was supposed of, not the sensor's file beside it
     again = cli("fit", "corrector", taught / "pairs.csv", "-o", tmp_path / "m.mend")
     assert again.code == 1
     assert "--force" in again.failures[0]
