@@ -19,6 +19,7 @@ from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.evaluate.scenes import Plane, View, behind, performed, room, strange, view
 from motionmend.evaluate.sensor import sensed
 from motionmend.evaluate.strangers import stranger
+from motionmend.track.hindsight import Moment, moment, revised
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings
 from motionmend.track.smoothing import smoothed
@@ -179,7 +180,8 @@ class Track:
     Attributes
     ----------
     joints : (T, 16, 3) m. std : (T, 16) m. flags : (T,). held : (T, 16). poses : (T,), None where nobody was found.
-    seconds : (T,) of the thread's time. iterations : (T,). wrong : (T,). performer : as known at the end.
+    seconds : (T,) of the thread's time, without what looks back. iterations : (T,). wrong : (T,).
+    performer : as known at the end. behind : s of the thread's time in all for looking back.
     """
 
     joints: Floats
@@ -191,6 +193,7 @@ class Track:
     iterations: Floats
     wrong: Floats
     performer: Performer
+    behind: float = 0.0
 
     @property
     def lost(self) -> Bools:
@@ -215,14 +218,43 @@ def follow(
     performer: Performer,
     pose: Pose | None = None,
 ) -> Track:
-    """Track frames, from a given first pose or from none."""
+    """Track frames, from a given first pose or from none, each as it comes."""
+    return _told(*_followed(model, settings, frames, performer, pose))
+
+
+def recorded(
+    model: TrackerModel,
+    settings: TrackSettings,
+    frames: Sequence[DepthFrame],
+    performer: Performer,
+    pose: Pose | None = None,
+) -> Track:
+    """The same as `motionmend track` has it: frames set right by those that come after."""
+    moments, seconds = _followed(model, settings, frames, performer, pose)
+    begin = thread_time()
+    looked = [Moment(one.state, said) for one, said in zip(moments, revised(model, settings, moments), strict=True)]
+    return replace(_told(looked, seconds), behind=thread_time() - begin)
+
+
+def _followed(
+    model: TrackerModel,
+    settings: TrackSettings,
+    frames: Sequence[DepthFrame],
+    performer: Performer,
+    pose: Pose | None,
+) -> tuple[list[Moment], list[float]]:
     state = start(model, settings, frames[0], performer, pose)
-    said, seconds = [], []
+    moments, seconds = [], []
     for frame in frames:
         begin = thread_time()
         state, estimate = step(model, settings, state, frame)
         seconds.append(thread_time() - begin)
-        said.append(estimate)
+        moments.append(moment(state, estimate))
+    return moments, seconds
+
+
+def _told(moments: Sequence[Moment], seconds: Sequence[float]) -> Track:
+    said = [one.estimate for one in moments]
     return Track(
         frozen([one.landmarks for one in said]),
         frozen([one.std for one in said]),
@@ -232,7 +264,7 @@ def follow(
         frozen(seconds),
         frozen([one.iterations for one in said]),
         frozen([one.wrong for one in said]),
-        state.performer,
+        moments[-1].state.performer,
     )
 
 

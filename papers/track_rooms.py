@@ -20,7 +20,7 @@ from motionmend.track.settings import settings_of
 
 from .common import Findings, Table
 from .correct_common import kinect_in
-from .track_common import Track, follow, tracker
+from .track_common import Track, recorded, tracker
 
 SHOWN = 4  # frames in each picture
 EVERY = 2  # pixels of 640 x 480, for the tracker works at half of that anyway
@@ -42,7 +42,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             body = measure_person(model, wish, frames[: 3 * len(frames) // 4 : 2]).performer
         except MismatchError:
             body = average()
-        track = follow(model, wish, frames, body)
+        track = recorded(model, wish, frames, body)
         inside, sure = _inside(track, frames)
         lost = 100.0 * float(track.lost.mean())
         values |= {f"{name}_inside": inside, f"{name}_sure": sure, f"{name}_lost": lost}

@@ -23,10 +23,10 @@ from .track_common import (
     FAR,
     TURN,
     away,
-    follow,
     foreign,
     noisy,
     numbers,
+    recorded,
     roomed,
     shown,
     stage,
@@ -48,7 +48,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
         tracked = []
         for seed in range(NOISES):
             frames = foreign(scene, who, who + 100 * seed, MOST)
-            track = follow(model, wish, frames, scene.performer, scene.poses[0])
+            track = recorded(model, wish, frames, scene.performer, scene.poses[0])
             tracked.append(away(scene.joints, track.steady(np.arange(len(frames)) / FPS)))
         errors = np.concatenate(tracked)
         rows.append((take.name, *numbers(errors)))
@@ -69,7 +69,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
         scene = stage(mocap, take)
         for seed in SEEDS:
             frames = shown(scene, seed)
-            track = follow(model, wish, frames, scene.performer, scene.poses[0])
+            track = recorded(model, wish, frames, scene.performer, scene.poses[0])
             own[take.name, seed] = away(scene.joints, track.steady(np.arange(len(frames)) / FPS))
         noisy = np.concatenate([own[take.name, seed] for seed in SEEDS[1:]])
         same.append(
@@ -145,7 +145,7 @@ def _rooms(
             errors = []
             for seed in range(NOISES):
                 frames = noisy(clean, seed, around)
-                track = follow(model, wish, frames, scene.performer, scene.poses[0])
+                track = recorded(model, wish, frames, scene.performer, scene.poses[0])
                 errors.append(away(scene.joints, track.steady(np.arange(len(frames)) / FPS)))
             joined = np.array(errors)
             every[kind].append(joined)

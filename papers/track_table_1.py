@@ -18,7 +18,7 @@ from motionmend.track.settings import settings_of
 
 from .common import Findings, Table
 from .correct_common import kinect_in
-from .track_common import follow, tracker
+from .track_common import recorded, tracker
 from .track_verdict import DISPUTED, MARGIN, Dispute, disputes, draw
 
 ACTIONS = {
@@ -60,7 +60,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
         except MismatchError:
             lost.append(np.ones(len(frames), bool))
             continue
-        track = follow(model, wish, frames, body)
+        track = recorded(model, wish, frames, body)
         joints = track.steady(recording.times)
         theirs = _in_camera(sensor.positions, sensor.names)
         gap = _gap(joints, theirs, track.lost)

@@ -1,7 +1,7 @@
 """One depth recording through the tracker: what it says of every frame, and how long each step took."""
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from ..errors import MismatchError
 
 if TYPE_CHECKING:
     from ..io.depth import DepthRecording
+    from ..track.hindsight import Moment
     from ..track.settings import TrackSettings
     from ..track.tracker import Estimate, TrackerModel
 
@@ -36,7 +37,7 @@ class Followed:
     poses : T poses of true left and right; in a frame without the person that of the last one with it, NaN before the
         first.
     performer : the body that was followed, with the widths as they were learned by the end.
-    flags : (T,) the tracker's words for each frame: tracked, held, recovered, lost, empty.
+    flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
     returns : (T,) whether the depth image holds anything at all.
     frame_ms : (T - 1,) milliseconds of each frame but the first, reading left out.
@@ -105,7 +106,7 @@ def follow(
     performer: Performer | None = None,
     landmarks: Floats | None = None,
 ) -> Followed:
-    """Track a recording, one frame at a time; nothing of a frame is kept but its estimate.
+    """Track a recording, one frame at a time; once later ones have set it right only its estimate is kept.
 
     Parameters
     ----------
@@ -122,6 +123,7 @@ def follow(
     """
     import cv2
 
+    from ..track.hindsight import moment, revised
     from ..track.tracker import start, step
 
     cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
@@ -136,17 +138,24 @@ def follow(
     begin = perf_counter()
     first = recording.true_frame(0)
     read = perf_counter() - begin
-    state = start(model, settings, first, body, pose)
-    log = _Log()
-    for number in range(recording.frames):
-        begin = perf_counter()
-        frame = first if number == 0 else recording.true_frame(number)
-        there = perf_counter()
-        state, estimate = step(model, settings, state, frame)
-        done = perf_counter()
-        read += there - begin
-        log.add(estimate, bool(np.isfinite(frame.depth).any()), done - there)
-    return log.followed(recording, state.performer, read, calibrate, fitted, steady=settings.steady)
+    log = _Log(body, read)
+
+    def moments() -> "Iterator[Moment]":
+        state = start(model, settings, first, body, pose)
+        for number in range(recording.frames):
+            begin = perf_counter()
+            frame = first if number == 0 else recording.true_frame(number)
+            there = perf_counter()
+            state, estimate = step(model, settings, state, frame)
+            log.spent.append(perf_counter() - there)
+            log.returns.append(bool(np.isfinite(frame.depth).any()))
+            log.read += there - begin
+            log.performer = state.performer
+            yield moment(state, estimate)
+
+    for estimate in revised(model, settings, moments()):
+        log.add(estimate)
+    return log.followed(recording, calibrate, fitted, steady=settings.steady)
 
 
 def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Floats:
@@ -203,16 +212,19 @@ def _posed(model: "TrackerModel", body: Performer, landmarks: Floats) -> Pose:
 class _Log:
     """The estimates so far, in arrays that grow by a kilobyte a frame."""
 
+    performer: Performer
+    read: float
     rows: "array[float]" = field(default_factory=lambda: array("d"))  # numbers of one frame after those of another
     flags: list[tuple[str, ...]] = field(default_factory=list)
     spent: "array[float]" = field(default_factory=lambda: array("d"))
+    returns: "array[int]" = field(default_factory=lambda: array("b"))
     stages: dict[str, float] = field(default_factory=dict)
     cost: dict[str, float] = field(default_factory=dict)
     iterations: int = 0
     converged: int = 0
     restarts: int = 0
 
-    def add(self, estimate: "Estimate", returns: bool, seconds: float) -> None:
+    def add(self, estimate: "Estimate") -> None:
         pose = estimate.pose
         parts = (
             estimate.landmarks.ravel(),
@@ -222,11 +234,9 @@ class _Log:
             np.full(3, np.nan) if pose is None else pose.translation,
             np.full(9, np.nan) if pose is None else pose.root.ravel(),
             np.full(len(AXES), np.nan) if pose is None else pose.joints,
-            [returns],
         )
         self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
         self.flags.append(tuple(estimate.flags))
-        self.spent.append(seconds)
         for name, value in estimate.seconds.items():
             self.stages[name] = self.stages.get(name, 0.0) + value
         for name, value in estimate.costs.items():
@@ -238,8 +248,6 @@ class _Log:
     def followed(
         self,
         recording: "DepthRecording",
-        body: Performer,
-        read: float,
         calibrate: float,
         fitted: bool,
         *,
@@ -249,9 +257,9 @@ class _Log:
 
         begin = perf_counter()
         count = len(self.flags)
-        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES))
+        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9)
         table = np.frombuffer(self.rows).reshape(count, -1)
-        flat, std, settled, held, way, root, joints, returns = (
+        flat, std, settled, held, way, root, joints = (
             part.copy() for part in np.split(table, np.cumsum(widths), axis=1)
         )
         xyz = flat.reshape(count, len(LANDMARKS), 3)
@@ -262,7 +270,7 @@ class _Log:
         xyz[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root.reshape(count, 3, 3), joints)
         if steady:
-            poses, places = smoothed(poses, body, recording.times, frozen(seen, np.bool_), held > 0)
+            poses, places = smoothed(poses, self.performer, recording.times, frozen(seen, np.bool_), held > 0)
             xyz = np.where(seen[:, None, None], places, xyz)
             self.stages["smoothing"] = perf_counter() - begin
         if recording.mirrored:
@@ -270,14 +278,14 @@ class _Log:
         return Followed(
             Postures(LANDMARKS, xyz, recording.times, std=std),
             poses,
-            body,
+            self.performer,
             tuple(self.flags),
             frozen(seen, np.bool_),
             frozen((held > 0) & seen[:, None], np.bool_),
-            frozen(returns[:, 0] > 0, np.bool_),
+            frozen(np.array(self.returns) > 0, np.bool_),
             frozen(1000 * np.array(self.spent[1:])),
-            read,
-            sum(self.spent) + perf_counter() - begin,
+            self.read,
+            sum(self.spent) + self.stages.get("hindsight", 0.0) + perf_counter() - begin,
             calibrate,
             self.stages,
             self.iterations,

@@ -47,6 +47,7 @@ class TrackSettings:
         so that steps hardly ever become short; but what they save soon becomes noise.
     girth : the person's widths are learned while they are followed.
     search : limbs that do not fit are looked for among other poses of theirs.
+    hindsight : a recording's frames are followed back from later ones, too, and what explains them better is taken.
     """
 
     preset: str
@@ -82,6 +83,7 @@ class TrackSettings:
     settled: float = 0.01
     girth: bool = True
     search: bool = True
+    hindsight: bool = True
 
 
 PRESETS = {
@@ -113,6 +115,7 @@ PRESETS = {
         settled=0.0,
         girth=False,
         search=False,
+        hindsight=False,
     ),
 }
 

@@ -61,6 +61,7 @@ class TrackState:
     hypothesis : another pose that is followed beside this one, until one of them is refuted.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities, depths and intrinsics of the last frame, where colour counts.
+    evidence : what the last frame said, for who looks back at it (`hindsight`); None where nobody was in it.
     time : s, of the last frame.
     """
 
@@ -77,6 +78,7 @@ class TrackState:
     hypothesis: Hypothesis | None = None
     girth: Girth | None = None
     before: tuple[Floats, Singles, Singles, Floats] | None = None
+    evidence: Evidence | None = None
     time: float = float("nan")
 
 
@@ -173,6 +175,7 @@ def step(
     state = replace(state, scene=scene, time=frame.time)
     observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings), person.rim)
     evidence = evidence_of(observation, settings) if person.found else None
+    state = replace(state, evidence=evidence)
     clock.lap("foreground")
     if evidence is None:
         return _nobody(replace(state, searched=EVERY), elapsed, ("empty",), clock)
@@ -232,7 +235,7 @@ def step(
         restarts += solution is not mended
         clock.lap("hypothesis")
     state = replace(state, searched=0 if asks else state.searched + 1)
-    if _is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
+    if is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
         ways = _found(model, settings, state, observation, evidence, coarse)
         if ways and disagreement(state.performer, ways[0], coarse) < 0.8 * wrong:
             found = ways[0]
@@ -241,7 +244,7 @@ def step(
             solution = solve_pose(state.performer, evidence, terms, found, settings)
             wrong, recovered = disagreement(state.performer, solution.state, coarse), True
         clock.lap("detect")
-    if settings.search and not _is_lost(state, wrong):
+    if settings.search and not is_lost(state, wrong):
         state, solution, wrong, turned_about = faced(
             model, settings, state, evidence, coarse, solution, wrong, elapsed, ways if recovered or first else None
         )
@@ -265,7 +268,7 @@ def step(
     )
 
 
-def _is_lost(state: TrackState, wrong: float) -> bool:
+def is_lost(state: TrackState, wrong: float) -> bool:
     """Whether a pose explains so little, of itself and beside what is usual with this person, that it is none."""
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
     return wrong > min(max(LOST, 2.0 * usual), SURELY_LOST)
@@ -336,7 +339,7 @@ def _tracked(
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
-    lost = _is_lost(state, wrong) and settings.search
+    lost = is_lost(state, wrong) and settings.search
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed
