@@ -74,6 +74,7 @@ def test_a_known_body_from_a_known_pose(cli: Command, studio: Path, tmp_path: Pa
     assert facts["frame_ms"]["median"] <= facts["frame_ms"]["p95"] <= facts["frame_ms"]["max"]
     parts = sum(facts["seconds"][name] for name in ("startup", "read", "track", "write"))
     assert parts <= facts["seconds"]["total"] + 0.05
+    assert 0.0 < facts["seconds"]["stages"]["hindsight"] < facts["seconds"]["track"]
     table = read_joint_table(out)
     assert table.names == LANDMARKS
     np.testing.assert_allclose(table.times, np.arange(FRAMES) / FPS, atol=1e-6)

@@ -68,7 +68,7 @@ def track(
 
     Writes one row for each image: 16 joints in metres (x right, y down, z forward) with their standard deviations. A
     row without the person has empty cells; deviations of 0.10 or more say that the body was lost. Beside each output
-    stands NAME.mend.json: which frames were held, lost or recovered, options, cost and seconds.
+    stands NAME.mend.json: which frames were held, lost, recovered or revised, options, cost and seconds.
     """
     settings = _settings(preset, terms)
     if format is not None and format not in FORMATS:

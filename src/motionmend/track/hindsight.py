@@ -4,8 +4,8 @@ A limb that went out of sight is often taken up wrongly, and found again only so
 the pose is known to be wrong as soon as it leaps. Followed back from there it is seldom wrong in the same ones, for
 what comes out of hiding in one direction goes into it in the other. So there are two accounts of every frame, and
 for each limb and the trunk that one is taken which explains the images better, changing between the two where they
-are near each other: the likeliest sequence (Viterbi 1967), as two filters are joined to smooth (Fraser and Potter
-1969), but that two poses of a limb have no mean.
+are near each other: the likeliest sequence (Viterbi 1967). Where they hardly differ they are mixed, as two filters
+are joined to smooth (Fraser and Potter 1969); elsewhere they are not, for two poses of a limb have no mean.
 
 `tracker.step` stays causal. This is for recordings: frames wait until `WINDOW + AHEAD` of them are there.
 """
@@ -19,7 +19,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Bools, Floats, frozen
-from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
+from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rotation, rotation_vector
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .limbs import LIMBS, coarse_of, disagreements, with_limb
@@ -35,6 +35,8 @@ NEAR = 0.06  # m; two poses of a limb that are closer are one
 SWITCH = 0.1  # share of the person's pixels that a metre between two accounts weighs where one is left for the other
 GAIN = 0.02  # of the same, in sum, by which what was written must explain better for the way back to go on from it
 FADES = 0.9  # of what earlier frames gained, in each frame
+EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
+STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
 
 
@@ -44,6 +46,9 @@ _OF_LIMBS = tuple(
 PARTS = (*_OF_LIMBS, frozen(np.setdiff1d(np.arange(len(LANDMARKS)), np.concatenate(_OF_LIMBS)), np.int64))
 """The landmarks of each of `LIMBS`, with the shoulders, which arms' bones carry; and of the trunk, all others."""
 CHOICES = frozen(list(product((False, True), repeat=TRUNK + 1)), np.bool_)  # (32, 5) True = as on the way back
+_PART_OF = frozen(
+    [next((k for k, limb in enumerate(LIMBS) if column in limb.columns), TRUNK) for column in range(DOFS - 6)], np.int64
+)
 _CHANGED = (CHOICES[:, None] != CHOICES[None]).astype(np.float64)
 
 
@@ -138,11 +143,11 @@ def looked_back(
     """
     begin = perf_counter()
     backs = way_back(model, settings, moments)[:count]
-    chosen = likeliest(moments[:count], backs)
+    shares = eased(moments[:count], backs, likeliest(moments[:count], backs))
     body = moments[-1].state.performer
     told = [
-        one.estimate if back is None or not parts.any() else _joined(body, one, back, parts)
-        for one, back, parts in zip(moments, backs, chosen, strict=False)
+        one.estimate if back is None or not share.any() else _joined(body, one, back, share)
+        for one, back, share in zip(moments, backs, shares, strict=False)
     ]
     share = (perf_counter() - begin) / count
     return tuple(replace(one, seconds={**one.seconds, "hindsight": share}) for one in told)
@@ -217,6 +222,31 @@ def likeliest(moments: Sequence[Moment], backs: Sequence[Back | None]) -> Bools:
     return np.asarray(CHOICES[best[::-1]])
 
 
+def eased(moments: Sequence[Moment], backs: Sequence[Back | None], chosen: Bools) -> Floats:
+    """(T, 5) how much of each of `PARTS` is taken from the way back, 0 to 1.
+
+    Where the accounts are near each other the choice is by little, and may change with every frame's noise: there it is
+    the mean over `EASED` frames to either side that are near, too.
+
+    Parameters
+    ----------
+    moments, backs : the accounts. chosen : (T, 5) what `likeliest` says.
+    """
+    shares = chosen.astype(np.float64)
+    near = np.zeros(chosen.shape, bool)
+    for t, (one, back) in enumerate(zip(moments, backs, strict=True)):
+        if back is not None and one.tracked:
+            near[t] = back.apart < NEAR
+    for t, part in np.argwhere(near).tolist():
+        first, last = t, t + 1
+        while first > max(t - EASED, 0) and near[first - 1, part]:
+            first -= 1
+        while last < min(t + EASED + 1, len(near)) and near[last, part]:
+            last += 1
+        shares[t, part] = chosen[first:last, part].mean()
+    return shares
+
+
 def _from(here: Moment, body: Performer) -> TrackState:
     """What the way back goes on from where it is what was first written; time runs the other way."""
     state = here.state
@@ -288,32 +318,38 @@ def _resumed(at: TrackState, first: TrackState, part: int) -> TrackState:
     )
 
 
-def _joined(body: Performer, one: Moment, back: Back, parts: Bools) -> Estimate:
-    """The estimate with some of `PARTS` as on the way back."""
-    said, pose = one.estimate, back.pose
+def _joined(body: Performer, one: Moment, back: Back, share: Floats) -> Estimate:
+    """The estimate with so much of each of `PARTS` as on the way back."""
+    said, parts = one.estimate, share > 0.5
     taken = np.zeros(len(LANDMARKS), bool)
     for part in np.flatnonzero(parts):
         taken[PARTS[part]] = True
-    hidden = np.minimum(back.hidden, one.state.hidden)  # it is known from either side
-    _, std = certainty_of(body, back.solution, hidden, back.doubt, back.wrong)
+    std = said.settled
+    if parts.any():
+        hidden = np.minimum(back.hidden, one.state.hidden)  # it is known from either side
+        _, std = certainty_of(body, back.solution, hidden, back.doubt, back.wrong)
+    assert std is not None
     if not one.tracked:
-        held = back.held
-        flags = ("tracked", "revised", *(("held",) if held.any() else ()))
-        place = landmarks(body, pose)
-        return replace(said, pose=pose, landmarks=place, std=std, settled=std, flags=flags, held=held, wrong=back.wrong)
+        return replace(
+            said,
+            pose=back.pose,
+            landmarks=landmarks(body, back.pose),
+            std=std,
+            settled=std,
+            flags=("tracked", "revised", *(("held",) if back.held.any() else ())),
+            held=back.held,
+            wrong=back.wrong,
+        )
     assert said.pose is not None
     assert said.settled is not None
-    base, other = (pose, said.pose) if parts[TRUNK] else (said.pose, pose)
-    for limb in (LIMBS[k] for k in np.flatnonzero(parts[:TRUNK] != parts[TRUNK])):
-        base = with_limb(base, limb, other.joints[limb.columns])
-    place = landmarks(body, base)
+    pose, place = _mixed(body, said.pose, back.pose, share)
     held = np.where(taken, back.held, said.held)
     settled = np.where(taken, std, said.settled)
     # Of what nothing is seen either may be right, and other poses may be that the way back has not looked at.
-    either = 0.5 * np.linalg.norm(landmarks(body, pose) - said.landmarks, axis=1)
+    either = 0.5 * np.linalg.norm(landmarks(body, back.pose) - said.landmarks, axis=1)
     settled = np.where(held, np.maximum(np.maximum(settled, either), np.where(said.held, said.settled, 0.0)), settled)
     # Front and back are still in doubt, unless the other reading was taken.
-    turned = parts[TRUNK] and float(pose.root[:, 2] @ said.pose.root[:, 2]) < 0.0
+    turned = parts[TRUNK] and float(back.pose.root[:, 2] @ said.pose.root[:, 2]) < 0.0
     doubtful = (said.std > said.settled) & (not turned)
     flags = tuple(flag for flag in said.flags if flag != "held")
     if (np.linalg.norm(place - said.landmarks, axis=1) > NEAR).any():
@@ -321,10 +357,37 @@ def _joined(body: Performer, one: Moment, back: Back, parts: Bools) -> Estimate:
     flags += ("held",) if held.any() else ()
     return replace(
         said,
-        pose=base,
+        pose=pose,
         landmarks=place,
         std=np.where(doubtful, np.maximum(said.std, settled), settled),
         settled=settled,
         flags=flags,
         held=held,
     )
+
+
+def _mixed(body: Performer, first: Pose, other: Pose, share: Floats) -> tuple[Pose, Floats]:
+    """A pose that has so much of each of `PARTS` of the other one, and its joints (16, 3) m.
+
+    Joint coordinates far apart may have joints at one place: where the mixture is not where theirs is, each part is
+    wholly of one pose.
+    """
+    pose = _between(first, other, share)
+    place = landmarks(body, pose)
+    if ((share == 0.0) | (share == 1.0)).all():
+        return pose, place
+    here, there = landmarks(body, first), landmarks(body, other)
+    for part, much in zip(PARTS, share, strict=True):
+        here[part] += much * (there[part] - here[part])
+    if np.linalg.norm(place - here, axis=1).max() > STRAIGHT:
+        pose = _between(first, other, (share > 0.5).astype(np.float64))
+        place = landmarks(body, pose)
+    return pose, place
+
+
+def _between(first: Pose, other: Pose, share: Floats) -> Pose:
+    """Root and joint coordinates so far from one pose to the other as (5,) shares say."""
+    trunk = share[TRUNK]
+    turned = rotation(trunk * rotation_vector(other.root @ first.root.T)) @ first.root
+    moved = first.translation + trunk * (other.translation - first.translation)
+    return Pose(moved, turned, first.joints + share[_PART_OF] * (other.joints - first.joints))

@@ -35,7 +35,7 @@ from .stages import Stages
 
 __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"]
 
-FLAGS = ("tracked", "held", "lost", "recovered", "empty")
+FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
 SURELY_LOST = 0.52  # the same, whatever is usual
@@ -93,7 +93,7 @@ class Estimate:
     std : (16,) m, standard deviation of each joint (one coordinate); half of how far apart two readings of front and
         back have it at least, until one of them is refuted.
     settled : (16,) m, the deviation if this reading is the right one; None where nobody is.
-    flags : of `FLAGS`; `held` joints are in `held`.
+    flags : of `FLAGS`; `held` joints are in `held`, and only `hindsight` says `revised`.
     held : (16,) True where nothing of the limb is seen and the prior holds it.
     costs, inliers : of each term. wrong : share of the person's pixels explained wrongly.
     converged, iterations : of Gauss-Newton. covariance : (34, 34) m² and rad².
