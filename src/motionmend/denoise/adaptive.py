@@ -19,7 +19,7 @@ from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
-from .noise import first_noise, next_noise, next_rate
+from .noise import first_noise, next_follow, next_noise, next_rate
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
 from .support import Support, bridged, line_support, support, supported
@@ -102,7 +102,7 @@ def adapt(
     at_pole = nowhere if at_pole is None else at_pole
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
-    noise, rate = first_noise(measured), np.full(channels, FIRST_RATE)
+    noise, rate, follow = first_noise(measured), np.full(channels, FIRST_RATE), FIRST_RATE
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
     steps = 0
@@ -121,6 +121,7 @@ def adapt(
             alone * _lively_around(liveliness, calm),
             noise,
             rate,
+            follow,
             np.diag(calm),
             together,
             vouched,
@@ -141,6 +142,7 @@ def adapt(
         square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
         noise = next_noise(noise, square, freedom)
         rate = next_rate(outlier, present, rate if turn > 0 else None)
+        follow = next_follow(outlier, present)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:  # gaps of markers are filled, and judged, by the markers about them
@@ -289,6 +291,7 @@ def _histories(
     step_var: Floats,
     noise: Floats,
     rate: Floats,
+    follow: float,
     calm: Floats,
     together: int,
     vouched: Bools,
@@ -315,6 +318,7 @@ def _histories(
             np.ascontiguousarray(step_var[:, own]),
             np.square(noise[own]),
             float(rate[own].mean()),
+            max(follow, float(rate[own].mean())),
             density,
             FACTORS,
             log_modes,
