@@ -191,7 +191,7 @@ def test_outliers_that_come_one_by_one_follow_as_often_as_any_sample(seed, share
 
 
 def test_outliers_that_come_in_bursts_follow_as_often_as_they_do():
-    outlier = (np.arange(2000) % 100 < 5)[:, None].repeat(3, axis=1)
+    outlier = (np.arange(20_000) % 100 < 5)[:, None].repeat(3, axis=1)
     present = np.ones_like(outlier)
     assert next_follow(outlier, present) == pytest.approx(0.8, abs=0.05)
     present[1::2] = False  # what follows across a gap is not known

@@ -22,7 +22,7 @@ RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in e
 LEAST_RATE, MOST_RATE = 1e-4, 0.5
 # Where fewer than these are followed by another the found ones are as likely fast motion: then they are taken for less,
 # by the same power. Belief that they come one by one is worth some outliers, and no burst lasts for ever.
-BURSTS, ALONE_PRIOR, MOST_FOLLOW = 0.5, 20.0, 0.9
+BURSTS, ALONE_PRIOR, MOST_FOLLOW = 0.5, 30.0, 0.9
 # A share of outliers that falls by more than this has not fallen far enough: some were only found because so many were
 # expected. It is taken further, by what it fell beyond that, to this power.
 STEADY, FURTHER = 0.7, 3.0
