@@ -244,10 +244,8 @@ def history_step(case, states, t, last, mode, rejected, after_outlier):
         after.append(state)
     if seen:
         rate, follow = case["outlier_rate"], case["outlier_follow"]
-        if after_outlier:
-            rate = follow
-        else:
-            rate *= (1 - follow) / (1 - rate)  # enters as often as it leaves
+        if after_outlier is not None:  # enters as often as it leaves
+            rate = follow if after_outlier else rate * (1 - follow) / (1 - rate)
         score += np.log(rate * case["outlier_density"]) if rejected else np.log(1 - rate)
     return after, score
 
@@ -269,7 +267,8 @@ def all_histories(case):
             last = modes[-1] if modes else 0
             for mode, rejected in history_turns(case, t, last):
                 seen = [n for n in range(t) if np.isfinite(case["observed"][n]).all()]
-                after, gained = history_step(case, states, t, last, mode, rejected, bool(seen) and rejects[seen[-1]])
+                after_outlier = rejects[seen[-1]] if seen else None
+                after, gained = history_step(case, states, t, last, mode, rejected, after_outlier)
                 longer.append((score + gained, (*modes, mode), (*rejects, rejected), after))
         histories = longer
     return [(score, modes, rejects) for score, modes, rejects, _ in histories]
@@ -284,7 +283,7 @@ def beam_of_histories(case, width, recent):
         for score, modes, rejects, turns, states in kept:
             last = modes[-1] if modes else 0
             for mode, rejected in history_turns(case, t, last):
-                after_outlier = turns[-1:] == ("out",)
+                after_outlier = turns[-1] == "out" if turns else None
                 after, gained = history_step(case, states, t, last, mode, rejected, after_outlier)
                 turn = "out" if rejected else "calm" if mode == 0 else "lively"
                 latest = (*turns, turn)[-recent:] if seen else turns

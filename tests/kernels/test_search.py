@@ -152,6 +152,14 @@ def test_bursts_are_found_by_those_who_expect_them(rng):
     assert (~together).sum() < 0.3 * (~lone).sum()
 
 
+def test_a_burst_at_the_beginning_is_one_from_its_first_sample(rng):
+    """Nothing before it says so: only that outliers seldom come alone."""
+    observed = _walk(rng, 80) + rng.normal(size=(80, 1))
+    observed[:10] += rng.choice([-1, 1], (10, 1)) * rng.uniform(15, 55, (10, 1))
+    found = np.array(_found(_plain(observed, outlier_rate=0.05, outlier_follow=0.9))[1])
+    assert np.flatnonzero(found).tolist() == list(range(10))
+
+
 def test_a_jump_that_stays_is_motion_and_one_that_returns_is_an_outlier(rng):
     observed = _walk(rng, 80) + rng.normal(size=(80, 1))
     stays, returns = observed.copy(), observed.copy()

@@ -15,6 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Bools, Bytes, Floats
 from ..numerics.coupled import lone_step_variance, smooth_coupled
+from .bursts import long_runs
 from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
 from .local_prior import Prior
@@ -25,6 +26,8 @@ from .steady_dynamics import mixed_in, smooth_steadily
 from .support import Support, bridged, line_support, support, supported
 
 ROUNDS = 3
+# Where outliers come in bursts each round finds more of every burst, and so how long they are: it goes on meanwhile.
+MOST_ROUNDS, RISES = 6, 1.1
 HISTORIES = 14  # kept side by side for each channel
 # Motion is calm, bursts or jumps: factors on the variance of its second differences, how common each is and how
 # likely a burst or jump goes on. Wide on purpose: which factors exactly hardly matters, that there are three does.
@@ -105,14 +108,15 @@ def adapt(
     noise, rate, follow = first_noise(measured), np.full(channels, FIRST_RATE), FIRST_RATE
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
-    steps = 0
-    for turn in range(ROUNDS):
+    left, steps = measured, 0  # without the bursts that are so long that they are gaps
+    turn, rising = 0, False
+    while turn < ROUNDS or (rising and turn < MOST_ROUNDS):
         nearer = closer(values) if closer is not None and values is not None and turn == 1 else None
         if nearer is not None:
             before, prior = np.diag(calm), nearer
             calm = _calm(prior.bends, fps)
             liveliness = np.clip(liveliness * before / np.diag(calm), LEAST_LIVELY, MOST_LIVELY)
-        told = _told(measured, outlier, values, values, prior, noise, fps)
+        told = _told(left, outlier, values, values, prior, noise, fps)
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
             measured,
@@ -127,6 +131,8 @@ def adapt(
             vouched,
             at_pole,
         )
+        if together == 1:  # gaps of markers are filled, and judged, by the markers about them
+            left = np.where(long_runs(outlier | ~present, fps), np.nan, measured)
         liveliness = np.clip(liveliness * FACTORS[mode], LEAST_LIVELY, MOST_LIVELY)
         weight = np.where(present & ~outlier, 1.0 / np.square(noise), 0.0)
         everything, goal = _joined(filled, weight, told)
@@ -142,15 +148,16 @@ def adapt(
         square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
         noise = next_noise(noise, square, freedom)
         rate = next_rate(outlier, present, rate if turn > 0 else None)
-        follow = next_follow(outlier, present)
+        found = next_follow(outlier, present)
+        turn, rising, follow = turn + 1, found > RISES * follow, found
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
-    if together == 1:  # gaps of markers are filled, and judged, by the markers about them
+    if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
     variance = DOUBT * variance
     if together == 1:
         values, variance, taken = _in_gaps(
-            measured, outlier, values, variance, liveliness, calm, prior, process, noise, fps
+            left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
         )
         steps += taken
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)

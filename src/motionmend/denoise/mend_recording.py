@@ -9,6 +9,7 @@ from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
+from .bursts import long_runs
 from .channels import Channels, to_channels
 from .filling import fill_gaps
 from .held import held, in_noise, told, without
@@ -35,7 +36,6 @@ OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, 
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
-LONG_BURST = 0.1  # s; what is rejected for longer the smoother knows no better than a gap
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
@@ -233,7 +233,7 @@ def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None
     """
     found = mended.found
     missing = found.origin >= Origin.FILLED
-    lost = missing | _long_runs(found.origin != Origin.MEASURED, round(LONG_BURST * fps))
+    lost = missing | long_runs(found.origin != Origin.MEASURED, fps)
     if not lost.any():
         return mended
     frames = len(found.values)
@@ -253,14 +253,6 @@ def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None
             origin=np.where(missing, kind, found.origin),
         ),
     )
-
-
-def _long_runs(lost: Bools, longest: int) -> Bools:
-    """(T, C) True where more than so many samples of a channel are lost on end."""
-    frames = np.arange(len(lost))[:, None]
-    last = np.maximum.accumulate(np.where(lost, -1, frames), axis=0)
-    following = np.minimum.accumulate(np.where(lost, len(lost), frames)[::-1], axis=0)[::-1]
-    return np.asarray(lost & (following - last - 1 > longest))
 
 
 def _relabelled_origin(origin: Bytes, channels: Channels, swaps: tuple[Swap, ...]) -> Bytes:

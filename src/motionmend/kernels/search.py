@@ -71,10 +71,11 @@ def likeliest_history(
     order = np.zeros(width, np.int64)
     # outliers are a Markov chain: it enters as often as its share and how long it stays let it
     enters = min(outlier_rate * (1.0 - outlier_follow) / (1.0 - outlier_rate), 0.5)
-    first_in, first_out = log(1.0 - enters), log(enters * outlier_density)
+    next_in, next_out = log(1.0 - enters), log(enters * outlier_density)
+    first_in, first_out = log(1.0 - outlier_rate), log(outlier_rate * outlier_density)
     then_in, then_out = log(1.0 - outlier_follow), log(outlier_follow * outlier_density)
     mask = (1 << (2 * RECENT)) - 1
-    kept = 1
+    kept, begun = 1, False
     for g in range(coordinates):
         state[0, g, 0], state[0, g, 2], state[0, g, 4] = start[g], start_var[g], speed_var[g]
     for t in range(frames):
@@ -86,8 +87,11 @@ def likeliest_history(
         count = 0
         for h in range(kept):
             last = mode_of[h]
-            again = turns[h] & 3 == 1  # the sample before, if any, was rejected
-            log_in, log_out = (then_in, then_out) if again else (first_in, first_out)
+            log_in, log_out = next_in, next_out
+            if not begun:
+                log_in, log_out = first_in, first_out
+            elif turns[h] & 3 == 1:  # the sample before was rejected
+                log_in, log_out = then_in, then_out
             for k in range(modes if seen and t > 0 else 1):
                 total = score[h]
                 if t > 0 and not at_pole[t]:
@@ -123,6 +127,7 @@ def likeliest_history(
                 new_turns[count], new_mode[count] = ((turns[h] << 2) | (2 if k > 0 else 0)) & mask, k
                 came_from[count], rejects[count] = h, 0
                 count += 1
+        begun = begun or seen
         # the best of those that differ in their latest turns
         kept = 0
         for n in range(count):
