@@ -335,6 +335,13 @@ def test_real_motions_of_one_person(data, learn, held_out):
         assert ours < compare(truth, repair_without_model(noisy, method).recording).rms_deg
 
 
+def test_a_fast_dance_without_noise_is_left_alone(data):
+    """Its swings of two and three frames are no bursts, nor gaps."""
+    whole = read(data / "mocap" / "bvh" / "60_10_salsa.bvh")
+    salsa = replace(whole.with_q(whole.q[360:960:4]), fps=30.0)
+    assert compare(salsa, repair_without_model(salsa, "adaptive").recording).rms_deg < 0.4
+
+
 def test_real_markers_with_real_gaps(data):
     recording = read(data / "mocap" / "c3d" / "sfu_0005_SideSkip001.c3d")
     repaired = Denoiser().fit([recording]).repair(recording)

@@ -109,14 +109,14 @@ def adapt(
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
     left, steps = measured, 0  # without the bursts that are so long that they are gaps
-    turn, rising = 0, False
-    while turn < ROUNDS or (rising and turn < MOST_ROUNDS):
+    turn, last = 0, False
+    while not last:
         nearer = closer(values) if closer is not None and values is not None and turn == 1 else None
         if nearer is not None:
             before, prior = np.diag(calm), nearer
             calm = _calm(prior.bends, fps)
             liveliness = np.clip(liveliness * before / np.diag(calm), LEAST_LIVELY, MOST_LIVELY)
-        told = _told(left, outlier, values, values, prior, noise, fps)
+        told = _told(measured, outlier, values, values, prior, noise, fps)
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
             measured,
@@ -131,8 +131,13 @@ def adapt(
             vouched,
             at_pole,
         )
-        if together == 1:  # gaps of markers are filled, and judged, by the markers about them
-            left = np.where(long_runs(outlier | ~present, fps), np.nan, measured)
+        found = next_follow(outlier, present)
+        turn, rising, follow = turn + 1, found > RISES * follow, found
+        last = turn >= ROUNDS and not (rising and turn < MOST_ROUNDS)
+        # not before the last search: what is taken for a gap no longer speaks for itself (markers are filled elsewhere)
+        if last and together == 1 and (gone := long_runs(outlier | ~present, fps) & outlier).any():
+            left = np.where(gone, np.nan, measured)
+            told = _told(left, outlier, values, values, prior, noise, fps)
         liveliness = np.clip(liveliness * FACTORS[mode], LEAST_LIVELY, MOST_LIVELY)
         weight = np.where(present & ~outlier, 1.0 / np.square(noise), 0.0)
         everything, goal = _joined(filled, weight, told)
@@ -147,9 +152,7 @@ def adapt(
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
         square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
         noise = next_noise(noise, square, freedom)
-        rate = next_rate(outlier, present, rate if turn > 0 else None)
-        found = next_follow(outlier, present)
-        turn, rising, follow = turn + 1, found > RISES * follow, found
+        rate = next_rate(outlier, present, rate if turn > 1 else None)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:
