@@ -182,6 +182,7 @@ def search_case(frames: int) -> dict[str, Any]:
         "step_var": np.full(shape, 0.09),
         "noise_var": np.ones(1),
         "outlier_rate": 0.15,
+        "outlier_follow": 0.15,
         "outlier_density": 1 / 80.0,
         "factors": np.array([1.0, 25.0, 1000.0]),
         "log_modes": np.log(modes),

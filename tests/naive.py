@@ -225,7 +225,7 @@ def history_turns(case, t, last):
     return turns
 
 
-def history_step(case, states, t, last, mode, rejected):
+def history_step(case, states, t, last, mode, rejected, after_outlier):
     """The states of all coordinates after frame t, by the textbook's Kalman filter, and what the frame adds."""
     score = 0.0 if t == 0 or case["at_pole"][t] else case["log_modes"][last, mode]
     seen = np.isfinite(case["observed"][t]).all()
@@ -243,7 +243,9 @@ def history_step(case, states, t, last, mode, rejected):
             score += gained
         after.append(state)
     if seen:
-        rate = case["outlier_rate"]
+        rate, follow = case["outlier_rate"], case["outlier_follow"]
+        if after_outlier is not None:  # enters as often as it leaves
+            rate = follow if after_outlier else rate * (1 - follow) / (1 - rate)
         score += np.log(rate * case["outlier_density"]) if rejected else np.log(1 - rate)
     return after, score
 
@@ -264,7 +266,9 @@ def all_histories(case):
         for score, modes, rejects, states in histories:
             last = modes[-1] if modes else 0
             for mode, rejected in history_turns(case, t, last):
-                after, gained = history_step(case, states, t, last, mode, rejected)
+                seen = [n for n in range(t) if np.isfinite(case["observed"][n]).all()]
+                after_outlier = rejects[seen[-1]] if seen else None
+                after, gained = history_step(case, states, t, last, mode, rejected, after_outlier)
                 longer.append((score + gained, (*modes, mode), (*rejects, rejected), after))
         histories = longer
     return [(score, modes, rejects) for score, modes, rejects, _ in histories]
@@ -279,7 +283,8 @@ def beam_of_histories(case, width, recent):
         for score, modes, rejects, turns, states in kept:
             last = modes[-1] if modes else 0
             for mode, rejected in history_turns(case, t, last):
-                after, gained = history_step(case, states, t, last, mode, rejected)
+                after_outlier = turns[-1] == "out" if turns else None
+                after, gained = history_step(case, states, t, last, mode, rejected, after_outlier)
                 turn = "out" if rejected else "calm" if mode == 0 else "lively"
                 latest = (*turns, turn)[-recent:] if seen else turns
                 if latest not in best or score + gained > best[latest][0]:

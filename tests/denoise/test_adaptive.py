@@ -45,6 +45,36 @@ def test_outliers_are_found(noise, action):
     assert (found & ~hit).mean() < 0.02
 
 
+@pytest.mark.parametrize("library", [True, False])
+@pytest.mark.parametrize("action", ACTIONS)
+def test_bursts_of_outliers_are_found(action, library):
+    """A twentieth of the samples in bursts of a sixth to half a second, with a library or without."""
+    rng = np.random.default_rng(4)
+    clean = channels_of(truth(action))
+    measured, hit = clean + 2.0 * rng.standard_normal(clean.shape), np.zeros(clean.shape, dtype=bool)
+    while hit.mean() < 0.05:
+        start, channel = rng.integers(len(clean)), rng.integers(clean.shape[1])
+        hit[start : start + rng.integers(5, 16), channel] = True
+    measured += np.where(hit, rng.choice([-1.0, 1.0], hit.shape) * rng.uniform(15.0, 55.0, hit.shape), 0.0)
+    found = mend(measured, library=library).found
+    assert f1(found.origin == Origin.REPAIRED, hit) > 0.95
+    assert rms(found.values - clean) < 2.0
+
+
+@pytest.mark.parametrize("library", [True, False])
+def test_long_bursts_are_filled_like_gaps(library):
+    """Bursts of a third to half a second in six of the channels at 60 Hz, one of them at the very beginning."""
+    rng = np.random.default_rng(4)
+    clean = channels_of(truth("walk", fps=60.0))
+    measured, hit = clean + 2.0 * rng.standard_normal(clean.shape), np.zeros(clean.shape, dtype=bool)
+    for start, channel in ((0, 8), (60, 14), (100, 20), (150, 26), (200, 40), (250, 9)):
+        hit[start : start + rng.integers(20, 31), channel] = True
+    off = rng.choice([-1.0, 1.0], hit.shape) * rng.uniform(15.0, 55.0, hit.shape)
+    found = mend(np.where(hit, measured + off, measured), fps=60.0, library=library).found.values - clean
+    gaps = mend(np.where(hit, np.nan, measured), fps=60.0, library=library).found.values - clean
+    assert rms(found[hit]) < 1.5 * rms(gaps[hit])
+
+
 @pytest.mark.parametrize("action", ["walk", "reach", "turn", "jump", "run"])
 def test_clean_channels_are_left_alone(action):
     """Also those of motions that the library does not know."""

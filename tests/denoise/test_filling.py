@@ -133,6 +133,24 @@ def test_a_limb_missing_throughout_comes_from_the_library():
     assert not fill_gaps(cut, FPS).filled.any()
 
 
+def test_a_library_with_gaps_of_its_own_knows_a_limb_too(rng):
+    """Hardly an example shows all markers at every moment: those lost most are left out, not the examples."""
+    clips = []
+    for seed in range(20, 26):
+        clip = _body(seed)
+        for start in range(0, len(clip), 40):
+            clip[start : start + 20, rng.choice([1, 5])] = np.nan
+        clips.append((clip, FPS))
+    truth = _body(40)
+    cut = truth.copy()
+    cut[:, 8:] = np.nan
+    gone = ~np.isfinite(cut).all(axis=2)
+    found = fill_gaps(cut, FPS, library=learn_marker_library(clips, UP))
+    whole = fill_gaps(cut, FPS, library=learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP))
+    assert found.filled[:, 8:].all()
+    assert _rms(found.values, truth, gone) < 1.2 * _rms(whole.values, truth, gone)
+
+
 def test_a_gap_at_an_end_and_frames_without_any_marker(rng):
     truth = _body(7)
     cut = truth.copy()

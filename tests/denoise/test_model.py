@@ -1,5 +1,7 @@
 """The fitted denoiser on whole recordings: learning, repairing, saying what was done."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -239,17 +241,79 @@ def test_calls_that_make_no_sense_say_so(joints_model, walk):
         joints_model.repair(markers(walk))
 
 
-def test_unknown_channels_are_left_and_said(markers_model, walk):
+def with_prop(cloud, prop):
+    """The markers and one more at places (T, 3) m."""
+    everything = np.concatenate([cloud.positions, prop[:, None]], axis=1)
+    return Markers((*cloud.names, "PROP1"), everything, cloud.fps, up=cloud.up)
+
+
+@pytest.mark.parametrize("method", ["paper", "kalman-data"])
+def test_unknown_channels_are_left_and_said(markers_model, walk, method):
     cloud = markers(walk)
-    extra = Markers(
-        (*cloud.names, "PROP1"),
-        np.concatenate([cloud.positions, cloud.positions[:, :1] + 0.5], axis=1),
-        cloud.fps,
-        up=cloud.up,
-    )
-    repaired = markers_model.repair(extra)
+    extra = with_prop(cloud, cloud.positions[:, 0] + 0.5)
+    repaired = markers_model.repair(extra, method)
     np.testing.assert_array_equal(repaired.recording.positions[:, -1], extra.positions[:, -1])
-    assert any("PROP1" in w for w in repaired.warnings)
+    assert any("PROP1" in w and "left as recorded" in w for w in repaired.warnings)
+
+
+def test_unknown_channels_are_repaired_by_what_they_show_themselves(markers_model, walk):
+    """As without a library; the others stay what the library made of them."""
+    truth = with_prop(markers(walk), markers(walk).positions[:, 0] + 0.3)
+    bad = corrupt(truth, noise=0.005, outliers=0.05, gaps=0.05, seed=3)
+    positions = bad.recording.positions.copy()
+    positions[40:46, -1] = np.nan
+    bad_recording = bad.recording.with_positions(positions)
+    repaired = markers_model.repair(bad_recording)
+    off = np.linalg.norm(repaired.recording.positions - truth.positions, axis=2)[:, -1]
+    assert np.sqrt(np.mean(np.square(off))) < 0.01
+    assert repaired.origin[41, -1] == Origin.FILLED
+    assert (repaired.origin[bad.outlier[:, -1] & np.isfinite(positions[:, -1, 0]), -1] == Origin.REPAIRED).all()
+    assert repaired.noise[-1] == pytest.approx(0.005, rel=0.5)
+    assert any("PROP1" in w and "repaired by what they show themselves" in w for w in repaired.warnings)
+    assert not any("left as recorded" in w or "left open" in w for w in repaired.warnings)
+    known = markers_model.repair(Markers(truth.names[:-1], positions[:, :-1], truth.fps, up=truth.up))
+    np.testing.assert_array_equal(repaired.recording.positions[:, :-1], known.recording.positions)
+
+
+def test_joint_angles_that_a_library_does_not_know_are_repaired_too(joints_model, walk):
+    """A model of some of a skeleton's channels repairs all of them."""
+    named = tuple(name.replace("humerus", "upperarm") for name in walk.channels)
+    truth = Motion(replace(walk.skeleton, dof_names=named), walk.q, walk.fps)
+    bad = spoiled(truth, noise=np.radians(3.0), outliers=0.05)
+    repaired = joints_model.repair(bad)
+    strange = np.array([channel not in joints_model.layout.names for channel in truth.channels])
+    before, after = (np.sqrt(np.mean(np.square((one.q - truth.q)[:, strange]))) for one in (bad, repaired.recording))
+    assert strange.any()
+    assert after < 0.3 * before
+
+
+def test_long_bursts_of_outliers_of_markers_are_filled_from_the_others(walk):
+    """Without a library: half a second of nonsense says as little as a gap."""
+    cloud = markers(walk)
+    positions = cloud.positions + np.random.default_rng(0).normal(0, 0.002, cloud.positions.shape)
+    gappy = positions.copy()
+    for marker, start in ((3, 20), (11, 45), (17, 30)):
+        burst = slice(start, start + 15)
+        positions[burst, marker] += np.random.default_rng(marker).uniform(-0.4, 0.4, (15, 3))
+        gappy[burst, marker] = np.nan
+    wild, gap = (repair_without_model(cloud.with_positions(p), "adaptive") for p in (positions, gappy))
+    hidden = ~np.isfinite(gappy).all(axis=2)
+    off, usual = (np.linalg.norm(r.recording.positions - cloud.positions, axis=2)[hidden] for r in (wild, gap))
+    assert (wild.origin[hidden] == Origin.REPAIRED).mean() > 0.9
+    assert np.sqrt(np.mean(np.square(off))) < 1.3 * np.sqrt(np.mean(np.square(usual)))
+
+
+@pytest.mark.parametrize("library", [True, False])
+def test_frames_without_any_marker_are_no_accident(markers_model, walk, library):
+    """All markers lost for ten frames, and some others besides."""
+    cloud = markers(walk)
+    positions = cloud.positions.copy()
+    positions[40:50] = np.nan
+    positions[60:65, :5] = np.nan
+    lost = cloud.with_positions(positions)
+    repaired = markers_model.repair(lost) if library else repair_without_model(lost, "adaptive")
+    assert (repaired.origin[~lost.present] >= Origin.FILLED).all()
+    assert np.isfinite(repaired.recording.positions[60:65]).all()
 
 
 @pytest.mark.parametrize(
@@ -269,6 +333,13 @@ def test_real_motions_of_one_person(data, learn, held_out):
     ours = compare(truth, model.repair(noisy).recording).rms_deg
     for method in ("gaussian", "savgol", "butterworth", "kalman"):
         assert ours < compare(truth, repair_without_model(noisy, method).recording).rms_deg
+
+
+def test_a_fast_dance_without_noise_is_left_alone(data):
+    """Its swings of two and three frames are no bursts, nor gaps."""
+    whole = read(data / "mocap" / "bvh" / "60_10_salsa.bvh")
+    salsa = replace(whole.with_q(whole.q[360:960:4]), fps=30.0)
+    assert compare(salsa, repair_without_model(salsa, "adaptive").recording).rms_deg < 0.4
 
 
 def test_real_markers_with_real_gaps(data):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.denoise.noise import alike_noise, first_noise, next_noise, next_rate
+from motionmend.denoise.noise import alike_noise, first_noise, next_follow, next_noise, next_rate
 from motionmend.numerics.walk import noise_level
 
 SEEDS = st.integers(0, 10**6)
@@ -179,3 +179,27 @@ def test_a_share_that_falls_is_taken_further_and_one_that_holds_is_not(seed, sha
         np.testing.assert_allclose(found, usual, rtol=1e-12)
     if more > 2.0 and outlier.mean() > 0.01:
         assert (found < 0.7 * usual).all()
+
+
+@given(SEEDS, st.floats(0.0, 0.4))
+@settings(max_examples=30)
+def test_outliers_that_come_one_by_one_follow_as_often_as_any_sample(seed, share):
+    rng = np.random.default_rng(seed)
+    present = rng.random((400, 5)) < 0.9
+    outlier = present & (rng.random((400, 5)) < share)
+    assert next_follow(outlier, present) == pytest.approx(outlier.sum() / present.sum(), abs=0.05)
+
+
+def test_outliers_that_come_in_bursts_follow_as_often_as_they_do():
+    outlier = (np.arange(20_000) % 100 < 5)[:, None].repeat(3, axis=1)
+    present = np.ones_like(outlier)
+    assert next_follow(outlier, present) == pytest.approx(0.8, abs=0.05)
+    present[1::2] = False  # what follows across a gap is not known
+    assert next_follow(outlier & present, present) < 0.1
+
+
+def test_a_few_pairs_of_outliers_are_no_bursts():
+    outlier = np.zeros((400, 5), dtype=bool)
+    outlier[np.arange(10, 400, 40)] = True
+    outlier[51:54, 0] = True
+    assert next_follow(outlier, np.ones_like(outlier)) < 2.0 * outlier.mean()

@@ -10,8 +10,8 @@ from motionmend.kernels.search import RECENT, likeliest_history
 
 SEEDS = st.integers(0, 10**6)
 ORDER = (
-    *("observed", "hint", "hint_var", "pull", "step_var", "noise_var", "outlier_rate", "outlier_density"),
-    *("factors", "log_modes", "width", "start", "start_var", "speed_var", "vouched", "at_pole"),
+    *("observed", "hint", "hint_var", "pull", "step_var", "noise_var", "outlier_rate", "outlier_follow"),
+    *("outlier_density", "factors", "log_modes", "width", "start", "start_var", "speed_var", "vouched", "at_pole"),
 )
 
 
@@ -35,6 +35,7 @@ def _case(rng, frames, modes=2, coordinates=1, missing=0.0, **given):
         "step_var": step_var,
         "noise_var": rng.uniform(0.5, 2.0, coordinates),
         "outlier_rate": 0.2,
+        "outlier_follow": rng.uniform(0.2, 0.8),
         "outlier_density": 80.0**-coordinates,
         "factors": factors,
         "log_modes": np.log(stays if modes > 1 else np.ones((1, 1))),
@@ -102,7 +103,13 @@ def _plain(observed, **given):
     case = _case(np.random.default_rng(0), len(observed), 3, shape[1], vouched=nowhere, at_pole=nowhere)
     begin = np.array([np.median(row[np.isfinite(row)][:5]) if np.isfinite(row).any() else 0.0 for row in observed.T])
     case |= {"observed": observed, "hint": np.zeros(shape), "hint_var": np.full(shape, np.inf), "pull": np.zeros(shape)}
-    case |= {"step_var": np.full(shape, 0.01), "noise_var": np.ones(shape[1]), "start": begin, "outlier_rate": 0.1}
+    case |= {
+        "step_var": np.full(shape, 0.01),
+        "noise_var": np.ones(shape[1]),
+        "start": begin,
+        "outlier_rate": 0.1,
+        "outlier_follow": 0.1,
+    }
     stays = 0.5 * np.eye(3) + 0.5 * np.array([0.96, 0.035, 0.005])
     return {**case, "width": 14, "start_var": np.full(shape[1], 400.0), "log_modes": np.log(stays), **given}
 
@@ -113,7 +120,7 @@ def test_outliers_of_a_smooth_walk_are_found(rng, share):
     hit = rng.random(truth.shape) < share
     off = rng.choice([-1, 1], truth.shape) * rng.uniform(12, 50, truth.shape)
     observed = truth + rng.normal(size=truth.shape) + hit * off
-    _, rejects = _found(_plain(observed, outlier_rate=max(share, 0.01)))
+    _, rejects = _found(_plain(observed, outlier_rate=max(share, 0.01), outlier_follow=max(share, 0.01)))
     wrong = np.array(rejects) != hit[:, 0]
     assert wrong.mean() < 0.02
 
@@ -128,6 +135,29 @@ def test_a_vouched_sample_is_never_rejected(rng):
     assert alone[[20, 50]].all()
     assert told[20]
     assert not told[50]
+
+
+def test_bursts_are_found_by_those_who_expect_them(rng):
+    """Ten wild samples on end look like lively motion, unless it is known that an outlier seldom comes alone."""
+    truth = _walk(rng, 400)
+    hit = (np.arange(400) % 50 >= 40)[:, None]
+    observed = truth + rng.normal(size=truth.shape)
+    observed += hit * rng.choice([-1, 1], truth.shape) * rng.uniform(15, 55, truth.shape)
+    step = np.full(truth.shape, 0.3)  # of which a jump may have a thousand times
+    lone, together = (
+        np.array(_found(_plain(observed, step_var=step, outlier_rate=0.2, outlier_follow=follow))[1]) == hit[:, 0]
+        for follow in (0.2, 0.9)
+    )
+    assert together.mean() > 0.98
+    assert (~together).sum() < 0.3 * (~lone).sum()
+
+
+def test_a_burst_at_the_beginning_is_one_from_its_first_sample(rng):
+    """Nothing before it says so: only that outliers seldom come alone."""
+    observed = _walk(rng, 80) + rng.normal(size=(80, 1))
+    observed[:10] += rng.choice([-1, 1], (10, 1)) * rng.uniform(15, 55, (10, 1))
+    found = np.array(_found(_plain(observed, outlier_rate=0.05, outlier_follow=0.9))[1])
+    assert np.flatnonzero(found).tolist() == list(range(10))
 
 
 def test_a_jump_that_stays_is_motion_and_one_that_returns_is_an_outlier(rng):

@@ -15,16 +15,19 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Bools, Bytes, Floats
 from ..numerics.coupled import lone_step_variance, smooth_coupled
+from .bursts import long_runs
 from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
-from .noise import first_noise, next_noise, next_rate
+from .noise import first_noise, next_follow, next_noise, next_rate
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
 from .support import Support, bridged, line_support, support, supported
 
 ROUNDS = 3
+# Where outliers come in bursts each round finds more of every burst, and so how long they are: it goes on meanwhile.
+MOST_ROUNDS, RISES = 6, 1.1
 HISTORIES = 14  # kept side by side for each channel
 # Motion is calm, bursts or jumps: factors on the variance of its second differences, how common each is and how
 # likely a burst or jump goes on. Wide on purpose: which factors exactly hardly matters, that there are three does.
@@ -102,11 +105,12 @@ def adapt(
     at_pole = nowhere if at_pole is None else at_pole
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
-    noise, rate = first_noise(measured), np.full(channels, FIRST_RATE)
+    noise, rate, follow = first_noise(measured), np.full(channels, FIRST_RATE), FIRST_RATE
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
-    steps = 0
-    for turn in range(ROUNDS):
+    left, steps = measured, 0  # without the bursts that are so long that they are gaps
+    turn, last = 0, False
+    while not last:
         nearer = closer(values) if closer is not None and values is not None and turn == 1 else None
         if nearer is not None:
             before, prior = np.diag(calm), nearer
@@ -121,11 +125,19 @@ def adapt(
             alone * _lively_around(liveliness, calm),
             noise,
             rate,
+            follow,
             np.diag(calm),
             together,
             vouched,
             at_pole,
         )
+        found = next_follow(outlier, present)
+        turn, rising, follow = turn + 1, found > RISES * follow, found
+        last = turn >= ROUNDS and not (rising and turn < MOST_ROUNDS)
+        # not before the last search: what is taken for a gap no longer speaks for itself (markers are filled elsewhere)
+        if last and together == 1 and (gone := long_runs(outlier | ~present, fps) & outlier).any():
+            left = np.where(gone, np.nan, measured)
+            told = _told(left, outlier, values, values, prior, noise, fps)
         liveliness = np.clip(liveliness * FACTORS[mode], LEAST_LIVELY, MOST_LIVELY)
         weight = np.where(present & ~outlier, 1.0 / np.square(noise), 0.0)
         everything, goal = _joined(filled, weight, told)
@@ -140,15 +152,15 @@ def adapt(
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
         square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
         noise = next_noise(noise, square, freedom)
-        rate = next_rate(outlier, present, rate if turn > 0 else None)
+        rate = next_rate(outlier, present, rate if turn > 1 else None)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
-    if together == 1:  # gaps of markers are filled, and judged, by the markers about them
+    if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
     variance = DOUBT * variance
     if together == 1:
         values, variance, taken = _in_gaps(
-            measured, outlier, values, variance, liveliness, calm, prior, process, noise, fps
+            left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
         )
         steps += taken
     return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
@@ -289,6 +301,7 @@ def _histories(
     step_var: Floats,
     noise: Floats,
     rate: Floats,
+    follow: float,
     calm: Floats,
     together: int,
     vouched: Bools,
@@ -315,6 +328,7 @@ def _histories(
             np.ascontiguousarray(step_var[:, own]),
             np.square(noise[own]),
             float(rate[own].mean()),
+            max(follow, float(rate[own].mean())),
             density,
             FACTORS,
             log_modes,

@@ -51,10 +51,12 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
     nothing = np.full((len(positions), len(absent), 3), np.nan), np.full((len(positions), len(absent)), np.nan)
     seen = np.asarray(np.isfinite(positions).all(axis=2))
     examples = np.asarray(library.windows, dtype=np.float64)
-    known = np.asarray(np.isfinite(examples).all(axis=3))
+    known: Bools = np.asarray(np.isfinite(examples).all(axis=3))
     visible = np.flatnonzero((seen.mean(axis=0) > 0.5) & (known.mean(axis=(0, 1)) > 0.5))
     now = OFFSETS.index(0.0)
-    usable: Bools = np.asarray(known[:, :, visible].all(axis=(1, 2)) & known[:, now][:, absent].all(axis=1))
+    wanted: Bools = np.asarray(known[:, now][:, absent].all(axis=1))
+    visible = _most_known(known[wanted], visible)
+    usable: Bools = np.asarray(known[:, :, visible].all(axis=(1, 2)) & wanted)
     if len(absent) == 0 or len(visible) < 3 or usable.sum() < LEAST_EXAMPLES:
         return nothing
     piece = _pieces(library.clip[usable], library.time[usable])
@@ -80,6 +82,19 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
     drawn = np.stack([np.interp(at, rows, column) for column in flat.T], axis=1).reshape(len(at), len(absent), 3)
     spread = np.stack([np.interp(at, rows, column) for column in doubt.T], axis=1)
     return drawn, spread
+
+
+def _most_known(known: Bools, visible: Ints) -> Ints:
+    """The visible markers that, with the examples (E, W, M) that show them all, make the largest table without gaps.
+
+    A few that were often lost while the library was recorded would take nearly every example with them.
+    """
+    whole: Bools = np.asarray(known[:, :, visible].all(axis=1))
+    order = np.argsort(-whole.sum(axis=0), kind="stable")
+    examples = np.logical_and.accumulate(whole[:, order], axis=1).sum(axis=0)
+    size = examples * np.arange(1, len(order) + 1)
+    most = len(size) - int(np.argmax(size[::-1])) if len(size) else 0
+    return np.sort(visible[order[:most]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -178,7 +178,7 @@ class _Predictor:
 
         The error grows with the distance of a posture from the mean, beyond that of the frames learned from.
         """
-        normal = (posture[:, self.others].reshape(len(posture), -1) - self.mean) / self.scale
+        normal = (posture[:, self.others].reshape(len(posture), len(self.mean)) - self.mean) / self.scale
         strange = np.square(normal).mean(axis=1) / self.usual if self.usual > 0 else np.ones(len(normal))
         doubt = self.error * np.sqrt(np.maximum(strange, 1.0))
         return self.marker_mean + normal @ self.matrix, doubt

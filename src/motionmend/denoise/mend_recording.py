@@ -9,8 +9,10 @@ from ..arrays import Bools, Bytes, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
+from .bursts import long_runs
 from .channels import Channels, to_channels
 from .filling import fill_gaps
+from .held import held, in_noise, told, without
 from .joints import root_rows
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
@@ -27,6 +29,7 @@ from .own_bends import first_bends, own_bends
 from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_mind
+from .untaught import with_untaught
 
 CENTIMETRES = 100.0
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
@@ -80,9 +83,25 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     ------
     MismatchError : the recording is of another kind or channel set.
     """
+    outcome = _mended_once(recording, known)
+    still = in_noise(held(recording), outcome)
+    if not still.any():
+        return outcome
+    del outcome  # of a long recording only one is held at once
+    return told(_mended_once(without(recording, still), known), still)
+
+
+def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    outcome: Repaired[Recording]
     if isinstance(recording, Motion):
-        return within_body_limits(*_of_motion(recording, known))
-    assert isinstance(recording, Markers)
+        outcome = within_body_limits(*_of_motion(recording, known))
+    else:
+        assert isinstance(recording, Markers)
+        outcome = _of_markers(recording, known)
+    return with_untaught(recording, outcome, known.layout, mend_alone)
+
+
+def _of_markers(recording: Markers, known: Knowledge) -> Repaired[Markers]:
     channels = to_channels(recording, known.layout)
     mended = _mended(channels.values, recording, channels, known)
     swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
@@ -208,27 +227,29 @@ def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...])
 
 
 def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None) -> Mended:
-    """Gaps taken from the markers about them: what walks alone cannot know.
+    """Gaps, and long bursts of outliers, taken from the markers about them: what walks alone cannot know.
 
     In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same.
     """
     found = mended.found
     missing = found.origin >= Origin.FILLED
-    if not missing.any():
+    lost = missing | long_runs(found.origin != Origin.MEASURED, fps)
+    if not lost.any():
         return mended
     frames = len(found.values)
-    known = np.where(missing, np.nan, found.values).reshape(frames, -1, 3) / CENTIMETRES
+    known = np.where(lost, np.nan, found.values).reshape(frames, -1, 3) / CENTIMETRES
     filled = fill_gaps(known, fps, library=postures)
     three = np.isfinite(filled.values).all(axis=2).repeat(3, axis=1)
     places = np.where(three, CENTIMETRES * filled.values.reshape(frames, -1), np.nan)
     spread = np.where(three, CENTIMETRES * filled.std.repeat(3, axis=1), np.nan)
     kind = np.where(three, Origin.FILLED, Origin.LEFT_OPEN).astype(np.uint8)
+    taken = missing | (lost & three)
     return replace(
         mended,
         found=replace(
             found,
-            values=np.where(missing, places, found.values),
-            std=np.where(missing, spread, found.std),
+            values=np.where(taken, places, found.values),
+            std=np.where(taken, spread, found.std),
             origin=np.where(missing, kind, found.origin),
         ),
     )

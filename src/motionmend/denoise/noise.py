@@ -20,6 +20,9 @@ CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken fo
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
 RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in each channel's own
 LEAST_RATE, MOST_RATE = 1e-4, 0.5
+# Where fewer than these are followed by another the found ones are as likely fast motion: then they are taken for less,
+# by the same power. Belief that they come one by one is worth some outliers, and no burst lasts for ever.
+BURSTS, ALONE_PRIOR, MOST_FOLLOW = 0.5, 30.0, 0.9
 # A share of outliers that falls by more than this has not fallen far enough: some were only found because so many were
 # expected. It is taken further, by what it fell beyond that, to this power.
 STEADY, FURTHER = 0.7, 3.0
@@ -132,3 +135,18 @@ def next_rate(outlier: Bools, present: Bools, expected: Floats | None = None) ->
     if expected is not None:
         rate = rate * min(1.0, overall / (STEADY * expected.mean())) ** FURTHER
     return np.asarray(np.clip(rate, LEAST_RATE, MOST_RATE))
+
+
+def next_follow(outlier: Bools, present: Bools) -> float:
+    """Share of the samples after an outlier that are outliers too: of all samples, or more in bursts.
+
+    Parameters
+    ----------
+    outlier, present : (T, C).
+    """
+    before, both = outlier[:-1], present[1:] & present[:-1]
+    hits, samples = (before & outlier[1:] & both).sum(), (before & both).sum()
+    overall = (outlier.sum() + 0.5) / (present.sum() + 50.0)
+    found = (hits + ALONE_PRIOR * overall) / (samples + ALONE_PRIOR)
+    found *= min(1.0, found / BURSTS) ** FURTHER
+    return float(np.clip(max(found, overall), LEAST_RATE, MOST_FOLLOW))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Singles
+from ..arrays import Bools, Bytes, Floats, Ints, Singles
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.robust import ESTIMATORS
@@ -38,11 +38,9 @@ def repaired_recording(
         _judge_root(recording, values, origin)
     warnings = list(found.warnings)
     warnings += left_open(origin)
-    unknown = [n for c, n in enumerate(recording.channels) if c not in set(channels.columns.tolist())]
-    if unknown:
-        warnings.append(
-            f"the model does not know {', '.join(unknown[:6])}{', ...' if len(unknown) > 6 else ''}: left as recorded"
-        )
+    unknown = np.setdiff1d(np.arange(len(recording.channels)), channels.columns)
+    if len(unknown):
+        warnings.append(left_as_recorded(recording, unknown))
     lacking = [n for n, c in zip(layout.names, channels.columns, strict=True) if c < 0]
     if lacking:
         warnings.append(f"the recording lacks {', '.join(lacking[:6])}{', ...' if len(lacking) > 6 else ''}")
@@ -63,6 +61,17 @@ def repaired_recording(
 def brought_back(recording: Motion | Markers, channels: Channels, found: ChannelRepair) -> Floats:
     """The values of a channel repair in the recording's own channels: (T, D) rad and m, or (T, M, 3) m."""
     return from_channels(channels, found.values, found.weights >= TRUSTED, recording)
+
+
+def not_known(recording: Motion | Markers, unknown: Ints, done: str) -> str:
+    """The sentence that names the channels or markers that no clip has taught, and what was done to them."""
+    names = [recording.channels[c] for c in unknown]
+    return f"the model does not know {', '.join(names[:6])}{', ...' if len(names) > 6 else ''}: {done}"
+
+
+def left_as_recorded(recording: Motion | Markers, unknown: Ints) -> str:
+    """That of a method that does nothing to them."""
+    return not_known(recording, unknown, "left as recorded")
 
 
 def left_open(origin: Bytes) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ def likeliest_history(
     step_var: Floats,
     noise_var: Floats,
     outlier_rate: float,
+    outlier_follow: float,
     outlier_density: float,
     factors: Floats,
     log_modes: Floats,
@@ -43,7 +44,8 @@ def likeliest_history(
     hint, hint_var : (T, G) what else is known of each value, and its variance; inf = nothing.
     pull, step_var : (T, G) mean and variance of e in the calm mode.
     noise_var : (G,) of a measurement.
-    outlier_rate : in (0, 1).
+    outlier_rate : in (0, 1), of all samples.
+    outlier_follow : in (0, 1), of the samples after an outlier; the rate itself where outliers come one by one.
     outlier_density : of an outlier, per unit to the power G.
     factors : (K,) f, of the variance of e in each mode; the first is 1.
     log_modes : (K, K) logarithm of the probability of the mode (column) after a mode (row).
@@ -67,9 +69,13 @@ def likeliest_history(
     came_from, rejects = np.zeros(most, np.int64), np.zeros(most, np.int64)
     parent, event = np.zeros((frames, width), np.int16), np.zeros((frames, width), np.uint8)
     order = np.zeros(width, np.int64)
-    log_in, log_out = log(1.0 - outlier_rate), log(outlier_rate * outlier_density)
+    # outliers are a Markov chain: it enters as often as its share and how long it stays let it
+    enters = min(outlier_rate * (1.0 - outlier_follow) / (1.0 - outlier_rate), 0.5)
+    next_in, next_out = log(1.0 - enters), log(enters * outlier_density)
+    first_in, first_out = log(1.0 - outlier_rate), log(outlier_rate * outlier_density)
+    then_in, then_out = log(1.0 - outlier_follow), log(outlier_follow * outlier_density)
     mask = (1 << (2 * RECENT)) - 1
-    kept = 1
+    kept, begun = 1, False
     for g in range(coordinates):
         state[0, g, 0], state[0, g, 2], state[0, g, 4] = start[g], start_var[g], speed_var[g]
     for t in range(frames):
@@ -81,6 +87,11 @@ def likeliest_history(
         count = 0
         for h in range(kept):
             last = mode_of[h]
+            log_in, log_out = next_in, next_out
+            if not begun:
+                log_in, log_out = first_in, first_out
+            elif turns[h] & 3 == 1:  # the sample before was rejected
+                log_in, log_out = then_in, then_out
             for k in range(modes if seen and t > 0 else 1):
                 total = score[h]
                 if t > 0 and not at_pole[t]:
@@ -116,6 +127,7 @@ def likeliest_history(
                 new_turns[count], new_mode[count] = ((turns[h] << 2) | (2 if k > 0 else 0)) & mask, k
                 came_from[count], rejects[count] = h, 0
                 count += 1
+        begun = begun or seen
         # the best of those that differ in their latest turns
         kept = 0
         for n in range(count):

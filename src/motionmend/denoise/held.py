@@ -1,0 +1,96 @@
+"""Samples that a noisy recording holds still to the last digit: a sensor that has lost what it follows repeats itself.
+
+What was held, or fell to a constant, is smooth and cannot be told from motion by how it moves. But noise never says the
+same twice: where a channel is noisy, a run of equal samples tells nothing, and is filled like a gap.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Bools, Bytes, Floats, Ints
+from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from .joints import root_rows, unit
+from .noise import first_noise
+
+CENTIMETRES = 100.0
+LEAST_REPEATS = 2  # of a sample
+LONGEST = 1.3  # s; what stands still for longer may be at rest, and could not be filled without a library
+MOST_HELD = 0.3  # of a channel's samples: one that often repeats itself is drawn so
+BY_CHANCE = 0.01  # runs that may be found in a recording where there are none
+# rad and m; a channel less noisy than that is as good as clean, and what stands still in it may be at rest
+NOISY_ANGLE, NOISY_MARKER = np.radians(0.3), 0.0005
+_NOTHING = 1e-300
+_TWICE = 2.0 * np.sqrt(np.pi)  # two draws of N(0, 1) lie within u of each other with probability 2 u / this
+
+
+def held(recording: Motion | Markers) -> Bools:
+    """(T, C) True where a sample repeats those before it as noise does not. The first of such a run is not among them.
+
+    By chance a sample of noise s in steps of u is that before with probability u / (2 s sqrt(pi)): runs of it are asked
+    to be so long that in this recording hardly one comes about.
+    """
+    found: Bools = np.zeros((recording.frames, len(recording.channels)), dtype=bool)
+    longest = round(LONGEST * recording.fps)
+    for channel in _able(recording):
+        values = _channel(recording, channel)  # one at a time: a recording may be long
+        steps = np.abs(np.diff(values, axis=0))
+        same = (steps == 0.0).all(axis=1)
+        if not 0 < same.sum() <= MOST_HELD * len(values):
+            continue
+        noise = first_noise(np.where(np.pad(same, (1, 0))[:, None], np.nan, values))
+        finest = np.where(steps > 0.0, steps, np.inf).min(axis=0)
+        chance = float(np.minimum(finest / (_TWICE * noise), 1.0).prod())
+        if chance == 1.0:
+            continue
+        repeats = np.log(BY_CHANCE / found.size) / np.log(max(chance, _NOTHING))
+        least = max(LEAST_REPEATS, int(np.ceil(repeats)))
+        edges = np.flatnonzero(np.diff(np.pad(same.astype(np.int8), 1)))
+        for start, stop in edges.reshape(-1, 2) + 1:  # the step before frame t has number t - 1
+            found[start:stop, channel] = least <= stop - start <= longest
+    return found
+
+
+def _able(recording: Motion | Markers) -> Ints:
+    """The channels or markers that are asked; not the root, whose channels mean nothing alone."""
+    every = np.arange(len(recording.channels))
+    if isinstance(recording, Motion):
+        return np.setdiff1d(every, np.concatenate(root_rows(recording.skeleton)))
+    return every
+
+
+def _channel(recording: Motion | Markers, channel: int) -> Floats:
+    """(T, 1) degrees or (T, 3) cm."""
+    if isinstance(recording, Motion):
+        return np.asarray(recording.q[:, [channel]] * unit(recording.skeleton)[channel])
+    return np.asarray(CENTIMETRES * recording.positions[:, channel])
+
+
+def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
+    """(T, C) of these samples those of channels that the repair found noisy."""
+    least = NOISY_ANGLE if isinstance(outcome.recording, Motion) else NOISY_MARKER
+    noise = np.zeros(still.shape[1]) if outcome.noise is None else np.nan_to_num(outcome.noise)
+    return np.asarray(still & (noise >= least))
+
+
+def without(recording: Recording, still: Bools) -> Recording:
+    """The recording with these samples (T, C) missing."""
+    if isinstance(recording, Motion):
+        return recording.with_q(np.where(still, np.nan, recording.q))
+    assert isinstance(recording, Markers)
+    return recording.with_positions(np.where(still[..., None], np.nan, recording.positions))
+
+
+def told(outcome: Repaired[Recording], still: Bools) -> Repaired[Recording]:
+    """The repair of a recording `without` these samples (T, C): they were recorded, so they are repaired, and said."""
+    if not still.any():
+        return outcome
+    origin: Bytes = np.where(still & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(
+        np.uint8
+    )
+    names = [outcome.recording.channels[c] for c in np.flatnonzero(still.any(axis=0))]
+    said = (
+        f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were replaced: "
+        f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
+    )
+    return replace(outcome, origin=origin, warnings=(*outcome.warnings, said))
