@@ -15,7 +15,7 @@ from .track_common import ABOUT, DOZEN, Stage, Take, away, follow, recorded, sho
 
 AFTER, COUNTED = 15, 10  # frames until a start counts, and frames that do
 LATER = WINDOW + AHEAD  # frames that a recording goes on, which are looked back from
-DRAWN = 28  # beginnings anywhere in any clip, beside the dozen
+DRAWN = 88  # beginnings anywhere in any clip, beside the dozen
 ASIDE = (0.0, 20.0, -20.0, 45.0, -45.0)  # degrees
 AT_120 = 4 * (AFTER + COUNTED + LATER)  # frames of a clip
 GONE = 30  # frames, one second, out of view
