@@ -211,10 +211,14 @@ def test_the_dissertations_settings_leave_estimates_as_they_come():
     assert all(after is one.estimate for one, after in zip(moments, told, strict=True))
 
 
-def test_a_moment_keeps_no_room():
+def test_a_moment_keeps_no_room_and_no_images():
     _, _, moments = take()
-    assert all(one.state.scene is None for one in moments)
-    assert all(one.state.evidence is not None for one in moments)
+    state = moments[-1].state
+    kept = moment(replace(state, before=(np.zeros(1),) * 4), moments[-1].estimate)
+    for one in (*moments, kept):
+        assert one.state.scene is None
+        assert one.state.before is None
+        assert one.state.evidence is not None
 
 
 def account(rng, one):

@@ -40,7 +40,6 @@ EASED = 2  # frames to either side of one over which the choice between two near
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
 
-
 _OF_LIMBS = tuple(
     frozen([limb.begin, *limb.landmarks] if limb.name.endswith("arm") else limb.landmarks, np.int64) for limb in LIMBS
 )
@@ -73,8 +72,8 @@ class Moment:
 
 
 def moment(state: TrackState, estimate: Estimate) -> Moment:
-    """What `tracker.step` gave, without the room, which nobody asks for again."""
-    return Moment(replace(state, scene=None), estimate)
+    """What `tracker.step` gave, without what nobody asks for again: the room, the images, another pose."""
+    return Moment(replace(state, scene=None, before=None, hypothesis=None), estimate)
 
 
 @final
@@ -253,7 +252,7 @@ def eased(moments: Sequence[Moment], backs: Sequence[Back | None], chosen: Bools
 def _from(here: Moment, body: Performer) -> TrackState:
     """What the way back goes on from where it is what was first written; time runs the other way."""
     state = here.state
-    return replace(state, performer=body, velocity=frozen(-state.velocity), before=None, hypothesis=None)
+    return replace(state, performer=body, velocity=frozen(-state.velocity))
 
 
 def _stepped(
@@ -293,8 +292,6 @@ def _stepped(
         velocity=frozen(velocity),
         trust=frozen(trust),
         hidden=frozen(hidden),
-        before=None,
-        hypothesis=None,
         facing=at.facing,
     )
     doubt, readings = astray(shown, denied, wrong, here.state.wrong), either(at.facing, body, pose)
