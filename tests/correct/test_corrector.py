@@ -460,3 +460,14 @@ def test_nobody_is_turned_about_the_one_arm_that_was_paired() -> None:
     arm = np.array([name in ("ShoulderLeft", "ElbowLeft", "WristLeft", "HandLeft") for name in NAMES])
     fitted, free = (learned_by_fits(arm, fitted).correct(raw).positions for fitted in (True, False))
     assert np.linalg.norm(fitted - free, axis=2).max() < 0.03
+
+
+def test_a_room_left_empty_moves_nobody_who_was_in_it() -> None:
+    """What takes a recording away as a whole is asked of the frames that somebody is in."""
+    model = learned_by_fits(np.ones(20, dtype=np.bool_), fitted=True)
+    raw = recording(sensed(truth("reach", 8), 8))
+    empty = np.concatenate([raw.positions, np.full((600, *raw.positions.shape[1:]), np.nan)])
+    left = Postures(raw.names, empty, np.arange(len(empty)) / 30.0)
+    alone = model.correct(Postures(raw.names, raw.positions, left.times[: raw.frames]))
+    before = model.correct(left).positions[: raw.frames]
+    assert np.linalg.norm((before - alone.positions).mean(axis=(0, 1))) < 0.0003

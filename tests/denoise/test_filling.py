@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from motionmend.denoise.filled_limbs import _most_known
 from motionmend.denoise.filling import HOPELESS, fill_gaps
 from motionmend.denoise.gaps import fill_pca
 from motionmend.denoise.hedge import hedged
@@ -149,6 +150,19 @@ def test_a_library_with_gaps_of_its_own_knows_a_limb_too(rng):
     whole = fill_gaps(cut, FPS, library=learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP))
     assert found.filled[:, 8:].all()
     assert _rms(found.values, truth, gone) < 1.2 * _rms(whole.values, truth, gone)
+
+
+@pytest.mark.parametrize(
+    ("examples", "always", "known_together", "kept"),
+    [(1000, 1, 50, 10), (1000, 2, 50, 10), (1000, 4, 50, 4), (1000, 4, 600, 10), (100, 3, 39, 3)],
+)
+def test_markers_that_a_library_lost_are_left_out_but_not_so_many_that_nothing_can_be_learned(
+    examples, always, known_together, kept
+):
+    """Of ten markers a few are in every example, the others together in some."""
+    known = np.ones((examples, 2, 10), dtype=bool)
+    known[known_together:, 1, always:] = False
+    assert len(_most_known(known, np.arange(10))) == kept
 
 
 def test_a_gap_at_an_end_and_frames_without_any_marker(rng):

@@ -92,6 +92,20 @@ def test_markers_that_are_held_are_filled_from_the_others():
     assert np.sqrt(np.mean(np.square(off[still]))) < 0.02
 
 
+def test_what_is_held_where_nothing_tells_of_it_is_left_open_and_not_said_to_be_replaced():
+    """A second lost, then one held: its middle is as far from anything seen as that of a gap of two."""
+    clean = truth("walk")
+    noisy = corrupt(clean, noise=np.radians(2.0), seed=1).recording
+    bad, still = _holding(noisy, [(10, 121, 149)])
+    q = bad.q.copy()
+    q[60:120, 10] = np.nan
+    found = repair_without_model(bad.with_q(q), "adaptive")
+    assert (found.origin[still] == Origin.LEFT_OPEN).any()
+    assert np.isnan(found.recording.q[found.origin == Origin.LEFT_OPEN]).all()
+    (said,) = [warning for warning in found.warnings if "repeat the one before" in warning]
+    assert "taken as missing" in said
+
+
 def test_a_clean_recording_may_stand_still():
     """Without noise nobody can tell: what is at rest stays."""
     clean, _ = _holding(truth("reach"), [(20, 40, 60), (21, 40, 60), (33, 80, 95)])

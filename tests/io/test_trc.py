@@ -209,3 +209,15 @@ def test_names_a_trc_file_cannot_hold(tmp_path: Path, rng) -> None:
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(FileError, match="needs markers and frames"):
         write_trc(tmp_path / "a.trc", replace(made, names=(), positions=np.empty((2, 0, 3))))
+
+
+def test_positions_beyond_all_measure_are_missing_and_said(tmp_path: Path, rng) -> None:
+    path = tmp_path / "far.trc"
+    write_trc(path, Markers(("A", "B"), rng.normal(size=(6, 2, 3)), 100.0))
+    lines = path.read_text().splitlines()
+    cells = lines[8].split("\t")
+    cells[5] = "-1e12"
+    path.write_text("\n".join([*lines[:8], "\t".join(cells), *lines[9:], ""]))
+    read = read_trc(path)
+    assert np.argwhere(~read.present).tolist() == [[2, 1]]
+    assert any("1 positions beyond 1e+09 were taken as missing" in guess for guess in read.guesses)

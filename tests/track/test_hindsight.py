@@ -17,6 +17,7 @@ from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
 from motionmend.track import hindsight
 from motionmend.track.database import PoseDatabase
+from motionmend.track.facing import doubted
 from motionmend.track.hindsight import (
     CHOICES,
     NEAR,
@@ -137,6 +138,17 @@ def test_lost_frames_before_the_body_was_found_are_tracked_and_nobody_stays_nobo
     assert told[1].flags == moments[1].estimate.flags
 
 
+def test_lost_frames_are_as_doubtful_between_front_and_back_as_what_they_are_followed_from():
+    _, model, moments = take()
+    lost = [said_otherwise(one, one.estimate.pose, ("lost",)) if t < 8 else one for t, one in enumerate(moments)]
+    last = lost[-1].state
+    asked = [*lost[:-1], replace(lost[-1], state=replace(last, facing=doubted(BODY, last.pose, None)))]
+    for closed, opened in zip(*(looked_back(model, DEFAULT, some, 8) for some in (lost, asked)), strict=True):
+        np.testing.assert_array_equal(closed.std, closed.settled)
+        np.testing.assert_array_equal(opened.settled, closed.settled)
+        assert opened.std[R_SHOULDER] > 0.1
+
+
 def test_the_way_back_does_not_cross_a_pause():
     _, model, moments = take()
     lost = [said_otherwise(one, one.estimate.pose, ("lost",)) if t < 8 else one for t, one in enumerate(moments)]
@@ -199,10 +211,14 @@ def test_the_dissertations_settings_leave_estimates_as_they_come():
     assert all(after is one.estimate for one, after in zip(moments, told, strict=True))
 
 
-def test_a_moment_keeps_no_room():
+def test_a_moment_keeps_no_room_and_no_images():
     _, _, moments = take()
-    assert all(one.state.scene is None for one in moments)
-    assert all(one.state.evidence is not None for one in moments)
+    state = moments[-1].state
+    kept = moment(replace(state, before=(np.zeros(1),) * 4), moments[-1].estimate)
+    for one in (*moments, kept):
+        assert one.state.scene is None
+        assert one.state.before is None
+        assert one.state.evidence is not None
 
 
 def account(rng, one):
@@ -211,7 +227,7 @@ def account(rng, one):
     zeros = frozen(np.zeros(16))
     solution = type("", (), {"state": pose})()
     costs = rng.uniform(0.0, 0.1, (2, TRUNK + 1))
-    return Back(solution, costs[1, 0], zeros > 0, zeros, zeros, rng.uniform(0.0, 0.5, TRUNK + 1), costs)
+    return Back(solution, costs[1, 0], zeros > 0, zeros, zeros, zeros, rng.uniform(0.0, 0.5, TRUNK + 1), costs)
 
 
 @settings(max_examples=10)

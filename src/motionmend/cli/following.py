@@ -40,10 +40,10 @@ class Followed:
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
     returns : (T,) whether the depth image holds anything at all.
-    frame_ms : (T - 1,) milliseconds of each frame but the first, reading left out.
+    frame_ms : (T - 1,) milliseconds of each frame but the first, reading and looking back left out.
     read, track, calibrate : seconds in all.
     stages : seconds in all of each stage of the tracker.
-    iterations : of the solver, in all.
+    iterations : of the solver, in all; this and what follows on the way forward.
     cost : weighted cost of each term in all.
     converged : frames whose solution converged.
     restarts : how many limbs or bodies were found anew.

@@ -229,19 +229,21 @@ def _kept_in_place(posture: Floats, moved: Floats, sights: Sequence[Sight], told
 
     The truth is brought to a sensor's axes by a rigid motion (`pairs.match`), so that pairs say nothing of where and
     how a sensor stands: what processes tell of it is chance. Turns are small and solved linearly; about an axis along
-    which all joints lie none is made.
+    which all joints lie none is made. Frames in which nobody is seen are not asked.
     """
+    seen = np.array([np.isfinite(one.rows).any() for one in sights])
     place = Placement(*(np.concatenate([getattr(one.placement, name) for one in sights]) for name in _PLACE))
     there = place.outward(moved)
-    away = (place.outward(posture) - there)[:, told].reshape(-1, 3)
-    points = there[:, told].reshape(-1, 3)
+    away = (place.outward(posture) - there)[seen][:, told].reshape(-1, 3)
+    points = there[seen][:, told].reshape(-1, 3)
     known = np.isfinite(points + away).all(axis=1)
     if not known.any():
         return moved
     points, away = points[known], away[known]
     middle, shift = points.mean(axis=0), away.mean(axis=0)
     arms = points - middle
-    inertia = (np.eye(3) * (arms**2).sum(axis=1)[:, None, None] - arms[:, :, None] * arms[:, None]).mean(axis=0)
+    spread = arms.T @ arms / len(arms)
+    inertia = np.trace(spread) * np.eye(3) - spread
     turn = np.linalg.solve(inertia + FIRM**2 * np.eye(3), np.cross(arms, away).mean(axis=0))
     rotation = Rotation.from_rotvec(turn).as_matrix()
     return place.inward((there - middle) @ rotation.T + middle + shift)

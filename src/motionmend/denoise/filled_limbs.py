@@ -21,7 +21,7 @@ from .marker_library import OFFSETS, MarkerLibrary, at_offset
 from .segment_frame import SegmentFrame, segment_frame, unsteadiness, within, without
 from .travel import turn
 
-LEAST_EXAMPLES = 40
+LEAST_EXAMPLES, LEAST_SEEN = 40, 3
 ANCHORS = 6
 COMPONENTS = {"now": 20, "window": 30}
 TUNED, ROUNDS = 300, 40
@@ -57,7 +57,7 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
     wanted: Bools = np.asarray(known[:, now][:, absent].all(axis=1))
     visible = _most_known(known[wanted], visible)
     usable: Bools = np.asarray(known[:, :, visible].all(axis=(1, 2)) & wanted)
-    if len(absent) == 0 or len(visible) < 3 or usable.sum() < LEAST_EXAMPLES:
+    if len(absent) == 0 or len(visible) < LEAST_SEEN or usable.sum() < LEAST_EXAMPLES:
         return nothing
     piece = _pieces(library.clip[usable], library.time[usable])
     frames = np.flatnonzero(seen[:, visible].all(axis=1))
@@ -87,12 +87,14 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
 def _most_known(known: Bools, visible: Ints) -> Ints:
     """The visible markers that, with the examples (E, W, M) that show them all, make the largest table without gaps.
 
-    A few that were often lost while the library was recorded would take nearly every example with them.
+    A few that were often lost while the library was recorded would take nearly every example with them. Tables of too
+    few markers or examples to learn from are passed over.
     """
     whole: Bools = np.asarray(known[:, :, visible].all(axis=1))
     order = np.argsort(-whole.sum(axis=0), kind="stable")
     examples = np.logical_and.accumulate(whole[:, order], axis=1).sum(axis=0)
-    size = examples * np.arange(1, len(order) + 1)
+    markers = np.arange(1, len(order) + 1)
+    size = np.where((markers >= LEAST_SEEN) & (examples >= LEAST_EXAMPLES), examples * markers, 0)
     most = len(size) - int(np.argmax(size[::-1])) if len(size) else 0
     return np.sort(visible[order[:most]])
 

@@ -90,7 +90,7 @@ def told(outcome: Repaired[Recording], still: Bools) -> Repaired[Recording]:
     )
     names = [outcome.recording.channels[c] for c in np.flatnonzero(still.any(axis=0))]
     said = (
-        f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were replaced: "
-        f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
+        f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were taken as "
+        f"missing: {', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
     )
     return replace(outcome, origin=origin, warnings=(*outcome.warnings, said))

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
@@ -68,7 +68,11 @@ def mend_alone(recording: Recording) -> Repaired[Recording]:
     How sharply it bends is read off the recording, then again off its first repair; a recording without gaps also lends
     its own patterns (section 2.4), which help to tell outliers but know nothing of what was never seen.
     """
-    return mend_recording(recording, Knowledge(own_layout(recording), None, None, None, OWN_RATE))
+    return mend_recording(recording, _of_itself(recording))
+
+
+def _of_itself(recording: Motion | Markers) -> Knowledge:
+    return Knowledge(own_layout(recording), None, None, None, OWN_RATE)
 
 
 def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -92,19 +96,28 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
 
 
 def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
-    outcome: Repaired[Recording]
     if isinstance(recording, Motion):
-        outcome = within_body_limits(*_of_motion(recording, known))
-    else:
-        assert isinstance(recording, Markers)
-        outcome = _of_markers(recording, known)
-    return with_untaught(recording, outcome, known.layout, mend_alone)
+        of_motion, seen = _of_motion(recording, known)
+
+        def motion_alone(beside: Motion, _: Ints) -> Repaired[Motion]:
+            return _of_motion(beside, _of_itself(beside))[0]
+
+        return within_body_limits(with_untaught(recording, of_motion, known.layout, motion_alone), seen)
+    assert isinstance(recording, Markers)
+
+    def markers_alone(beside: Markers, asked: Ints) -> Repaired[Markers]:
+        return _of_markers(beside, _of_itself(beside), asked)
+
+    return with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
 
 
-def _of_markers(recording: Markers, known: Knowledge) -> Repaired[Markers]:
+def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None) -> Repaired[Markers]:
+    """A marker recording's repair; only of markers that are asked for, if not of all, labels are given back."""
     channels = to_channels(recording, known.layout)
     mended = _mended(channels.values, recording, channels, known)
     swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
+    if asked is not None:
+        swaps = _swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
     right = _relabelled(recording, channels, swaps)
     if right is not recording:
         channels = to_channels(right, known.layout)
@@ -213,6 +226,15 @@ def _swaps(positions: Floats, fps: float, postures: MarkerLibrary | None) -> tup
     return tuple(s for s in found if s.put_right or s.last - s.first + 1 >= LEAST_SWAP)
 
 
+def _swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
+    """Those that touch the markers asked for; put right only where no other marker would have to move as well."""
+    return tuple(
+        replace(swap, put_right=swap.put_right and asked.issuperset(swap.markers))
+        for swap in swaps
+        if not asked.isdisjoint(swap.markers)
+    )
+
+
 def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...]) -> Markers:
     """The recording with labels given back."""
     if not any(s.put_right for s in swaps):
@@ -276,5 +298,5 @@ def _told(swaps: tuple[Swap, ...], layout: Layout) -> tuple[str, ...]:
         if swap.put_right:
             said.append(f"{names}: labels were swapped in {where} and are put right")
         else:
-            said.append(f"{names}: labels may be swapped in {where}, too unsure to change; look at them")
+            said.append(f"{names}: labels may be swapped in {where} and were left; look at them")
     return tuple(said)

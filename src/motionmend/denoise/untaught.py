@@ -15,7 +15,7 @@ def with_untaught(
     recording: Recording,
     outcome: Repaired[Recording],
     layout: Layout,
-    repair: Callable[[Recording], Repaired[Recording]],
+    repair: Callable[[Recording, Ints], Repaired[Recording]],
 ) -> Repaired[Recording]:
     """The repair by a library, with the channels that it does not know repaired as well.
 
@@ -24,14 +24,14 @@ def with_untaught(
     recording : as it was.
     outcome : of the library; what its layout does not know is as recorded.
     layout : what the library knows.
-    repair : of a recording of which no clip has taught anything. What the library replaced it sees replaced, what it
-        believed as recorded: of one recording all channels are about as noisy.
+    repair : of a recording of which no clip has taught anything, and the channels that are asked for. What the library
+        replaced it sees replaced, what it believed as recorded: of one recording all channels are about as noisy.
     """
     taught = set(layout.names)
     unknown = np.array([c for c, name in enumerate(names_of(recording)) if name not in taught], dtype=np.int64)
     if not len(unknown):
         return outcome
-    alone = repair(_replaced(recording, outcome))
+    alone = repair(_replaced(recording, outcome), unknown)
     noise = None if outcome.noise is None else outcome.noise.copy()
     if noise is not None and alone.noise is not None:
         noise[unknown] = alone.noise[unknown]
@@ -44,6 +44,7 @@ def with_untaught(
     before = {left_as_recorded(recording, unknown), *left_open(outcome.origin)}
     said = [warning for warning in outcome.warnings if warning not in before]
     said += [not_known(recording, unknown, "repaired by what they show themselves"), *left_open(origin)]
+    said += [warning for warning in alone.warnings if warning not in left_open(alone.origin)]
     return replace(
         outcome,
         recording=_with_channels(outcome.recording, alone.recording, unknown),

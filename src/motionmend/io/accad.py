@@ -64,11 +64,11 @@ def read_accad(path: str | os.PathLike[str], fps: float | None = None) -> Marker
         raise FileError(f"{name}: wanted two frames or more to tell the rate, came one; give it with --fps")
     values = rows[:, 2:].reshape(len(rows), len(names), 3)
     values = np.where((values <= _MISSING).all(axis=2, keepdims=True), np.nan, values)
-    present, zero_guess = present_in_text(values)
+    present, void_guesses = present_in_text(values)
     metres, unit_guess = metres_per_unit([], values, present, "the unit")
     positions = np.where(present[:, :, None], values * metres, np.nan)
     up, up_guess = up_of(names, positions)
-    said = (*unended(lines), *rate_guess, *unit_guess, *zero_guess, *((up_guess,) if up_guess else ()))
+    said = (*unended(lines), *rate_guess, *unit_guess, *void_guesses, *((up_guess,) if up_guess else ()))
     return Markers(names, positions, rate, up=up, guesses=said)
 
 

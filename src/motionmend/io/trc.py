@@ -77,13 +77,13 @@ def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     guesses = (*_promises(header, rows, names, name), *unended(lines))
     rate, rate_guess = _rate(header, lines[begin:], rows, fps, name)
     file_xyz = rows[:, 2:].reshape(len(rows), len(names), 3)
-    present, zero_guess = present_in_text(file_xyz)
+    present, void_guesses = present_in_text(file_xyz)
     metres, unit_guess = metres_per_unit([header.get("Units", "")], file_xyz, present, "Units")
     positions = np.where(present[:, :, None], file_xyz * metres, np.nan)
     up, up_guess = up_of(names, positions)
     first = int(rows[0, 0]) if np.isfinite(rows[0, 0]) else 1
     start = float(rows[0, 1]) if np.isfinite(rows[0, 1]) else 0.0
-    said = (*guesses, *rate_guess, *unit_guess, *zero_guess, *((up_guess,) if up_guess else ()))
+    said = (*guesses, *rate_guess, *unit_guess, *void_guesses, *((up_guess,) if up_guess else ()))
     return Markers(tuple(names), positions, rate, up=up, source=TrcSource(header, metres, first, start), guesses=said)
 
 
@@ -126,11 +126,12 @@ def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
 
 
 def present_in_text(values: Floats) -> tuple[Bools, tuple[str, ...]]:
-    """(T, M) which positions count: no NaN, and not at (0, 0, 0), which is said when there are some."""
-    finite = np.asarray((np.abs(values) <= LARGEST).all(axis=2))
-    zero = finite & ~values.any(axis=2)
-    said = (f"{int(zero.sum())} positions at exactly (0, 0, 0) were taken as missing",) if zero.any() else ()
-    return np.asarray(finite & ~zero), said
+    """(T, M) which positions count: no NaN, none at (0, 0, 0) or beyond `LARGEST`, which is said where there are."""
+    near = np.asarray((np.abs(values) <= LARGEST).all(axis=2))
+    zero, far = near & ~values.any(axis=2), np.isfinite(values).all(axis=2) & ~near
+    named = ((zero, "at exactly (0, 0, 0)"), (far, f"beyond {LARGEST:g}"))
+    said = tuple(f"{int(some.sum())} positions {where} were taken as missing" for some, where in named if some.any())
+    return np.asarray(near & ~zero), said
 
 
 def _header(lines: Sequence[str]) -> dict[str, str]:

@@ -22,6 +22,7 @@ from ..arrays import Bools, Floats, frozen
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rotation, rotation_vector
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
+from .facing import either
 from .limbs import LIMBS, coarse_of, disagreements, with_limb
 from .model import TrackerModel
 from .objective import PAUSE, expected_pose, terms_of
@@ -38,7 +39,6 @@ FADES = 0.9  # of what earlier frames gained, in each frame
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
-
 
 _OF_LIMBS = tuple(
     frozen([limb.begin, *limb.landmarks] if limb.name.endswith("arm") else limb.landmarks, np.int64) for limb in LIMBS
@@ -72,8 +72,8 @@ class Moment:
 
 
 def moment(state: TrackState, estimate: Estimate) -> Moment:
-    """What `tracker.step` gave, without the room, which nobody asks for again."""
-    return Moment(replace(state, scene=None), estimate)
+    """What `tracker.step` gave, without what nobody asks for again: the room, the images, another pose."""
+    return Moment(replace(state, scene=None, before=None, hypothesis=None), estimate)
 
 
 @final
@@ -85,6 +85,7 @@ class Back:
     ----------
     solution : its pose. wrong : share of the person's pixels that it explains wrongly.
     held : (16,) joints of which nothing is seen. hidden : (16,) s until they are. doubt : (16,) m, see `astray`.
+    readings : (16,) m, half of how far apart front and back have them, if that was open where the way back began.
     apart : (5,) m from the pose first written, of each of `PARTS`.
     costs : (2, 5) share explained wrongly by the pose first written, alone and with each limb of the other; and
         the same of the way back's.
@@ -95,6 +96,7 @@ class Back:
     held: Bools
     hidden: Floats
     doubt: Floats
+    readings: Floats
     apart: Floats
     costs: Floats
 
@@ -139,7 +141,7 @@ def looked_back(
     -------
     Where a limb or the body is taken from the way back, its joints, deviations and `held` are the way back's; frames
     in which that moves a joint by `NEAR` or more are flagged `revised`. Frames that were lost and are not on the way
-    back are tracked. `seconds` has the time under `hindsight`.
+    back are tracked. `seconds` has the time under `hindsight`; what is said of the solver stays that of `tracker.step`.
     """
     begin = perf_counter()
     backs = way_back(model, settings, moments)[:count]
@@ -250,7 +252,7 @@ def eased(moments: Sequence[Moment], backs: Sequence[Back | None], chosen: Bools
 def _from(here: Moment, body: Performer) -> TrackState:
     """What the way back goes on from where it is what was first written; time runs the other way."""
     state = here.state
-    return replace(state, performer=body, velocity=frozen(-state.velocity), before=None, hypothesis=None)
+    return replace(state, performer=body, velocity=frozen(-state.velocity))
 
 
 def _stepped(
@@ -290,11 +292,10 @@ def _stepped(
         velocity=frozen(velocity),
         trust=frozen(trust),
         hidden=frozen(hidden),
-        before=None,
-        hypothesis=None,
+        facing=at.facing,
     )
-    doubt = astray(shown, denied, wrong, here.state.wrong)
-    return after, Back(solution, wrong, ~seen, hidden, doubt, apart, costs)
+    doubt, readings = astray(shown, denied, wrong, here.state.wrong), either(at.facing, body, pose)
+    return after, Back(solution, wrong, ~seen, hidden, doubt, readings, apart, costs)
 
 
 def _with(pose: Pose, other: Pose) -> list[Pose]:
@@ -334,7 +335,7 @@ def _joined(body: Performer, one: Moment, back: Back, share: Floats) -> Estimate
             said,
             pose=back.pose,
             landmarks=landmarks(body, back.pose),
-            std=std,
+            std=np.maximum(std, back.readings),
             settled=std,
             flags=("tracked", "revised", *(("held",) if back.held.any() else ())),
             held=back.held,
@@ -346,8 +347,8 @@ def _joined(body: Performer, one: Moment, back: Back, share: Floats) -> Estimate
     held = np.where(taken, back.held, said.held)
     settled = np.where(taken, std, said.settled)
     # Of what nothing is seen either may be right, and other poses may be that the way back has not looked at.
-    either = 0.5 * np.linalg.norm(landmarks(body, back.pose) - said.landmarks, axis=1)
-    settled = np.where(held, np.maximum(np.maximum(settled, either), np.where(said.held, said.settled, 0.0)), settled)
+    between = 0.5 * np.linalg.norm(landmarks(body, back.pose) - said.landmarks, axis=1)
+    settled = np.where(held, np.maximum(np.maximum(settled, between), np.where(said.held, said.settled, 0.0)), settled)
     # Front and back are still in doubt, unless the other reading was taken.
     turned = parts[TRUNK] and float(back.pose.root[:, 2] @ said.pose.root[:, 2]) < 0.0
     doubtful = (said.std > said.settled) & (not turned)
