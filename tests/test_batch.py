@@ -42,6 +42,11 @@ def die_at_two(item: int) -> int:
     return item
 
 
+def wait_or_die_at_two(item: int) -> int:
+    time.sleep(0.3 if item == 2 else 1.0)
+    return die_at_two(item)
+
+
 def first_item_is_slow(item: int) -> int:
     time.sleep(0.4 if item == 0 else 0.0)
     return item
@@ -139,6 +144,23 @@ def test_a_dask_cluster_gives_what_one_process_gives(monkeypatch: pytest.MonkeyP
         assert [o.value for o in died] == [0, 1, None, 3, 4, 5]
     with pytest.raises(UsageError, match="no Dask scheduler answers"):
         batch.run(square, [1], jobs=1, cluster="tcp://127.0.0.1:1")
+
+
+def test_who_ran_beside_an_item_that_killed_their_worker_is_asked_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    import dask
+
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+    ):
+        died = batch.run(wait_or_die_at_two, [2, 3], jobs=1, cluster=cluster.scheduler_address)
+    assert [o.value for o in died] == [None, 3]
+    assert died[0].failure is not None
+    assert "KilledWorker" in died[0].failure.message
 
 
 def mark_and_wait_for_the_first(item: tuple[int, Path]) -> int:

@@ -20,6 +20,7 @@ from .errors import MotionMendError, UsageError
 
 AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
 ATTEMPTS = 3  # times an item is sent before the death of its worker is held against it
+_GIVEN_UP = "KilledWorker"  # what Dask says of an item whose workers died, and of those that ran beside it
 
 _BLAS_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -312,6 +313,10 @@ def _spread(
                     lost.append(index)
                     continue
                 except Exception as error:  # the cluster gave up on it, or the item cannot be sent
+                    if type(error).__name__ == _GIVEN_UP and not attempts[index]:
+                        attempts[index] = 1  # it may have died with another's worker: alone it shows
+                        suspects.append(index)
+                        continue
                     line = " ".join(str(error).split())
                     result = Failure(type(error).__name__, f"{type(error).__name__}: {line}", "")
                 finish(index, result)
@@ -358,4 +363,4 @@ def _dask(address: str) -> Iterator[tuple[Executor, int]]:
         slots = sum(client.nthreads().values())
         if slots == 0:
             raise UsageError(f"the Dask scheduler at {address} has no workers: start `dask worker {address}`")
-        yield client.get_executor(), slots
+        yield client.get_executor(pure=False), slots  # a file of the same name may hold something else by now
