@@ -139,5 +139,6 @@ def test_what_no_camera_saw_is_missing(tmp_path: Path, rng, damage: float) -> No
     path.write_bytes(raw)
     read = read_c3d(path)
     assert np.argwhere(~read.present).tolist() == [[2, 1]]
+    assert any("1 positions beyond 1e+09" in said for said in read.guesses) == (not np.isnan(damage))
     write_c3d(path, read)
     assert np.argwhere(~read_c3d(path).present).tolist() == [[2, 1]]

@@ -94,7 +94,10 @@ def read_c3d(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     up, up_guess = up_of(names, positions, screen)
     rate, rate_guess = _rate(layout, fps, name)
     source = C3dSource(raw, layout, frames, labels, points.markers, metres)
-    said = (*notes, *unit_guess, *rate_guess, *points.guesses, *renamed, *_repaired_before(layout))
+    with np.errstate(invalid="ignore"):
+        far = int(((fourth[:, chosen] >= 0) & (np.abs(xyz[:, chosen]) > LARGEST).any(axis=2)).sum())
+    void = (f"{far} positions beyond {LARGEST:g} were taken as missing",) if far else ()
+    said = (*notes, *unit_guess, *rate_guess, *points.guesses, *renamed, *void, *_repaired_before(layout))
     return Markers(
         names=names,
         positions=positions,
