@@ -19,7 +19,7 @@ from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.evaluate.scenes import Plane, View, behind, performed, room, strange, view
 from motionmend.evaluate.sensor import sensed
 from motionmend.evaluate.strangers import stranger
-from motionmend.track.hindsight import Moment, moment, revised
+from motionmend.track.hindsight import moment, revised
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings
 from motionmend.track.smoothing import smoothed
@@ -219,7 +219,7 @@ def follow(
     pose: Pose | None = None,
 ) -> Track:
     """Track frames, from a given first pose or from none, each as it comes."""
-    return _told(*_followed(model, settings, frames, performer, pose))
+    return recorded(model, replace(settings, hindsight=False), frames, performer, pose)
 
 
 def recorded(
@@ -230,19 +230,6 @@ def recorded(
     pose: Pose | None = None,
 ) -> Track:
     """The same as `motionmend track` has it: frames set right by those that come after."""
-    moments, seconds = _followed(model, settings, frames, performer, pose)
-    begin = thread_time()
-    looked = [Moment(one.state, said) for one, said in zip(moments, revised(model, settings, moments), strict=True)]
-    return replace(_told(looked, seconds), behind=thread_time() - begin)
-
-
-def _followed(
-    model: TrackerModel,
-    settings: TrackSettings,
-    frames: Sequence[DepthFrame],
-    performer: Performer,
-    pose: Pose | None,
-) -> tuple[list[Moment], list[float]]:
     state = start(model, settings, frames[0], performer, pose)
     moments, seconds = [], []
     for frame in frames:
@@ -250,11 +237,9 @@ def _followed(
         state, estimate = step(model, settings, state, frame)
         seconds.append(thread_time() - begin)
         moments.append(moment(state, estimate))
-    return moments, seconds
-
-
-def _told(moments: Sequence[Moment], seconds: Sequence[float]) -> Track:
-    said = [one.estimate for one in moments]
+    begin = thread_time()
+    said = list(revised(model, settings, moments))
+    behind = thread_time() - begin
     return Track(
         frozen([one.landmarks for one in said]),
         frozen([one.std for one in said]),
@@ -264,7 +249,8 @@ def _told(moments: Sequence[Moment], seconds: Sequence[float]) -> Track:
         frozen(seconds),
         frozen([one.iterations for one in said]),
         frozen([one.wrong for one in said]),
-        moments[-1].state.performer,
+        state.performer,
+        behind,
     )
 
 

@@ -37,12 +37,14 @@ def run(mocap: Path, pictures: Path) -> Findings:
         )
         ratios.append(alone / given)
         fives.append(helped / given)
-        back = _again(model, wish, scene, frames[: AFTER + COUNTED]) if take in DOZEN else np.nan
-        again.append(back <= 1.3 * given + 1.0)
+        back = ""
+        if take in DOZEN:
+            returned = _again(model, wish, scene, frames[: AFTER + COUNTED])
+            again.append(returned <= 1.3 * given + 1.0)
+            back = f"{returned:.2f}"
         at_once = follow(model, wish, frames[: AFTER + COUNTED], scene.performer).joints
         causal.append(float(away(scene.joints, at_once)[counted].mean()) / given)
-        shown_back = f"{back:.2f}" if take in DOZEN else ""
-        rows.append((take.name, f"{given:.2f}", f"{alone:.2f}", f"{helped:.2f}", shown_back))
+        rows.append((take.name, f"{given:.2f}", f"{alone:.2f}", f"{helped:.2f}", back))
     ratio, five_ratio = np.array(ratios), np.array(fives)
     return Findings(
         {
@@ -50,7 +52,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "alone_median": float(np.median(ratio)),
             "five_well": float(np.mean(five_ratio <= 1.3)),
             "live_well": float(np.mean(np.array(causal) <= 1.3)),
-            "back_well": float(np.mean(again[: len(DOZEN)])),
+            "back_well": float(np.mean(again)),
             "clips": float(len(ratio)),
         },
         (
