@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.denoise.support import Support, missed_by, support, supported
+from motionmend.denoise.support import CARRIED, Support, ends_alone, missed_by, support, supported
 from motionmend.numerics.ssa import eigenbases, lag_covariance
 
 FPS = 30.0
@@ -94,6 +94,52 @@ def test_neither_is_an_outlier_in_the_first_or_last_frame(rng, frame):
     before = _judged(measured, truth)
     measured[frame] += 50.0
     assert (_judged(measured, truth) < 5.0 * before + 1.0).all()
+
+
+@pytest.mark.parametrize("frames", [(0, 2, 3), (-1, -3, -4)])
+def test_nor_are_three_of_the_first_or_last_four(rng, frames):
+    truth = _swings(3)
+    measured = truth + rng.normal(0, 0.5, truth.shape)
+    before = _judged(measured, truth)
+    measured[list(frames)] += np.array([-50.0, -25.0, 30.0])[:, None]
+    assert (_judged(measured, truth) < 5.0 * before + 1.0).all()
+
+
+@given(SEEDS, st.sampled_from([0, 1, 40, -2, -1]))
+@settings(max_examples=20)
+def test_an_outlier_believed_by_mistake_is_no_word_against_the_library(seed, frame):
+    rng, truth = np.random.default_rng(seed), _swings(seed)
+    measured = truth + rng.normal(0, 0.5, truth.shape)
+    measured[frame, 2] += 40.0
+    believing = truth.copy()
+    believing[frame, 2] += 40.0
+    assert (_judged(measured, truth, believing) < 5.0 * _judged(measured, truth, truth) + 1.0).all()
+
+
+@given(SEEDS)
+@settings(max_examples=10)
+def test_where_outliers_are_common_the_frames_at_the_ends_stand_for_those_beyond(seed):
+    told = Support(_swings(seed), np.random.default_rng(seed).uniform(1.0, 9.0, (FRAMES, 6)))
+    rate = np.array([0.0, 1e-4, 0.02, 0.1, 0.2, 1e9])
+    found = ends_alone(told, rate)
+    assert found.values is told.values
+    np.testing.assert_array_equal(found.variance[1:-1], told.variance[1:-1])
+    factor = told.variance[[0, -1]] / found.variance[[0, -1]]
+    np.testing.assert_allclose(factor[:, 0], 1.0)
+    np.testing.assert_allclose(factor[:, -1], CARRIED)
+    assert (np.diff(factor, axis=1) > 0).all()
+
+
+def test_what_bases_of_the_recordings_own_miss_is_their_fault_however_short(rng):
+    truth = _swings(3)
+    measured = truth + rng.normal(0, 0.5, truth.shape)
+    swing = truth.copy()
+    swing[40:42, 2] += 40.0
+    present = np.isfinite(measured)
+    found = [support(measured, present, swing, truth, _bases(), np.full(6, 0.5), FPS, own=own) for own in (False, True)]
+    silent, heard = (one.variance[40:42, 2] for one in found)
+    assert (heard > 40.0**2).all()
+    assert (silent < 0.05 * heard).all()
 
 
 def test_in_a_gap_the_estimate_is_no_word_against_the_library(rng):

@@ -23,7 +23,7 @@ from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_follow, next_noise, next_rate
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
-from .support import Support, bridged, line_support, support, supported
+from .support import Support, bridged, ends_alone, line_support, support, supported
 
 ROUNDS = 3
 # Where outliers come in bursts each round finds more of every burst, and so how long they are: it goes on meanwhile.
@@ -120,7 +120,7 @@ def adapt(
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
             measured,
-            told,
+            told if prior.own else ends_alone(told, rate),
             pull,
             alone * _lively_around(liveliness, calm),
             noise,
@@ -182,7 +182,7 @@ def _told(
         return line_support(believed, present)
     begin = interpolated(believed, bases.mean.mean(axis=0)) if begin is None else begin
     values = supported(believed, begin, bases, prior.stride)
-    return support(measured, present & ~outlier, smooth, values, bases, noise, fps)
+    return support(measured, present & ~outlier, smooth, values, bases, noise, fps, own=prior.own)
 
 
 def _with_dynamics(

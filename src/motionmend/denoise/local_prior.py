@@ -31,11 +31,13 @@ class Prior:
     bends : (C, C) covariance of second differences.
     bases : patterns at that rate; None without a library.
     stride : frames between windows.
+    own : the bases were learned from a first repair of the very recording, and share what that missed.
     """
 
     bends: Floats
     bases: Eigenbases | None
     stride: int = 1
+    own: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -198,7 +198,7 @@ def _own_prior(first: Mended, recording: Motion | Markers, rate: float) -> Prior
     smooth = first.found.values
     whole = isinstance(recording, Motion) and bool(np.isfinite(smooth).all())
     own, pace = _own_bases(smooth, recording.fps, rate) if whole else (None, 1)
-    return Prior(own_bends(smooth, first.unseen_bends), own, pace)
+    return Prior(own_bends(smooth, first.unseen_bends), own, pace, own=True)
 
 
 def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | None, int]:

@@ -17,6 +17,7 @@ LEAST = 0.3  # degrees or cm; no library knows a body better
 MOST_LEVERAGE = 0.98
 OVERLAP = 4  # windows over each frame: more cost time and tell nothing new
 TOLERANCE = 0.03  # of the fit's cost; the support is not sure to more
+RARE = 0.02  # share of outliers that is neither rare nor common
 NOISE_LEFT = 4.0  # times the variance a median leaves of white noise, not to take noise for misfit
 
 
@@ -64,6 +65,8 @@ def support(
     bases: Eigenbases,
     noise: Floats,
     fps: float,
+    *,
+    own: bool = False,
 ) -> Support:
     """How far the library's values can be off, judged by what they miss of the recording round about.
 
@@ -76,19 +79,39 @@ def support(
     bases : they came from.
     noise : (C,) standard deviations.
     fps : Hz.
+    own : the bases are the recording's own: what they miss is their fault, however short.
     """
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
-    missed = np.maximum(np.square(median_filter(bridged(measured - values), size=(span, 1), mode="mirror")) - left, 0.0)
+    missed = np.maximum(np.square(_running_median(bridged(measured - values), span)) - left, 0.0)
     if smooth is not None:
-        # in a gap the estimate is no evidence against the library: what is missed on both sides counts
-        missed = np.maximum(missed, np.square(bridged(np.where(believed, smooth - values, np.nan))))
+        # In a gap the estimate is no evidence against the library: what is missed on both sides counts. No more than
+        # the median, for an outlier believed by mistake speaks for itself: less than half a moment silences nothing.
+        apart = np.square(bridged(np.where(believed, smooth - values, np.nan)))
+        missed = np.maximum(missed, apart if own else np.minimum(apart, _running_median(apart, span)))
     kept = max(1, round((1.0 - TRIMMED) * len(missed)))
     usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
     # what a sample says of itself through the bases is no support for it
     leverage = np.minimum(np.square(bases.vectors).sum(axis=0).mean(axis=0), MOST_LEVERAGE)
     variance = CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / np.square(1.0 - leverage)
     return Support(values, variance)
+
+
+def ends_alone(support: Support, rate: Floats) -> Support:
+    """The same with the first and the last frame's variance taken once, not `CARRIED` times, where outliers are common.
+
+    Errors that several frames share are counted once in all by giving each frame little weight. Beside an end there
+    are fewer frames to share them, and beyond it no samples that bear on what the end's own say: its frame stands for
+    those beyond. Where outliers are rare an end that flies off is the motion's own.
+
+    Parameters
+    ----------
+    support : of a recording.
+    rate : (C,) share of outliers.
+    """
+    variance = support.variance.copy()
+    variance[[0, -1]] /= 1.0 + (CARRIED - 1.0) * rate / (rate + RARE)
+    return Support(support.values, variance)
 
 
 def line_support(believed: Floats, present: Bools) -> Support:
@@ -108,6 +131,17 @@ def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
     """Root mean square of what the library misses where samples are believed, channel units."""
     apart = np.square(smooth - support.values)
     return float(np.sqrt(apart[believed].mean())) if believed.any() else 0.0
+
+
+def _running_median(values: Floats, span: int) -> Floats:
+    """(T, C) median of the `span` frames, odd, about each; near an end that of the outermost `span`.
+
+    Mirrored frames would count twice there, and two outliers in four frames be most of them.
+    """
+    median, half = np.asarray(median_filter(values, size=(span, 1), mode="mirror")), span // 2
+    if len(values) >= span:
+        median[:half], median[len(median) - half :] = median[half], median[-1 - half]
+    return median
 
 
 def bridged(values: Floats) -> Floats:
