@@ -74,7 +74,7 @@ def support(
     smooth : (T, C) the last estimate; None in the first round.
     values : (T, C) of `supported`.
     bases : they came from.
-    noise : (C,) standard deviations.
+    noise : (C,) or (T, C) standard deviations.
     fps : Hz.
     """
     span = 2 * round(0.5 * MEMORY * fps) + 1
