@@ -86,6 +86,7 @@ def adapt(
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
+    rounding: Floats | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
 
@@ -98,6 +99,7 @@ def adapt(
     process : of clean motion, for gaps; None = nothing is known of them.
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched, at_pole : (T, C) of `poles.pole_crossings`.
+    rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     """
     channels = measured.shape[1]
     present = np.isfinite(measured)
@@ -108,7 +110,8 @@ def adapt(
     filled = np.where(present, measured, 0.0)
     louder = loudness(measured, fps, together)
     level, rate, follow = first_noise(measured, louder), np.full(channels, FIRST_RATE), FIRST_RATE
-    noise = level * louder
+    least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
+    noise = np.maximum(level * louder, least)
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
     left, steps = measured, 0  # without the bursts that are so long that they are gaps
@@ -155,7 +158,7 @@ def adapt(
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
         square = np.where(weight > 0, np.square((filled - values) / louder), 0.0).sum(axis=0)
         level = next_noise(level, square, freedom)
-        noise = level * louder
+        noise = np.maximum(level * louder, least)
         rate = next_rate(outlier, present, rate if turn > 1 else None)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
@@ -167,7 +170,9 @@ def adapt(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
         )
         steps += taken
-    return Adapted(values, variance, outlier, np.sqrt(np.square(noise).mean(axis=0)), rate, told, unseen, steps)
+    return Adapted(
+        values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, steps
+    )
 
 
 def _told(

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from .digits import coarseness
 from .joints import root_rows, unit
 from .noise import first_noise
 
@@ -20,6 +21,7 @@ MOST_HELD = 0.3  # of a channel's samples: one that often repeats itself is draw
 BY_CHANCE = 0.01  # runs that may be found in a recording where there are none
 # rad and m; a channel less noisy than that is as good as clean, and what stands still in it may be at rest
 NOISY_ANGLE, NOISY_MARKER = np.radians(0.3), 0.0005
+ROUNDED = 0.5  # of the step to which a channel was rounded: noise that rounding alone may pass for
 _NOTHING = 1e-300
 _TWICE = 2.0 * np.sqrt(np.pi)  # two draws of N(0, 1) lie within u of each other with probability 2 u / this
 
@@ -66,9 +68,18 @@ def _channel(recording: Motion | Markers, channel: int) -> Floats:
     return np.asarray(CENTIMETRES * recording.positions[:, channel])
 
 
-def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
-    """(T, C) of these samples those of channels that the repair found noisy."""
-    least = NOISY_ANGLE if isinstance(outcome.recording, Motion) else NOISY_MARKER
+def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers], recording: Motion | Markers) -> Bools:
+    """(T, C) of these samples those of channels that the repair found noisy.
+
+    Noisier than their own rounding: what was rounded repeats itself wherever it moves slowly.
+    """
+    if not still.any():
+        return still
+    step = coarseness(recording)
+    if isinstance(recording, Motion):
+        least = np.maximum(NOISY_ANGLE, ROUNDED * step / unit(recording.skeleton))
+    else:
+        least = np.maximum(NOISY_MARKER, ROUNDED * step.max(axis=1) / CENTIMETRES)
     noise = np.zeros(still.shape[1]) if outcome.noise is None else np.nan_to_num(outcome.noise)
     return np.asarray(still & (noise >= least))
 
