@@ -180,7 +180,7 @@ def search_case(frames: int) -> dict[str, Any]:
         "hint_var": np.full(shape, 9.0),
         "pull": np.zeros(shape),
         "step_var": np.full(shape, 0.09),
-        "noise_var": np.ones(1),
+        "noise_var": np.ones(shape),
         "outlier_rate": 0.15,
         "outlier_follow": 0.15,
         "outlier_density": 1 / 80.0,

@@ -239,7 +239,7 @@ def history_step(case, states, t, last, mode, rejected, after_outlier):
             state, gained = _told(state, case["hint"][t, g], case["hint_var"][t, g])
             score += gained
         if seen and not rejected:
-            state, gained = _told(state, case["observed"][t, g], case["noise_var"][g])
+            state, gained = _told(state, case["observed"][t, g], case["noise_var"][t, g])
             score += gained
         after.append(state)
     if seen:

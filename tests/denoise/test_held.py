@@ -112,3 +112,15 @@ def test_a_clean_recording_may_stand_still():
     for found in (joints_model().repair(clean), repair_without_model(clean, "adaptive")):
         assert not any("repeat the one before" in warning for warning in found.warnings)
         assert found.recording.fps == FPS
+
+
+def test_rests_in_a_calm_half_are_left_where_the_other_is_noisy():
+    """A joint rests for a while before the noise begins, and is held after: only the second is repaired."""
+    clean = truth("walk", seconds=8.0)
+    half, joint = clean.frames // 2, 20
+    noise = np.where(np.arange(clean.frames)[:, None] < half, 0.0, np.radians(3.0))
+    noisy = clean.with_q(clean.q + noise * np.random.default_rng(1).normal(size=clean.q.shape))
+    recorded, still = _holding(noisy, [(joint, 40, 52), (joint, half + 40, half + 52)])
+    found = repair_without_model(recorded, "adaptive").origin == Origin.REPAIRED
+    assert not (found & still)[:half].any()
+    assert (found & still)[half:].sum() > 8

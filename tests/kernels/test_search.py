@@ -33,7 +33,7 @@ def _case(rng, frames, modes=2, coordinates=1, missing=0.0, **given):
         "hint_var": np.where(rng.random(shape) < 0.5, 9.0, np.inf),
         "pull": pull,
         "step_var": step_var,
-        "noise_var": rng.uniform(0.5, 2.0, coordinates),
+        "noise_var": rng.uniform(0.5, 2.0, shape),
         "outlier_rate": 0.2,
         "outlier_follow": rng.uniform(0.2, 0.8),
         "outlier_density": 80.0**-coordinates,
@@ -105,7 +105,7 @@ def _plain(observed, **given):
     case |= {"observed": observed, "hint": np.zeros(shape), "hint_var": np.full(shape, np.inf), "pull": np.zeros(shape)}
     case |= {
         "step_var": np.full(shape, 0.01),
-        "noise_var": np.ones(shape[1]),
+        "noise_var": np.ones(shape),
         "start": begin,
         "outlier_rate": 0.1,
         "outlier_follow": 0.1,

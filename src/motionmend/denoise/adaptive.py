@@ -21,6 +21,7 @@ from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_follow, next_noise, next_rate
+from .passing_noise import loudness
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
 from .support import Support, bridged, ends_alone, line_support, support, supported
@@ -58,7 +59,7 @@ class Adapted:
     values : the smoothed channels.
     variance : of the errors that are to be expected.
     outlier : True where a sample is rejected.
-    noise : (C,) standard deviations.
+    noise : (C,) standard deviations, the root mean square over all frames.
     rate : (C,) share of outliers.
     supported : what the library says, or without one the straight lines across gaps.
     unseen_bends : (C,) mean variance of the second differences that the samples leave open.
@@ -85,6 +86,7 @@ def adapt(
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
+    rounding: Floats | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
 
@@ -97,6 +99,7 @@ def adapt(
     process : of clean motion, for gaps; None = nothing is known of them.
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched, at_pole : (T, C) of `poles.pole_crossings`.
+    rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     """
     channels = measured.shape[1]
     present = np.isfinite(measured)
@@ -105,7 +108,10 @@ def adapt(
     at_pole = nowhere if at_pole is None else at_pole
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
-    noise, rate, follow = first_noise(measured), np.full(channels, FIRST_RATE), FIRST_RATE
+    louder = loudness(measured, fps, together)
+    level, rate, follow = first_noise(measured, louder), np.full(channels, FIRST_RATE), FIRST_RATE
+    least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
+    noise = np.maximum(level * louder, least)
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
     left, steps = measured, 0  # without the bursts that are so long that they are gaps
@@ -123,7 +129,7 @@ def adapt(
             told if prior.own else ends_alone(told, rate),
             pull,
             alone * _lively_around(liveliness, calm),
-            noise,
+            np.square(noise),
             rate,
             follow,
             np.diag(calm),
@@ -150,8 +156,9 @@ def adapt(
                 liveliness = _liveliness(values, np.diag(calm), liveliness, doubt, fps)
         taken_up = weight * variance
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
-        square = np.where(weight > 0, np.square(filled - values), 0.0).sum(axis=0)
-        noise = next_noise(noise, square, freedom)
+        square = np.where(weight > 0, np.square((filled - values) / louder), 0.0).sum(axis=0)
+        level = next_noise(level, square, freedom)
+        noise = np.maximum(level * louder, least)
         rate = next_rate(outlier, present, rate if turn > 1 else None)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
@@ -163,7 +170,9 @@ def adapt(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
         )
         steps += taken
-    return Adapted(values, variance, outlier, noise, rate, told, unseen, steps)
+    return Adapted(
+        values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, steps
+    )
 
 
 def _told(
@@ -199,8 +208,12 @@ def _with_dynamics(
         return values, variance
     present = np.isfinite(measured)
     believed = present & ~outlier
-    thinned = noise / np.sqrt(np.maximum(believed.mean(axis=0), LEAST_BELIEVED))  # what replaces a sample tells nothing
-    steady, sure = smooth_steadily(process.dynamics, np.where(believed, measured, values), thinned, values[:2])
+    # what replaces a sample tells nothing; the noisier one is than usual, the nearer it is brought to the repair
+    usual = 1.0 / np.sqrt(np.square(1.0 / noise).mean(axis=0))
+    tells = np.where(believed, np.square(usual / noise), 0.0)
+    thinned = usual / np.sqrt(np.maximum(tells.mean(axis=0), LEAST_BELIEVED))
+    seen = values + np.minimum(tells, 1.0) * np.where(believed, measured - values, 0.0)
+    steady, sure = smooth_steadily(process.dynamics, seen, thinned, values[:2])
     return mixed_in(steady, sure, values, variance, present)
 
 
@@ -299,7 +312,7 @@ def _histories(
     told: Support,
     pull: Floats,
     step_var: Floats,
-    noise: Floats,
+    noise_var: Floats,
     rate: Floats,
     follow: float,
     calm: Floats,
@@ -326,7 +339,7 @@ def _histories(
             np.ascontiguousarray(told.variance[:, own]),
             np.ascontiguousarray(pull[:, own]),
             np.ascontiguousarray(step_var[:, own]),
-            np.square(noise[own]),
+            np.ascontiguousarray(noise_var[:, own]),
             float(rate[own].mean()),
             max(follow, float(rate[own].mean())),
             density,

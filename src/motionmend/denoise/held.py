@@ -7,9 +7,11 @@ same twice: where a channel is noisy, a run of equal samples tells nothing, and 
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from .digits import coarseness
 from .joints import root_rows, unit
 from .noise import first_noise
 
@@ -20,6 +22,10 @@ MOST_HELD = 0.3  # of a channel's samples: one that often repeats itself is draw
 BY_CHANCE = 0.01  # runs that may be found in a recording where there are none
 # rad and m; a channel less noisy than that is as good as clean, and what stands still in it may be at rest
 NOISY_ANGLE, NOISY_MARKER = np.radians(0.3), 0.0005
+ROUNDED = 0.5  # of the step to which a channel was rounded: noise that rounding alone may pass for
+ABOUT = 0.5  # s before and after, in which a channel has to be noisy
+THERE = 0.35  # of the channel's noise, that the samples about have to show
+_FEW = 1e-6
 _NOTHING = 1e-300
 _TWICE = 2.0 * np.sqrt(np.pi)  # two draws of N(0, 1) lie within u of each other with probability 2 u / this
 
@@ -66,11 +72,41 @@ def _channel(recording: Motion | Markers, channel: int) -> Floats:
     return np.asarray(CENTIMETRES * recording.positions[:, channel])
 
 
-def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
-    """(T, C) of these samples those of channels that the repair found noisy."""
-    least = NOISY_ANGLE if isinstance(outcome.recording, Motion) else NOISY_MARKER
+def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers], recording: Motion | Markers) -> Bools:
+    """(T, C) of these samples those of channels that the repair found noisy.
+
+    Noisier than their own rounding, for what was rounded repeats itself wherever it moves slowly; and noisy just there,
+    for noise that comes and goes leaves rests alone where it is gone.
+    """
+    if not still.any():
+        return still
+    step = coarseness(recording)
+    if isinstance(recording, Motion):
+        least = np.maximum(NOISY_ANGLE, ROUNDED * step / unit(recording.skeleton))
+    else:
+        least = np.maximum(NOISY_MARKER, ROUNDED * step.max(axis=1) / CENTIMETRES)
     noise = np.zeros(still.shape[1]) if outcome.noise is None else np.nan_to_num(outcome.noise)
-    return np.asarray(still & (noise >= least))
+    found: Bools = np.zeros(still.shape, dtype=bool)
+    scale = unit(recording.skeleton) if isinstance(recording, Motion) else np.full(len(noise), CENTIMETRES)
+    for channel in np.flatnonzero(still.any(axis=0) & (noise >= least)).tolist():
+        seen = np.where(still[:, channel, None], np.nan, _channel(recording, channel))
+        about = _noise_about(seen, recording.fps)
+        # the repair's own figure may have grown by what was held, and the mean over all frames by outliers
+        told = about[np.isfinite(about)]
+        usual = min(scale[channel] * noise[channel], np.sqrt(np.square(told).sum() / max(len(told), 1)))
+        found[:, channel] = still[:, channel] & ~(about < THERE * usual)
+    return found
+
+
+def _noise_about(seen: Floats, fps: float) -> Floats:
+    """(T,) most noise that there can be about each frame of a channel (T, N), NaN = not seen; inf where none is."""
+    third = np.full(seen.shape, np.nan)
+    third[2:-1] = np.diff(seen, n=3, axis=0) / np.sqrt(20.0)  # which multiply white noise by that
+    known = np.isfinite(third).all(axis=1)
+    square = np.where(known, np.square(np.nan_to_num(third)).mean(axis=1), 0.0)
+    span = 2 * round(ABOUT * fps) + 1
+    told, total = (uniform_filter1d(one, span, mode="constant") for one in (known.astype(np.float64), square))
+    return np.asarray(np.sqrt(np.where(told > _FEW, total / np.maximum(told, _FEW), np.inf)))
 
 
 def without(recording: Recording, still: Bools) -> Recording:

@@ -11,6 +11,7 @@ from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .bursts import long_runs
 from .channels import Channels, to_channels
+from .digits import rounding, shaken
 from .filling import fill_gaps
 from .held import held, in_noise, told, without
 from .joints import root_rows
@@ -88,7 +89,7 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     MismatchError : the recording is of another kind or channel set.
     """
     outcome = _mended_once(recording, known)
-    still = in_noise(held(recording), outcome)
+    still = in_noise(held(recording), outcome, recording)
     if not still.any():
         return outcome
     del outcome  # of a long recording only one is held at once
@@ -161,12 +162,19 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     poles = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
+    rounded = rounding(recording, channels.columns)
     mended = partial(
-        mend_channels, values, fps=recording.fps, together=3 if isinstance(recording, Markers) else 1, poles=poles
+        mend_channels,
+        values,
+        fps=recording.fps,
+        together=3 if isinstance(recording, Markers) else 1,
+        poles=poles,
+        rounded=rounded,
     )
 
     def own_prior() -> Prior:
-        by_bends = Prior(first_bends(values, recording.fps), None)
+        seen = values if rounded is None else shaken(values, rounded)
+        by_bends = Prior(first_bends(seen, recording.fps), None)
         return _own_prior(mended(by_bends, deviations=False), recording, known.fps)
 
     if known.library is not None and known.bases is not None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from .local_prior import Neighbourhood, Prior, local_prior
 from .pieces import blocks
 from .repair import MUCH_MISSED, ChannelRepair
 from .support import missed_by
+
+Item = TypeVar("Item")
 
 BLOCK = 68.0  # s repaired at once; longer recordings go in blocks, so that memory stays bounded
 AT_ONCE = 2  # blocks, each on a core of its own as far as there are
@@ -54,6 +57,7 @@ def mend_channels(
     poles: Callable[[Floats], tuple[Bools, Bools]] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
+    rounded: Callable[[slice], Floats] | None = None,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -68,6 +72,7 @@ def mend_channels(
     poles : gives `poles.pole_crossings` of some frames; None = there are none.
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
+    rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
 
     Returns
     -------
@@ -80,7 +85,8 @@ def mend_channels(
     origin = np.empty(measured.shape, np.uint8)
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
 
-    def block(padded: Floats) -> Adapted:
+    def block(part: tuple[Floats, Floats | None]) -> Adapted:
+        padded, open_by = part
         vouched, at_pole = (None, None) if poles is None else poles(padded)
         return adapt(
             padded,
@@ -91,11 +97,15 @@ def mend_channels(
             together=together,
             vouched=vouched,
             at_pole=at_pole,
+            rounding=open_by,
         )
 
     places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))
-    parts = (_among_missing(measured[seen], least) for _, seen in places)
-    for (core, seen), (padded, adapted) in zip(places, _at_once(block, parts, len(places)), strict=True):
+    parts = (
+        (_among_missing(measured[seen], least), None if rounded is None else _among_missing(rounded(seen), least))
+        for _, seen in places
+    )
+    for (core, seen), ((padded, _), adapted) in zip(places, _at_once(block, parts, len(places)), strict=True):
         before = (len(padded) - (seen.stop - seen.start)) // 2 - seen.start
         own = slice(before + core.start, before + core.stop)
         values[core] = adapted.values[own]
@@ -128,9 +138,7 @@ def mend_channels(
     return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
 
 
-def _at_once(
-    task: Callable[[Floats], Adapted], items: Iterator[Floats], count: int
-) -> Iterator[tuple[Floats, Adapted]]:
+def _at_once(task: Callable[[Item], Adapted], items: Iterator[Item], count: int) -> Iterator[tuple[Item, Adapted]]:
     """Every item and its task's result, in order, a few side by side; no more results wait than are worked on.
 
     An item is taken before the result of the one before it is given out.
@@ -140,7 +148,7 @@ def _at_once(
             yield item, task(item)
         return
     with ThreadPoolExecutor(max_workers=min(AT_ONCE, os.cpu_count() or 1)) as pool:
-        waiting: deque[tuple[Floats, Future[Adapted]]] = deque()
+        waiting: deque[tuple[Item, Future[Adapted]]] = deque()
         for item in items:
             waiting.append((item, pool.submit(task, item)))
             if len(waiting) == AT_ONCE:

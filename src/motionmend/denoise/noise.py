@@ -14,6 +14,7 @@ _SPOILT = np.linspace(0.0, 0.29, 30)  # shares of the differences that outliers 
 _CAUTION = 0.47
 _PER_FREEDOM = 6.0  # samples that say as much of the noise by their quantiles as one residual would
 _NOTHING = 1e-12
+QUIETER = 0.5  # than usual: moments that tell little of how noisy a channel is else
 _UNTOLD = 0.1  # degrees or cm: too short a recording is changed by no more
 FEWEST = 8  # differences that tell anything
 CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
@@ -28,7 +29,7 @@ BURSTS, ALONE_PRIOR, MOST_FOLLOW = 0.5, 30.0, 0.9
 STEADY, FURTHER = 0.7, 3.0
 
 
-def first_noise(measured: Floats) -> Floats:
+def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
     """Standard deviation of each channel's noise, low rather than high, before any outlier is known.
 
     Third differences of smooth motion are small and multiply white noise by the root of 20; every outlier spoils four
@@ -38,12 +39,13 @@ def first_noise(measured: Floats) -> Floats:
     Parameters
     ----------
     measured : (T, C) in channel units, NaN = missing.
+    loudness : (T, C) of the noise at each moment relative to what is asked for; None = it is the same throughout.
 
     Returns
     -------
     (C,) in channel units; a channel with too few samples takes the median of the others.
     """
-    quiet, loud = _told_by((_QUIET, _LOUD), measured)
+    quiet, loud = _told_by((_QUIET, _LOUD), measured, loudness)
     told = np.isfinite(quiet)
     if not told.any():
         return np.full(measured.shape[1], _UNTOLD)
@@ -57,15 +59,24 @@ def first_noise(measured: Floats) -> Floats:
     return np.maximum(np.where(told, noise, np.median(noise[told])), LEAST_NOISE)
 
 
-def _told_by(quantiles: tuple[float, ...], measured: Floats) -> Floats:
+def _told_by(quantiles: tuple[float, ...], measured: Floats, loudness: Floats | None = None) -> Floats:
     """(Q, C) standard deviation of white noise by quantiles of its third differences; NaN where they are too few."""
     third = np.abs(np.diff(measured, n=3, axis=0)) / np.sqrt(20.0)
+    if loudness is not None:
+        louder = _third_louder(loudness)
+        third = np.where(louder > QUIETER, third / louder, np.nan)
     noise = np.full((len(quantiles), measured.shape[1]), np.nan)
     for c in range(measured.shape[1]):
         known = third[np.isfinite(third[:, c]), c]
         if len(known) >= FEWEST:
             noise[:, c] = np.quantile(known, quantiles) / _size(quantiles)
     return noise
+
+
+def _third_louder(loudness: Floats) -> Floats:
+    """(T - 3, C) by how much third differences are larger where noise is louder by (T, C)."""
+    square = np.square(loudness)
+    return np.asarray(np.sqrt((square[:-3] + 9.0 * square[1:-2] + 9.0 * square[2:-1] + square[3:]) / 20.0))
 
 
 def _size(shares: ArrayLike) -> Floats:

@@ -77,7 +77,7 @@ def support(
     smooth : (T, C) the last estimate; None in the first round.
     values : (T, C) of `supported`.
     bases : they came from.
-    noise : (C,) standard deviations.
+    noise : (C,) or (T, C) standard deviations.
     fps : Hz.
     own : the bases are the recording's own: what they miss is their fault, however short.
     """

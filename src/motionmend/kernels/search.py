@@ -43,7 +43,7 @@ def likeliest_history(
     observed : (T, G), NaN = missing.
     hint, hint_var : (T, G) what else is known of each value, and its variance; inf = nothing.
     pull, step_var : (T, G) mean and variance of e in the calm mode.
-    noise_var : (G,) of a measurement.
+    noise_var : (T, G) of a measurement.
     outlier_rate : in (0, 1), of all samples.
     outlier_follow : in (0, 1), of the samples after an outlier; the rate itself where outliers come one by one.
     outlier_density : of an outlier, per unit to the power G.
@@ -109,7 +109,7 @@ def likeliest_history(
                         told_square += r * r * s
                         x, a = x + a * s * r, a - a * a * s
                     if seen:
-                        s, r = a + noise_var[g], observed[t, g] - x
+                        s, r = a + noise_var[t, g], observed[t, g] - x
                         seen_square += r * r / s
                         seen_spread *= 2.0 * pi * s
                 if not seen:
@@ -168,7 +168,7 @@ def likeliest_history(
                     x, v = x + a * s * r, v + b * s * r
                     a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
                 if seen and rejects[n] == 0:
-                    s, r = 1.0 / (a + noise_var[g]), observed[t, g] - x
+                    s, r = 1.0 / (a + noise_var[t, g]), observed[t, g] - x
                     x, v = x + a * s * r, v + b * s * r
                     a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
                 after[i, g, 0], after[i, g, 1] = x, v

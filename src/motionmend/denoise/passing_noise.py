@@ -1,0 +1,90 @@
+"""Noise that comes and goes: by how much a recording is noisier, or quieter, than usual at each moment.
+
+Noise is told from motion by its second differences over two frames: of noise they are as large as over one, of motion
+six to sixteen times in the square. Where a channel is mostly noise, their logarithms, smoothed over a moment, say how
+loud it is; what all channels share is sure sooner than what a channel says for itself.
+"""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ..arrays import Floats
+
+WIDTH = 0.2  # s, of the Gaussian over which noise is taken to last
+GROWS = 2.0  # times in the square that second differences of motion are larger over two frames than over one
+STEP, NOISE = 6.0, 6.0  # variance of steps over two frames to that over one; of noise in either, in its own
+FAINT = {1: 0.3, 3: 0.05}  # degrees, and cm of markers: nobody is helped by following noise below that
+ONE_MOMENT = 0.67  # deviation of the logarithm of a variance that is told by so short a moment of one channel
+STRAYS = 2.0  # such deviations that are not believed
+ALIKE = 0.3  # of what all channels share nothing is believed up to here, however many they are: motion shares as much
+FEW = 0.1  # of all channels: if no more are noise for the most part, what they share tells as little as much
+# Outliers make a channel look louder here and there, at random; noise that passes lasts. The correlation of what two
+# moments say, so many widths apart, of which nothing is believed and from which all is.
+APART, BY_CHANCE, LASTING = 2.67, 0.2, 0.5
+MOST = 4.0  # logarithm of a variance, beyond which a moment tells of no more
+_LOG_MIDDLE = -0.6351814227307391  # mean of log |N(0, 1)|
+_UNKNOWN, _NOTHING = 0.05, 1e-6
+
+
+def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
+    """(T, C) standard deviation of noise relative to the channel's usual; 1 throughout where no more can be told.
+
+    Parameters
+    ----------
+    measured : (T, C) in degrees or cm, NaN = missing; outliers and all.
+    fps : Hz.
+    together : neighbouring columns that are as noisy as each other: 1 for angles, 3 for markers.
+    """
+    frames, channels = measured.shape
+    width = WIDTH * fps
+    if frames <= 2 * APART * width:
+        return np.ones(measured.shape)
+    once, seen = _log_squares(measured, 1, width)
+    twice, _ = _log_squares(measured, 2, width)
+    faint = 2.0 * np.log(FAINT[together])
+    # variance s + 6 n over one frame and 6 s + 6 n over two give n, the noise; all of it is the most there can be
+    grown = np.exp(np.clip(twice - once, -MOST, MOST))
+    noisy = (grown < GROWS) & (seen > _UNKNOWN)
+    most = np.logaddexp(once - np.log(NOISE), faint)
+    noise = np.logaddexp(once + np.log(np.clip((STEP - grown) / (STEP - 1.0), 0.2, None) / NOISE), faint)
+    usual = np.array([np.median(noise[noisy[:, c], c]) if noisy[:, c].any() else np.inf for c in range(channels)])
+    louder = np.where(noisy, noise - usual, np.minimum(most - usual, 0.0))
+    tells = np.isfinite(louder) & (seen > _UNKNOWN) & (louder != 0.0)
+    louder = np.where(tells, louder, 0.0)
+    telling = np.maximum(tells.sum(axis=1, keepdims=True), 1)
+    shared = louder.sum(axis=1, keepdims=True) / (telling + FEW * channels)
+    differ = np.square(louder).sum(axis=1, keepdims=True) / telling - np.square(shared)
+    shared = _beyond(shared, np.sqrt(ALIKE**2 + STRAYS**2 * np.maximum(differ, ONE_MOMENT**2) / telling))
+    own = np.where(tells, louder - shared, 0.0).reshape(frames, -1, together).mean(axis=2)
+    doubt = STRAYS * ONE_MOMENT / np.sqrt(together * np.maximum(seen[:, ::together], _UNKNOWN))
+    own = _lasting(own, round(APART * width)) * _beyond(own, doubt)
+    return np.asarray(np.exp(0.5 * (shared + own.repeat(together, axis=1))))
+
+
+def _log_squares(measured: Floats, lag: int, width: float) -> tuple[Floats, Floats]:
+    """(T, C) smoothed logarithm of the squared second differences over `lag` frames, and the share that is there."""
+    bend = np.full(measured.shape, np.nan)
+    bend[lag:-lag] = measured[: -2 * lag] - 2.0 * measured[lag:-lag] + measured[2 * lag :]
+    known = np.isfinite(bend)
+    logs = np.log(np.maximum(np.abs(np.where(known, bend, 1.0)), _NOTHING)) - _LOG_MIDDLE
+    seen = gaussian_filter1d(known.astype(np.float64), width, axis=0, mode="constant")
+    smooth = gaussian_filter1d(np.where(known, 2.0 * logs, 0.0), width, axis=0, mode="constant")
+    return smooth / np.maximum(seen, _NOTHING), seen
+
+
+def _beyond(value: Floats, strays: Floats | float) -> Floats:
+    """What is left of a value that may stray by so much: nothing up to there, nearly all of it far beyond.
+
+    Source
+    ------
+    Breiman, Better subset regression using the nonnegative garrote, Technometrics 37(4), 1995.
+    """
+    square = np.square(value)
+    return np.asarray(value * np.maximum(1.0 - np.square(strays) / np.maximum(square, _NOTHING), 0.0))
+
+
+def _lasting(own: Floats, apart: int) -> float:
+    """0 to 1: whether what channels say for themselves (T, N) lasts."""
+    held = np.clip(own, -MOST, MOST)
+    alike = float((held[apart:] * held[:-apart]).mean()) / max(float(np.square(held).mean()), _NOTHING)
+    return float(np.clip((alike - BY_CHANCE) / (LASTING - BY_CHANCE), 0.0, 1.0))
