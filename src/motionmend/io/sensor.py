@@ -24,7 +24,7 @@ _OTHERS = {
     "uiprmd markers": "UI-PRMD's optical markers: they are the truth in a list of pairs, nothing to correct",
     "keraal bodies": "Keraal's optical rigid bodies: they are the truth in a list of pairs, nothing to correct",
     "depth": "depth pictures: `motionmend track` takes them",
-    "markers": "markers: `motionmend denoise` takes them",
+    "markers": "joint angles or markers: `motionmend denoise` takes them",
     "json": "JSON of another kind",
     "": "none of the layouts known",
 }
