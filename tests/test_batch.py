@@ -2,10 +2,12 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 from threadpoolctl import threadpool_info
 
@@ -202,3 +204,29 @@ def test_queues_closed_while_a_worker_is_started_cost_nothing() -> None:
         staff.executor()._call_queue._reader.close()  # type: ignore[attr-defined]
         batch.in_turn(square, range(8), lambda outcome: taken.append(outcome.value), staff)
     assert taken == [n * n for n in range(8)]
+
+
+@pytest.mark.slow
+def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
+    """As after `kill -9`: workers that nobody sends anything any more would wait for ever."""
+    script = tmp_path / "long.py"
+    script.write_text(
+        "import time\n"
+        "from motionmend.batch import run\n"
+        "if __name__ == '__main__':\n"
+        "    run(time.sleep, [0.01] * 4 + [600.0] * 2, jobs=2)\n"
+    )
+    running = subprocess.Popen([sys.executable, str(script)])
+    parent = psutil.Process(running.pid)
+    deadline = time.monotonic() + 60
+    staff: list[psutil.Process] = []
+    while len(staff) < 2 and time.monotonic() < deadline:
+        staff = [one for one in parent.children() if "spawn_main" in " ".join(one.cmdline())]
+        time.sleep(0.05)
+    time.sleep(1.0)  # until they have begun
+    running.kill()
+    running.wait()
+    gone, alive = psutil.wait_procs(staff, timeout=20)
+    for one in alive:
+        one.kill()
+    assert (len(gone), alive) == (2, [])

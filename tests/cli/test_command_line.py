@@ -3,12 +3,14 @@
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from motionmend import __version__
+from motionmend import __version__, samples
 from motionmend.cli import main
+from motionmend.io import write
 
 COMMANDS = ("demo", "inspect", "denoise", "corrupt", "compare", "report", "reproduce", "fit", "fit denoiser")
 
@@ -142,6 +144,31 @@ def test_an_interrupt_is_130_and_one_line(
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+def test_only_commands_with_resume_speak_of_it(capsys: pytest.CaptureFixture[str], monkeypatch, tmp_path: Path) -> None:
+    from motionmend import io
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "a.amc").touch()
+    monkeypatch.setattr(io, "read", interrupted)
+    for command, resumes in (("inspect", False), ("corrupt", True), ("denoise", True)):
+        more = [] if command == "inspect" else ["-o", str(tmp_path / "b.amc")]
+        assert main([command, str(tmp_path / "a.amc"), *more]) == 130
+        assert ("--resume" in capsys.readouterr().err) == resumes
+
+
+def test_what_the_system_refuses_is_said_with_its_name(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+    from motionmend.cli import demo
+
+    def refused(*_: object, **__: object) -> None:
+        raise OSError(30, "Read-only file system", "there/demo")
+
+    monkeypatch.setattr(demo, "demo", refused)
+    assert main(["demo"]) == 1
+    assert capsys.readouterr().err == "motionmend: there/demo: Read-only file system\n"
+
+
 def test_a_defect_is_1_and_its_traceback_needs_debug(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -173,3 +200,20 @@ def test_a_reader_that_leaves_ends_it_quietly(tmp_path: Path) -> None:
     command = f"{sys.executable} -m motionmend --help | true"
     done = subprocess.run(command, shell=True, capture_output=True, text=True)
     assert done.stderr == ""
+
+
+@pytest.mark.slow
+def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    for seed in range(4):
+        write(tmp_path / "in" / f"{seed}.bvh", samples.clip("walk", seconds=20.0, seed=seed))
+    given = ["denoise", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--jobs", "1"]
+    running = subprocess.Popen([sys.executable, "-m", "motionmend", *given], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob("out/*.mend.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    running.terminate()
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 143
+    assert "interrupted" in said.splitlines()[-1]
+    assert all(not name.startswith(".") for name in (path.name for path in (tmp_path / "out").iterdir()))
