@@ -184,6 +184,7 @@ class Chain:
         from ..bodies.posed_skeleton import motion_of
         from ..io.sensor import read_postures
         from ..io.sensor_source import warnings_of
+        from .correct import empty_where_empty, rate_of
 
         assert self.correction is not None
         assert self.correction.model is not None
@@ -191,8 +192,11 @@ class Chain:
         sensor = read_postures(take.job.source, fps=self.fps)
         was_read = perf_counter()
         corrected = self.correction.model.correct(sensor, online=self.correction.online, method=self.correction.method)
-        step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings_of(sensor.source))
-        return motion_of(corrected) if angles else corrected, step, sensor.guesses, was_read - start
+        corrected = empty_where_empty(sensor, corrected)
+        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
+        step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
+        result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
+        return result, step, sensor.guesses, was_read - start
 
     def _cleaned(
         self, take: Take, recording: "Motion | Markers", steps: tuple[Step, ...], seconds: dict[str, float]
@@ -228,6 +232,7 @@ class Chain:
             steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
             seconds = {**seconds, "denoise": spent["repair"]}
             postures = denoised(postures, repaired)
+            repaired = open_where_empty(repaired, postures)
         start = perf_counter()
         with ExitStack() as whole:
             self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, guesses, seconds)
@@ -292,8 +297,17 @@ def denoised(postures: "Postures", repaired: "Repaired[Markers]") -> "Postures":
     std = postures.std
     if std is not None:
         filled = mended & (std >= LOST)
-        std = np.where(filled, repaired.std, np.fmax(std, np.where(mended, repaired.std, 0.0)))
+        std = np.where(filled, repaired.std, np.where(mended, np.fmax(std, repaired.std), std))
     return replace(postures, positions=positions, std=std)
+
+
+def open_where_empty(repaired: "Repaired[Markers]", written: "Postures") -> "Repaired[Markers]":
+    """What is said of a repair whose positions are written only where there are any: the others are left open."""
+    from ..bodies.motion import Origin
+
+    there = written.present
+    origin = np.where(there, repaired.origin, np.uint8(Origin.LEFT_OPEN))
+    return replace(repaired, origin=origin, std=np.where(there, repaired.std, np.float32(np.nan)))
 
 
 def _warnings(steps: tuple[Step, ...]) -> tuple[str, ...]:
