@@ -1,5 +1,6 @@
 """Exit codes, help and usage, without any recording."""
 
+import os
 import re
 import subprocess
 import sys
@@ -217,3 +218,20 @@ def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) 
     assert running.returncode == 143
     assert "interrupted" in said.splitlines()[-1]
     assert all(not name.startswith(".") for name in (path.name for path in (tmp_path / "out").iterdir()))
+
+
+def test_a_name_that_the_encoding_lacks_is_spelt(tmp_path: Path) -> None:
+    write(tmp_path / "mädchen.bvh", samples.clip("walk", seconds=1.0, seed=1))
+    done = subprocess.run(
+        [sys.executable, "-m", "motionmend", "inspect", str(tmp_path / "mädchen.bvh")],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert r"m\xe4dchen.bvh" in done.stdout
+
+
+def test_a_name_of_two_lines_still_fails_in_one(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["inspect", str(tmp_path / "two\nlines.bvh")]) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 1
