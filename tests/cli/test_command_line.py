@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from motionmend import __version__, samples
+from motionmend.cli import COMMANDS as KNOWN
 from motionmend.cli import main
 from motionmend.io import write
 
@@ -31,6 +32,14 @@ def test_help_is_everywhere(capsys: pytest.CaptureFixture[str], command: str) ->
     code, out, err = run(capsys, f"{command} --help")
     assert (code, err) == (0, "")
     assert f"Usage: motionmend {command}".strip() in out
+
+
+@pytest.mark.parametrize("words", KNOWN, ids=" ".join)
+def test_every_command_can_be_asked_where_a_failure_arose(
+    capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
+) -> None:
+    _, out, _ = run(capsys, f"{' '.join(words)} --help")
+    assert "--debug" in out
 
 
 @pytest.mark.parametrize("command", COMMANDS[:-2] + COMMANDS[-1:])
