@@ -68,6 +68,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _run(arguments)
     except KeyboardInterrupt as interrupt:
+        if argv is None:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ending already
         resume = ", --resume goes on from there" if arguments and arguments[0] in RESUMABLE else ""
         code = TERMINATED if isinstance(interrupt, Terminated) else INTERRUPTED
         return _say(f"interrupted: what was finished stays{resume}", code)
