@@ -234,6 +234,17 @@ def whole_files(folder: Path) -> dict[str, Path]:
     }
 
 
+@pytest.mark.parametrize("kind", ["skl", "laban", "ntu", "azure", "mat", "uiprmd", "uiprmd text"])
+def test_a_rate_that_is_given_is_used_or_said_not_to_be(tmp_path: Path, kind: str) -> None:
+    path = whole_files(tmp_path)[kind]
+    own = read_postures(path)
+    given = read_postures(path, fps=50.0)
+    used = kind not in ("skl", "laban", "azure")
+    np.testing.assert_allclose(given.times, np.arange(9) / 50.0 if used else own.times)
+    assert any("were not used" in guess for guess in given.guesses) != used
+    assert not any("were not used" in guess for guess in own.guesses)
+
+
 @pytest.mark.parametrize("share", [0.35, 0.8, 0.99])
 @pytest.mark.parametrize("kind", ["skl", "laban", "ntu", "azure", "mat", "uiprmd", "uiprmd text"])
 def test_a_file_that_was_cut_off_is_refused_or_carries_a_warning(tmp_path: Path, kind: str, share: float) -> None:
