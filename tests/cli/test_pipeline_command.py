@@ -114,6 +114,26 @@ def test_recordings_come_out_as_denoise_makes_them(cli: Command, takes: Path, tm
         assert (tmp_path / f"one_{name}").read_bytes() == (tmp_path / f"two_{name}").read_bytes()
 
 
+def test_a_denoiser_of_one_kind_of_takes_does_not_stop_the_others(cli: Command, takes: Path, tmp_path: Path) -> None:
+    write(tmp_path / "clean.c3d", samples.markers(samples.clip("walk", seconds=3.0, seed=1)))
+    denoiser = tmp_path / "markers.mend"
+    assert cli("fit", "denoiser", tmp_path / "clean.c3d", "-o", denoiser, "--jobs", "1").code == 0
+    models = ["-m", takes / "sensor.mend", "-m", denoiser]
+    for name in ("table.csv", "angles.bvh"):
+        out = tmp_path / name
+        ran = cli("pipeline", takes / "takes" / "seen.csv", "-o", out, *models)
+        assert ran.code == 0, ran.err
+        assert "repaired without the model" in ran.err
+        steps = json.loads(out.with_suffix(".mend.json").read_text())
+        assert [step["step"] for step in steps["steps"]] == ["correct", "denoise"]
+        assert steps["steps"][1]["model"] is None
+    ran = cli("pipeline", takes / "takes" / "day", "-o", tmp_path / "out", *models, "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "body.amc" in ran.failures[0]
+    assert (tmp_path / "out" / "marked.c3d").exists()
+
+
 def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp_path: Path) -> None:
     out = tmp_path / "seen.bvh"
     ran = cli("pipeline", takes / "takes" / "seen.csv", "-m", takes / "sensor.mend", "-o", out)

@@ -10,7 +10,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import FileError
+from ..errors import FileError, MismatchError
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
@@ -206,9 +206,8 @@ class Chain:
 
         repaired = None
         if self.repair is not None:
-            repaired, spent = self.repair.timed(recording)
-            steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
-            seconds = {**seconds, "denoise": spent["repair"]}
+            repaired, step = _repaired(self.repair, recording, made=bool(steps))
+            steps, seconds = (*steps, step), {**seconds, step.name: step.seconds}
         result = recording if repaired is None else repaired.recording
         start = perf_counter()
         with ExitStack() as whole:
@@ -228,9 +227,8 @@ class Chain:
         steps: tuple[Step, ...] = (step,)
         repaired = None
         if self.repair is not None and postures.frames > 1:
-            repaired, spent = self.repair.timed(as_markers(postures))
-            steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
-            seconds = {**seconds, "denoise": spent["repair"]}
+            repaired, last = _repaired(self.repair, as_markers(postures), made=True)
+            steps, seconds = (*steps, last), {**seconds, last.name: last.seconds}
             postures = denoised(postures, repaired)
             repaired = open_where_empty(repaired, postures)
         start = perf_counter()
@@ -269,6 +267,30 @@ class Chain:
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
         }
         write_json(whole.enter_context(atomic(take.job.beside(".mend.json"))), facts)
+
+
+def _repaired(repair: "Repair", recording: "Motion | Markers", made: bool) -> "tuple[Repaired[Any], Step]":
+    """What the denoiser makes of a recording, as a step.
+
+    A denoiser knows takes of one kind. Joints that another step has made (`made`) and that it does not know are
+    repaired by what they show themselves, and that is said; a take that only needs denoising fails, as with `denoise`.
+
+    Raises
+    ------
+    MismatchError : the model does not know the recording, which cannot be repaired without.
+    """
+    from ..denoise import MODEL_FREE_METHODS
+
+    try:
+        repaired, spent = repair.timed(recording)
+    except MismatchError as error:
+        needed = repair.method not in MODEL_FREE_METHODS or repair.lag is not None or repair.footskate
+        if repair.model is None or needed or not made:
+            raise
+        repaired, spent = replace(repair, model=None, model_facts=None).timed(recording)
+        said = f"repaired without the model: {error}"
+        return repaired, Step("denoise", None, spent["repair"], (said, *repaired.warnings))
+    return repaired, Step("denoise", repair.model_facts, spent["repair"], repaired.warnings)
 
 
 def as_markers(postures: "Postures") -> "Markers":
