@@ -2,10 +2,12 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 from threadpoolctl import threadpool_info
 
@@ -202,3 +204,66 @@ def test_queues_closed_while_a_worker_is_started_cost_nothing() -> None:
         staff.executor()._call_queue._reader.close()  # type: ignore[attr-defined]
         batch.in_turn(square, range(8), lambda outcome: taken.append(outcome.value), staff)
     assert taken == [n * n for n in range(8)]
+
+
+@pytest.mark.slow
+def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
+    """As after `kill -9`: workers that nobody sends anything any more would wait for ever."""
+    script = tmp_path / "long.py"
+    script.write_text(
+        "import time\n"
+        "from motionmend.batch import run\n"
+        "if __name__ == '__main__':\n"
+        "    run(time.sleep, [0.01] * 4 + [600.0] * 2, jobs=2)\n"
+    )
+    running = subprocess.Popen([sys.executable, str(script)])
+    parent = psutil.Process(running.pid)
+    deadline = time.monotonic() + 60
+    staff: list[psutil.Process] = []
+    while len(staff) < 2 and time.monotonic() < deadline:
+        staff = [one for one in parent.children() if "spawn_main" in " ".join(one.cmdline())]
+        time.sleep(0.05)
+    time.sleep(1.0)  # until they have begun
+    running.kill()
+    running.wait()
+    gone, alive = psutil.wait_procs(staff, timeout=20)
+    for one in alive:
+        one.kill()
+    assert (len(gone), alive) == (2, [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1, 2])
+def test_an_interrupt_ends_at_once_and_leaves_nothing_half_written(tmp_path: Path, times: int) -> None:
+    """However long the items would take, and however impatient who interrupts."""
+    out = tmp_path / "out"
+    out.mkdir()
+    script = tmp_path / "long.py"
+    script.write_text(
+        "import sys, time\n"
+        "from pathlib import Path\n"
+        "from motionmend.batch import run\n"
+        "from motionmend.io.atomic import atomic\n"
+        "def write_slowly(path):\n"
+        "    with atomic(path) as temporary:\n"
+        "        temporary.write_text('half')\n"
+        "        time.sleep(600)\n"
+        "if __name__ == '__main__':\n"
+        "    run(write_slowly, [Path(sys.argv[1]) / name for name in ('a.csv', 'b.csv')], jobs=2)\n"
+    )
+    running = subprocess.Popen([sys.executable, str(script), str(out)], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while len(list(out.iterdir())) < 2 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert len(list(out.iterdir())) == 2
+    staff = psutil.Process(running.pid).children()
+    began = time.monotonic()
+    for _ in range(times):
+        running.send_signal(signal.SIGINT)
+        time.sleep(0.1)
+    _, said = running.communicate(timeout=60)
+    assert time.monotonic() - began < 10.0
+    assert running.returncode != 0
+    assert said.rstrip().endswith("KeyboardInterrupt")
+    assert list(out.iterdir()) == []
+    assert psutil.wait_procs(staff, timeout=5)[1] == []

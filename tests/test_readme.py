@@ -1,11 +1,16 @@
-"""The README's example runs as it stands there."""
+"""What README and docs say runs, exists and is there: examples, commands, files, links."""
 
 import re
+import shlex
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from motionmend.cli import COMMANDS, _app
+
 README = Path(__file__).parents[1] / "README.md"
+PAGES = [README, *sorted((README.parent / "docs").glob("*.md"))]
 
 
 def test_the_example_runs(tmp_path, monkeypatch, capsys):
@@ -21,3 +26,47 @@ def test_the_example_runs(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("link", re.findall(r"\]\(([^)]+)\)", README.read_text(encoding="utf-8")))
 def test_every_link_leads_to_a_file(link):
     assert (README.parent / link).exists()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_of_the_docs_leads_to_a_file(page):
+    for link in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+        assert "://" in link or (page.parent / link).exists(), link
+
+
+def commands(page):
+    """The command lines of each block of a page, without their comments."""
+    for block in re.findall(r"```\n(.*?)```", page.read_text(encoding="utf-8"), re.S):
+        yield [shlex.split(line, comments=True) for line in block.splitlines() if line.startswith("motionmend ")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_are_good_usage_as_they_stand(page):
+    for words in (words for block in commands(page) for words in block):
+        assert tuple(words[1:2]) in COMMANDS or tuple(words[1:3]) in COMMANDS, words
+        _app(words[1:]).parse_args(words[1:], exit_on_error=False, print_error=False)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_command_of_a_page_writes_where_another_has_written(page):
+    words = [words for block in commands(page) for words in block]
+    written = Counter(one[one.index("-o") + 1] for one in words if "-o" in one)
+    assert [out for out, count in written.items() if count > 1] == []
+
+
+def test_every_file_that_is_named_in_the_docs_is_there():
+    there = {
+        path.name
+        for folder in ("src", "tests", "papers", "benchmarks")
+        for path in (README.parent / folder).rglob("*.py")
+    }
+    for page in PAGES:
+        named = set(re.findall(r"(?<![\w*/.])([a-z]\w*\.py)\b", page.read_text(encoding="utf-8")))
+        assert named <= there, page.name
+
+
+@pytest.mark.parametrize("room", ["denoise", "track", "correct"])
+def test_every_file_of_a_room_is_told_of(room):
+    told = (README.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    files = {path.name for path in (README.parent / "src" / "motionmend" / room).glob("*.py")} - {"__init__.py"}
+    assert [name for name in sorted(files) if name not in told and not name.endswith("_term.py")] == []

@@ -8,16 +8,20 @@ import importlib
 import multiprocessing
 import os
 import signal
+import threading
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import connection
 from typing import Generic, Protocol, TypeVar
 
 from .errors import MotionMendError, UsageError
 
+PATIENCE = 2.0  # s that workers have to clear away what they were writing
 AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
 ATTEMPTS = 3  # times an item is sent before the death of its worker is held against it
 _GIVEN_UP = "KilledWorker"  # what Dask says of an item whose workers died, and of those that ran beside it
@@ -139,6 +143,18 @@ class Workers:
                 process.kill()
         self.dismiss()
 
+    def abandon(self) -> None:
+        """End local processes whatever they are at: each clears away what it was writing, none is waited for longer."""
+        staff = list((getattr(self._local, "_processes", None) or {}).values())
+        with _deaf():
+            for process in staff:
+                process.terminate()
+            waiting = {process.sentinel for process in staff}
+            deadline = time.monotonic() + PATIENCE
+            while waiting and time.monotonic() < deadline:
+                waiting.difference_update(connection.wait(list(waiting), max(0.0, deadline - time.monotonic())))
+            self.bury()
+
 
 @contextmanager
 def workers(jobs: int, cluster: str | None = None) -> Iterator[Workers]:
@@ -162,8 +178,24 @@ def workers(jobs: int, cluster: str | None = None) -> Iterator[Workers]:
     found = Workers(jobs)
     try:
         yield found
+    except KeyboardInterrupt:
+        found.abandon()
+        raise
     finally:
         found.dismiss()
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Another Ctrl-C changes nothing about an end that has begun."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def in_turn(
@@ -244,6 +276,8 @@ def _attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
             return task(item)
     except Exception as error:
         return failure(error)
+    except _Dismissed:
+        os._exit(0)
 
 
 def failure(error: Exception) -> Failure:
@@ -342,9 +376,28 @@ def _processes(count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker)
 
 
+class _Dismissed(SystemExit):
+    """In a worker that was told to end: what it was writing is cleared away on the way out."""
+
+
+def _dismissed(_signal: int, _frame: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once is enough, and clearing away must not be interrupted
+    raise _Dismissed
+
+
 def _start_worker() -> None:
     os.environ.update(dict.fromkeys(_BLAS_VARIABLES, "1"))  # before numpy is loaded
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which lets what runs come to its end
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends its workers
+    signal.signal(signal.SIGTERM, _dismissed)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is gone, be it killed: nobody would ever send it anything again."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager

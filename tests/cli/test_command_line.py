@@ -1,14 +1,18 @@
 """Exit codes, help and usage, without any recording."""
 
+import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from motionmend import __version__
+from motionmend import __version__, samples
+from motionmend.cli import COMMANDS as KNOWN
 from motionmend.cli import main
+from motionmend.io import write
 
 COMMANDS = ("demo", "inspect", "denoise", "corrupt", "compare", "report", "reproduce", "fit", "fit denoiser")
 
@@ -28,6 +32,14 @@ def test_help_is_everywhere(capsys: pytest.CaptureFixture[str], command: str) ->
     code, out, err = run(capsys, f"{command} --help")
     assert (code, err) == (0, "")
     assert f"Usage: motionmend {command}".strip() in out
+
+
+@pytest.mark.parametrize("words", KNOWN, ids=" ".join)
+def test_every_command_can_be_asked_where_a_failure_arose(
+    capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
+) -> None:
+    _, out, _ = run(capsys, f"{' '.join(words)} --help")
+    assert "--debug" in out
 
 
 @pytest.mark.parametrize("command", COMMANDS[:-2] + COMMANDS[-1:])
@@ -142,6 +154,31 @@ def test_an_interrupt_is_130_and_one_line(
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+def test_only_commands_with_resume_speak_of_it(capsys: pytest.CaptureFixture[str], monkeypatch, tmp_path: Path) -> None:
+    from motionmend import io
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "a.amc").touch()
+    monkeypatch.setattr(io, "read", interrupted)
+    for command, resumes in (("inspect", False), ("corrupt", True), ("denoise", True)):
+        more = [] if command == "inspect" else ["-o", str(tmp_path / "b.amc")]
+        assert main([command, str(tmp_path / "a.amc"), *more]) == 130
+        assert ("--resume" in capsys.readouterr().err) == resumes
+
+
+def test_what_the_system_refuses_is_said_with_its_name(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+    from motionmend.cli import demo
+
+    def refused(*_: object, **__: object) -> None:
+        raise OSError(30, "Read-only file system", "there/demo")
+
+    monkeypatch.setattr(demo, "demo", refused)
+    assert main(["demo"]) == 1
+    assert capsys.readouterr().err == "motionmend: there/demo: Read-only file system\n"
+
+
 def test_a_defect_is_1_and_its_traceback_needs_debug(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -173,3 +210,37 @@ def test_a_reader_that_leaves_ends_it_quietly(tmp_path: Path) -> None:
     command = f"{sys.executable} -m motionmend --help | true"
     done = subprocess.run(command, shell=True, capture_output=True, text=True)
     assert done.stderr == ""
+
+
+@pytest.mark.slow
+def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    for seed in range(4):
+        write(tmp_path / "in" / f"{seed}.bvh", samples.clip("walk", seconds=20.0, seed=seed))
+    given = ["denoise", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--jobs", "1"]
+    running = subprocess.Popen([sys.executable, "-m", "motionmend", *given], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob("out/*.mend.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    running.terminate()
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 143
+    assert "interrupted" in said.splitlines()[-1]
+    assert all(not name.startswith(".") for name in (path.name for path in (tmp_path / "out").iterdir()))
+
+
+def test_a_name_that_the_encoding_lacks_is_spelt(tmp_path: Path) -> None:
+    write(tmp_path / "mädchen.bvh", samples.clip("walk", seconds=1.0, seed=1))
+    done = subprocess.run(
+        [sys.executable, "-m", "motionmend", "inspect", str(tmp_path / "mädchen.bvh")],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert r"m\xe4dchen.bvh" in done.stdout
+
+
+def test_a_name_of_two_lines_still_fails_in_one(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["inspect", str(tmp_path / "two\nlines.bvh")]) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 1

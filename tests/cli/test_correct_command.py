@@ -19,6 +19,7 @@ from motionmend.bodies.motion import Motion
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.truth_joints import joints_of_motion
 from motionmend.correct.pairs import at_times
+from motionmend.errors import FileError
 from motionmend.io.joint_table import read_joint_table, write_joint_table
 from motionmend.models import load_model
 
@@ -220,6 +221,8 @@ def test_a_frame_without_the_person_stays_empty(cli: Command, taught: Path, tmp_
         assert ran.code == 0
         found = read_joint_table(out)
         assert np.flatnonzero(~found.present.any(axis=1)).tolist() == [10, 11, 12, 13]
+        assert found.std is not None
+        assert np.array_equal(np.isfinite(found.std), found.present)
         assert json.loads(ran.out)["counts"]["empty_frames"] == 4
 
 
@@ -281,3 +284,27 @@ def test_a_report_shows_a_sensors_recording(cli: Command, taught: Path, tmp_path
     ran = cli("report", taught / "walk_3.csv", "-o", tmp_path / "r.html")
     assert ran.code == 0
     assert "SpineBase" in (tmp_path / "r.html").read_text()
+
+
+def test_a_single_frame_becomes_joint_angles_at_the_rate_supposed(cli: Command, taught: Path, tmp_path: Path) -> None:
+    postures = sensed(samples.clip("walk", seconds=1.0, seed=3), 3)
+    one = Postures(postures.names, postures.positions[:1], postures.times[:1])
+    write_joint_table(tmp_path / "one.csv", one)
+    for given, rate in (([], 30.0), (["--fps", "50"], 50.0)):
+        out = tmp_path / f"one{rate:g}.bvh"
+        assert cli("correct", tmp_path / "one.csv", "-m", taught / "m.mend", "-o", out, *given).code == 0
+        motion = read(out)
+        assert (motion.frames, motion.fps) == (1, pytest.approx(rate))
+
+
+def test_a_record_that_cannot_be_written_takes_its_output_along(
+    cli: Command, taught: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise FileError("o.mend.json: cannot be written: No space left on device")
+
+    write_joint_table(tmp_path / "a.csv", sensed(samples.clip("walk", seconds=1.0, seed=3), 3))
+    monkeypatch.setattr("motionmend.cli.correct.write_json", full)
+    ran = cli("correct", tmp_path / "a.csv", "-m", taught / "m.mend", "-o", tmp_path / "out" / "o.csv")
+    assert ran.code == 1
+    assert list((tmp_path / "out").iterdir()) == []

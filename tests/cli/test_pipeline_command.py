@@ -88,12 +88,50 @@ def test_a_folder_of_takes_goes_all_the_way(cli: Command, takes: Path, sensor: P
     assert list(beside)[-1] == "seconds"
 
 
+def test_a_frame_without_the_person_is_left_open_and_said_to_be(
+    cli: Command, takes: Path, sensor: Postures, tmp_path: Path
+) -> None:
+    places, state = sensor.positions.copy(), np.array(sensor.state)
+    places[20:24], state[20:24] = np.nan, 0
+    write_joint_table(tmp_path / "seen.csv", Postures(sensor.names, places, sensor.times, state=state))
+    ran = cli("pipeline", tmp_path / "seen.csv", "-m", takes / "sensor.mend", "-o", tmp_path / "o.csv", "--json")
+    assert ran.code == 0, ran.err
+    table = read_joint_table(tmp_path / "o.csv")
+    assert np.flatnonzero(~table.present.any(axis=1)).tolist() == [20, 21, 22, 23]
+    assert table.std is not None
+    assert np.array_equal(np.isfinite(table.std), table.present)
+    beside = json.loads((tmp_path / "o.mend.json").read_text())
+    assert {counts["left_open"] for counts in beside["channels"].values()} == {4}
+    assert beside["runs"]["Head"]["left_open"] == [[20, 4]]
+    assert json.loads(ran.out)["counts"]["left_open"] == 4 * len(sensor.names)
+
+
 def test_recordings_come_out_as_denoise_makes_them(cli: Command, takes: Path, tmp_path: Path) -> None:
     for name in ("marked.c3d", "body.amc"):
         take = takes / "takes" / "day" / name
         assert cli("pipeline", take, "-o", tmp_path / f"one_{name}").code == 0
         assert cli("denoise", take, "-o", tmp_path / f"two_{name}").code == 0
         assert (tmp_path / f"one_{name}").read_bytes() == (tmp_path / f"two_{name}").read_bytes()
+
+
+def test_a_denoiser_of_one_kind_of_takes_does_not_stop_the_others(cli: Command, takes: Path, tmp_path: Path) -> None:
+    write(tmp_path / "clean.c3d", samples.markers(samples.clip("walk", seconds=3.0, seed=1)))
+    denoiser = tmp_path / "markers.mend"
+    assert cli("fit", "denoiser", tmp_path / "clean.c3d", "-o", denoiser, "--jobs", "1").code == 0
+    models = ["-m", takes / "sensor.mend", "-m", denoiser]
+    for name in ("table.csv", "angles.bvh"):
+        out = tmp_path / name
+        ran = cli("pipeline", takes / "takes" / "seen.csv", "-o", out, *models)
+        assert ran.code == 0, ran.err
+        assert "repaired without the model" in ran.err
+        steps = json.loads(out.with_suffix(".mend.json").read_text())
+        assert [step["step"] for step in steps["steps"]] == ["correct", "denoise"]
+        assert steps["steps"][1]["model"] is None
+    ran = cli("pipeline", takes / "takes" / "day", "-o", tmp_path / "out", *models, "--jobs", "1")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "body.amc" in ran.failures[0]
+    assert (tmp_path / "out" / "marked.c3d").exists()
 
 
 def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp_path: Path) -> None:

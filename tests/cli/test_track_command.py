@@ -133,6 +133,19 @@ def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_
     assert lengths[0] == lengths[1]
 
 
+def test_the_first_recording_with_somebody_in_it_gives_the_body(cli: Command, studio: Path, tmp_path: Path) -> None:
+    nobody = (DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32), None, t / FPS) for t in range(3))
+    write_depth_folder(tmp_path / "in" / "a_nobody", nobody, FPS)
+    for name in ("b", "c"):
+        shutil.copytree(studio / "take", tmp_path / "in" / name)
+    ran = cli("track", tmp_path / "in", "-m", studio / "m.mend", "--body", tmp_path / "b.json", "-o", tmp_path / "out")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    read_body(tmp_path / "b.json")
+    facts = [json.loads((tmp_path / "out" / f"{name}.mend.json").read_text()) for name in "bc"]
+    assert facts[0]["bone_lengths_m"] == facts[1]["bone_lengths_m"]
+
+
 def test_a_mirrored_recording_keeps_the_persons_left_and_right(cli: Command, studio: Path, tmp_path: Path) -> None:
     plain = read_depth(studio / "take")
     mirrored = (turned_round(frame) for frame in plain)

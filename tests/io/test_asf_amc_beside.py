@@ -107,3 +107,23 @@ def test_what_acclaim_cannot_express_is_one_line(rng):
         with pytest.raises(MismatchError, match=message) as failure:
             asf_of(wrong)
         assert "\n" not in str(failure.value)
+
+
+def test_a_motion_that_cannot_be_written_leaves_no_skeleton(folder, tmp_path_factory, monkeypatch):
+    out = tmp_path_factory.mktemp("out")
+    motion = read_frames(folder, HEADER + FRAMES)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("motionmend.io.amc._stating", full)
+    with pytest.raises(FileError, match=r"a\.amc: cannot be written: No space left"):
+        write_amc(out / "a.amc", motion)
+    assert list(out.iterdir()) == []
+
+
+def test_hidden_files_are_no_skeletons(tmp_path):
+    (tmp_path / "02.asf").write_text(ASF)
+    (tmp_path / "._other.asf").write_text("notes of another system")
+    (tmp_path / ".0123456789ab.asf").write_text("half writ")
+    assert find_asf(tmp_path / "walk.amc").name == "02.asf"

@@ -191,6 +191,22 @@ def test_atomic_says_why_it_cannot(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_atomic_says_the_first_failure_where_nothing_can_be_removed_either(tmp_path: Path, monkeypatch) -> None:
+    def refused(self: Path, missing_ok: bool = False) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    with pytest.raises(FileError, match=r"a\.csv: cannot be written: Read-only file system"):
+        spoil(tmp_path / "a.csv", OSError(30, "Read-only file system"))
+
+
+def test_a_writer_within_another_speaks_of_the_file_that_was_wanted(tmp_path: Path) -> None:
+    with pytest.raises(FileError) as caught, atomic(tmp_path / "a.csv") as temporary:
+        spoil(temporary, OSError(28, "No space left on device"))
+    assert str(caught.value) == f"{tmp_path / 'a.csv'}: cannot be written: No space left on device"
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("ending", [".c3d", ".trc", ".csv"])
 def test_a_writer_that_fails_keeps_the_old_file(tmp_path: Path, rng, monkeypatch, ending: str) -> None:
     made = some_markers(rng)

@@ -125,6 +125,19 @@ def test_the_body_seen_longest_is_taken_from_azure_bodies(tmp_path: Path) -> Non
     assert any("took 2" in guess for guess in found.guesses)
 
 
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_confidences_of_azure_recorders_are_states(tmp_path: Path, wrapped: bool) -> None:
+    path = azure(tmp_path / "a.json", {1: standing(AZURE32, 3, 1)}, [33_333 * t for t in range(3)])
+    content = json.loads(path.read_text())
+    levels = np.arange(32) % 4
+    for frame in content["frames"]:
+        frame["bodies"][0]["joint_confidence"] = [[int(level)] if wrapped else int(level) for level in levels]
+    path.write_text(json.dumps(content))
+    found = read_postures(path)
+    assert found.state is not None
+    np.testing.assert_array_equal(found.state, np.tile(np.minimum(levels, 2), (3, 1)))
+
+
 def test_utd_mhad_is_read_in_the_data_sets_order(tmp_path: Path) -> None:
     places = standing(UTDMHAD20, 7)
     savemat(tmp_path / "a1_s1_t1_skeleton.mat", {"d_skel": np.moveaxis(places, 0, 2)})
@@ -219,6 +232,17 @@ def whole_files(folder: Path) -> dict[str, Path]:
         "uiprmd": uiprmd(folder, rng.normal(size=(9, 22, 3)), rng.normal(size=(9, 22, 3)), zipped=True),
         "uiprmd text": uiprmd(folder / "plain", rng.normal(size=(9, 22, 3)), rng.normal(size=(9, 22, 3)), zipped=False),
     }
+
+
+@pytest.mark.parametrize("kind", ["skl", "laban", "ntu", "azure", "mat", "uiprmd", "uiprmd text"])
+def test_a_rate_that_is_given_is_used_or_said_not_to_be(tmp_path: Path, kind: str) -> None:
+    path = whole_files(tmp_path)[kind]
+    own = read_postures(path)
+    given = read_postures(path, fps=50.0)
+    used = kind not in ("skl", "laban", "azure")
+    np.testing.assert_allclose(given.times, np.arange(9) / 50.0 if used else own.times)
+    assert any("were not used" in guess for guess in given.guesses) != used
+    assert not any("were not used" in guess for guess in own.guesses)
 
 
 @pytest.mark.parametrize("share", [0.35, 0.8, 0.99])

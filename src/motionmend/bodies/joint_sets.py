@@ -39,8 +39,6 @@ for _side in ("l", "r"):
         f"{_side}_toe_tip": f"{_side}_foot",
     }
 
-FACE = ("nose", "l_eye", "r_eye", "l_ear", "r_ear")
-
 
 @final
 @dataclass(frozen=True)

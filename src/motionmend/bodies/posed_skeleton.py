@@ -12,7 +12,7 @@ from .skeleton import ROTATION, TRANSLATION, Skeleton
 _TWIST = 1e-6  # weight of keeping the parent's turn, which decides what the bones leave open
 
 
-def motion_of(postures: Postures) -> Motion:
+def motion_of(postures: Postures, fps: float | None = None) -> Motion:
     """A skeleton with the postures' median bone lengths, turned so that its bones point as theirs do.
 
     Each joint that carries others has three angles, chosen by least squares over the bones that leave it; the turn
@@ -21,10 +21,11 @@ def motion_of(postures: Postures) -> Motion:
     Parameters
     ----------
     postures : T frames. One in which a joint that carries others is missing leaves its angles missing.
+    fps : Hz; None takes the rate of the postures' times, of which there must be two or more then.
 
     Returns
     -------
-    motion : at the postures' rate; joints in an order in which parents come first.
+    motion : at that rate; joints in an order in which parents come first.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def motion_of(postures: Postures) -> Motion:
     offsets = np.zeros((len(names), 3))
     offsets[1:] = still / np.maximum(np.linalg.norm(still, axis=1), 1e-9)[:, None] * lengths[:, None]
     skeleton = _skeleton(names, tree, offsets)
-    return Motion(skeleton, _angles(skeleton, places), postures.fps, guesses=postures.guesses)
+    return Motion(skeleton, _angles(skeleton, places), postures.fps if fps is None else fps, guesses=postures.guesses)
 
 
 def _parents_first(above: Ints) -> list[int]:

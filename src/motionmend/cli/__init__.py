@@ -1,11 +1,13 @@
 """The command line: `main` reads the arguments, runs one command and turns every failure into one line."""
 
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from importlib import import_module
 from inspect import cleandoc
+from io import TextIOWrapper
 from typing import TYPE_CHECKING, Any
 
 from ..errors import MotionMendError, UsageError
@@ -13,7 +15,7 @@ from ..errors import MotionMendError, UsageError
 if TYPE_CHECKING:
     from cyclopts import App
 
-FAILED, BAD_USAGE, INTERRUPTED = 1, 2, 130
+FAILED, BAD_USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
 GROUPS = {"fit": "Learn a model from clean recordings.", "data": "Public recordings by name."}
 
@@ -39,6 +41,13 @@ COMMANDS = {  # the words of a command, in the order of the help: the module it 
 }
 
 
+RESUMABLE = ("denoise", "track", "correct", "corrupt", "pipeline")
+
+
+class Terminated(KeyboardInterrupt):
+    """The process was asked to end (SIGTERM), as `kill` does; what was begun is cleared away as after Ctrl-C."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code.
 
@@ -48,20 +57,29 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    0 when all went well, 1 when an input failed, 2 for bad usage, 130 when interrupted.
+    0 when all went well, 1 when an input failed, 2 for bad usage, 130 when interrupted, 143 when asked to end.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:
+        signal.signal(signal.SIGTERM, _terminate)
+        for stream in (sys.stdout, sys.stderr):  # a name that a pipe's encoding lacks is spelt, not a failure
+            if isinstance(stream, TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
     try:
         return _run(arguments)
-    except KeyboardInterrupt:
-        return _say("interrupted: what was finished stays, --resume goes on from there", INTERRUPTED)
+    except KeyboardInterrupt as interrupt:
+        if argv is None:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ending already
+        resume = ", --resume goes on from there" if arguments and arguments[0] in RESUMABLE else ""
+        code = TERMINATED if isinstance(interrupt, Terminated) else INTERRUPTED
+        return _say(f"interrupted: what was finished stays{resume}", code)
     except BrokenPipeError:  # the reader of a pipe left, as `head` does: nobody is there to be told
         sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w", encoding="utf-8")  # noqa: SIM115
         return FAILED
     except (MotionMendError, OSError) as error:
         if "--debug" in arguments:
             traceback.print_exc()
-        return _say(str(error), BAD_USAGE if isinstance(error, UsageError) else FAILED)
+        return _say(_line(error), BAD_USAGE if isinstance(error, UsageError) else FAILED)
     except Exception as error:
         if "--debug" in arguments:
             traceback.print_exc()
@@ -116,6 +134,17 @@ def _add(app: "App", command: Callable[..., int], name: str) -> None:
     """The command under this name, its docstring as help with each paragraph on a line of its own."""
     paragraphs = cleandoc(command.__doc__ or "").split("\n\n")
     app.command(command, name=name, help="\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs))
+
+
+def _terminate(_signal: int, _frame: object) -> None:
+    raise Terminated
+
+
+def _line(error: Exception) -> str:
+    """What an error says, without an operating system's number in front."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
 
 
 def _say(line: str, code: int) -> int:

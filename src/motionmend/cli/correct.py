@@ -152,7 +152,7 @@ class Correction:
         sensor = read_postures(job.source, fps=self.fps)
         was_read = perf_counter()
         corrected = self.model.correct(sensor, self.online, self.method, self._ahead(sensor))
-        corrected = _empty_where_empty(sensor, corrected)
+        corrected = empty_where_empty(sensor, corrected)
         seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         return self._save(job, sensor, corrected, warnings, seconds)
@@ -203,11 +203,12 @@ class Correction:
         if each is None and self.timed and self.model is not None and self.method == "default":
             each = live_seconds(self.model, sensor, ahead or 0)
         frame_ms = _frame_ms(sensor.frames, seconds["correct"], each)
-        _write(job.target, corrected)
-        seconds = {**seconds, "write": perf_counter() - start}
-        seconds["total"] = sum(seconds.values())
-        rounded = {name: round(value, 4) for name, value in seconds.items()}
-        write_json(job.beside(".mend.json"), {**facts, "seconds": {**rounded, "frame_ms": frame_ms}})
+        with job.together(".mend.json"):
+            _write(job.target, corrected, rate_of(sensor, self.fps))
+            seconds = {**seconds, "write": perf_counter() - start}
+            seconds["total"] = sum(seconds.values())
+            rounded = {name: round(value, 4) for name, value in seconds.items()}
+            write_json(job.beside(".mend.json"), {**facts, "seconds": {**rounded, "frame_ms": frame_ms}})
         said = {
             "input": job.source,
             "output": job.target,
@@ -232,14 +233,15 @@ class Correction:
         return Done(said, line=line, warnings=warnings, guesses=sensor.guesses)
 
 
-def _empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
-    """A frame without the person stays one."""
-    empty = np.asarray(~sensor.present.any(axis=1))
-    if not (empty[:, None] & corrected.present).any():
+def empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
+    """A frame without the person stays one, and a joint without a position has no deviation."""
+    empty = np.asarray(~sensor.present.any(axis=1))[:, None]
+    gone = empty | ~corrected.present
+    if not gone.any():
         return corrected
-    positions = np.where(empty[:, None, None], np.nan, corrected.positions)
-    std = None if corrected.std is None else np.where(empty[:, None], np.nan, corrected.std)
-    sure = None if corrected.reliability is None else np.where(empty[:, None], 0.0, corrected.reliability)
+    positions = np.where(gone[:, :, None], np.nan, corrected.positions)
+    std = None if corrected.std is None else np.where(gone, np.nan, corrected.std)
+    sure = None if corrected.reliability is None else np.where(empty, 0.0, corrected.reliability)
     return replace(corrected, positions=positions, std=std, reliability=sure)
 
 
@@ -316,11 +318,11 @@ def _spread(values: Any, names: tuple[str, ...], present: Any) -> dict[str, dict
     return {"all": of(values[known]), **each}
 
 
-def rate_of(sensor: "Postures") -> float:
-    """The recording's rate in Hz; a sensor's usual one where it is not known."""
+def rate_of(sensor: "Postures", given: float | None = None) -> float:
+    """The recording's rate in Hz; that given, or else a sensor's usual one, where a single frame tells none."""
     from ..io.sensor_source import USUAL_FPS
 
-    return sensor.fps if np.isfinite(sensor.fps) and sensor.fps > 0 else USUAL_FPS
+    return sensor.fps if np.isfinite(sensor.fps) and sensor.fps > 0 else given or USUAL_FPS
 
 
 def live_seconds(model: "CorrectorModel", sensor: "Postures", look_ahead: int = 0) -> list[float]:
@@ -345,12 +347,12 @@ def _frame_ms(frames: int, whole: float, each: Any) -> dict[str, float | None]:
     return {"mean": mean, "p50": p50, "p95": p95, "max": float(times.max())}
 
 
-def _write(path: Path, corrected: "Postures") -> None:
+def _write(path: Path, corrected: "Postures", fps: float) -> None:
     if path.suffix.lower() != ".csv":
         from ..bodies.posed_skeleton import motion_of
         from ..io import write
 
-        write(path, motion_of(corrected))
+        write(path, motion_of(corrected, fps))
         return
     from ..io.joint_table import write_joint_table
 

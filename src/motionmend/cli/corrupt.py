@@ -123,29 +123,30 @@ class Spoil:
             "missing": int(spoilt.missing.sum()),
             "missing_before": int((~clean.present).sum()),
         }
-        write(job.target, spoilt.recording)
-        write_json(
-            job.beside(".corrupt.json"),
-            {
-                "version": __version__,
-                "input": job.source.name,
-                "output": job.target.name,
-                "options": {
-                    "noise": self.noise,
-                    "noise_unit": "deg" if moving else "m",
-                    "outliers": self.outliers,
-                    "gaps": self.gaps,
-                    "drop": self.drop,
-                    "seed": self.seed,
+        with job.together(".corrupt.json"):
+            write(job.target, spoilt.recording)
+            write_json(
+                job.beside(".corrupt.json"),
+                {
+                    "version": __version__,
+                    "input": job.source.name,
+                    "output": job.target.name,
+                    "options": {
+                        "noise": self.noise,
+                        "noise_unit": "deg" if moving else "m",
+                        "outliers": self.outliers,
+                        "gaps": self.gaps,
+                        "drop": self.drop,
+                        "seed": self.seed,
+                    },
+                    "frames": clean.frames,
+                    "fps": clean.fps,
+                    "counts": counts,
+                    "outlier_runs": _runs_by_name(names, spoilt.outlier),
+                    "missing_runs": _runs_by_name(names, spoilt.missing),
+                    "guesses": clean.guesses,
                 },
-                "frames": clean.frames,
-                "fps": clean.fps,
-                "counts": counts,
-                "outlier_runs": _runs_by_name(names, spoilt.outlier),
-                "missing_runs": _runs_by_name(names, spoilt.missing),
-                "guesses": clean.guesses,
-            },
-        )
+            )
         facts: dict[str, Any] = {
             "input": job.source,
             "output": job.target,

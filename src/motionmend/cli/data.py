@@ -11,7 +11,7 @@ from .options import AsJson, Debug
 from .output import exit_code, json_line, progress, say, tell_failure
 
 
-def listed(*, as_json: AsJson = False) -> int:
+def listed(*, as_json: AsJson = False, debug: Debug = False) -> int:
     """List the public recordings that can be fetched by name: what they are, whose, on which terms."""
     from ..datasets import DATASETS
 

@@ -185,7 +185,8 @@ class Repair:
         from ..io.atomic import atomic
 
         start = perf_counter()
-        with ExitStack() as whole:  # all files appear together, or none
+        sidecars = (".mend.json", *((".report.html",) if self.report else ()))
+        with job.together(*sidecars), ExitStack() as whole:
             if self.report:
                 page = whole.enter_context(atomic(job.beside(".report.html")))
                 self._write_report(page, recording, repaired)

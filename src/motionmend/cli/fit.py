@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..batch import Failure, one_blas_thread, workers
-from ..errors import FileError, UsageError
+from ..errors import FileError, MismatchError, UsageError
 from .archive import Reading, learn, survey, total
 from .inputs import gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Working
@@ -48,7 +48,8 @@ def denoiser(
     reading = Reading(fps, skeleton and working.reachable(skeleton))
     # each clip is read twice, for its layout and for all else
     with progress(2 * len(inputs)) as advance, workers(working.width, working.cluster) as staff:
-        found = total(partial(survey, reading=reading), inputs, working, staff, advance)
+        task = partial(survey, reading=reading, window=window, model_fps=model_fps)
+        found = total(task, inputs, working, staff, advance)
         failures = _told(found.failures, working)
         tell_guesses(found.value.guesses if found.value else {})
         for refusal in refused:
@@ -60,13 +61,20 @@ def denoiser(
         was_read = perf_counter()
         with one_blas_thread():
             layout = alike.sketch.layout()
-        task = partial(learn, reading=reading, layout=layout, window=window, model_fps=model_fps)
-        learned = total(task, alike.clips, working, staff, advance)
+        for path in found.value.short:
+            say(
+                f"note: {path}: no {window / model_fps:.3g} s in which nothing is missing: no bases are learned from it"
+            )
+        lesson = partial(learn, reading=reading, layout=layout, window=window, model_fps=model_fps)
+        learned = total(lesson, alike.clips, working, staff, advance)
     failures += _told(learned.failures, working)
     if learned.value is None:
         raise FileError(f"{out} not written: {_NO_CLIP}")
-    with one_blas_thread():
-        model = settings.learned(layout, learned.value)
+    try:
+        with one_blas_thread():
+            model = settings.learned(layout, learned.value)
+    except MismatchError as error:
+        raise MismatchError(f"{out} not written: {error}") from None
     was_fitted = perf_counter()
     out.parent.mkdir(parents=True, exist_ok=True)
     sha256 = save_model(out, model)
@@ -82,6 +90,7 @@ def denoiser(
         "bases": model.bases.count,
         "settings": {"window": window, "model_fps": model_fps, "energy": energy},
         "failed": len(failures) + len(refused),
+        "short": found.value.short,
         "warnings": model.notes,
         "guesses": list(found.value.guesses),
         "seconds": {

@@ -4,6 +4,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -45,6 +46,19 @@ class Job:
     def beside(self, ending: str) -> Path:
         """The file beside the output with another ending, e.g. `.mend.json`."""
         return self.stem.with_name(self.stem.name + ending)
+
+    @contextmanager
+    def together(self, *sidecars: str) -> Iterator[None]:
+        """Within it the output and the files beside it are written: when it fails, none of those that are new stays."""
+        outputs = {self.target, *map(self.beside, sidecars)}
+        new = {output for output in outputs if not output.exists()}
+        try:
+            yield
+        except BaseException:
+            for output in new:
+                with suppress(OSError):
+                    output.unlink(missing_ok=True)
+            raise
 
 
 def ending(path: Path) -> str:
@@ -128,7 +142,8 @@ def plan(
         targets = [out] * len(inputs)
     else:
         if out.exists() and not out.is_dir():
-            raise UsageError(f"-o {out}: a folder was wanted for several inputs, came a file")
+            wanted = f"a name that ends in {', '.join(sorted(endings))}" if one_file else "a folder for several inputs"
+            raise UsageError(f"-o {out}: {wanted} was wanted, this file is there")
         if not out.is_dir() and ending(out) in endings:
             raise UsageError(f"-o {out}: a folder was wanted for several inputs, came the name of a file")
         targets = [out / (i.place if ending(i.path) in endings else i.place.with_suffix(otherwise)) for i in inputs]

@@ -83,7 +83,7 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
     nobody = int((~present.any(axis=1)).sum())
     if nobody:
         warnings.append(f"{nobody} frames without any joint")
-    rate = postures.fps if np.isfinite(postures.fps) else None
+    rate = float(f"{postures.fps:.7g}") if np.isfinite(postures.fps) else None  # times in files are rounded
     return {
         "input": path,
         "kind": "joints",

@@ -101,7 +101,7 @@ def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool) ->
     name = re.escape(path.name or str(path))
     named = re.search(rf"(?<![\w.-]){name}(?![\w-])", failure.message) is not None
     message = failure.message if named else f"{path}: {failure.message}"
-    say(f"motionmend: {message}")
+    say(f"motionmend: {' '.join(message.splitlines())}")  # a file's name may hold a line's end
     if as_json:
         print(json_line({"input": str(path), "error": failure.message}), flush=True)
 

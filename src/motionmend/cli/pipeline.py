@@ -10,7 +10,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import FileError
+from ..errors import FileError, MismatchError
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
@@ -184,6 +184,7 @@ class Chain:
         from ..bodies.posed_skeleton import motion_of
         from ..io.sensor import read_postures
         from ..io.sensor_source import warnings_of
+        from .correct import empty_where_empty, rate_of
 
         assert self.correction is not None
         assert self.correction.model is not None
@@ -191,8 +192,11 @@ class Chain:
         sensor = read_postures(take.job.source, fps=self.fps)
         was_read = perf_counter()
         corrected = self.correction.model.correct(sensor, online=self.correction.online, method=self.correction.method)
-        step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings_of(sensor.source))
-        return motion_of(corrected) if angles else corrected, step, sensor.guesses, was_read - start
+        corrected = empty_where_empty(sensor, corrected)
+        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
+        step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
+        result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
+        return result, step, sensor.guesses, was_read - start
 
     def _cleaned(
         self, take: Take, recording: "Motion | Markers", steps: tuple[Step, ...], seconds: dict[str, float]
@@ -202,9 +206,8 @@ class Chain:
 
         repaired = None
         if self.repair is not None:
-            repaired, spent = self.repair.timed(recording)
-            steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
-            seconds = {**seconds, "denoise": spent["repair"]}
+            repaired, step = _repaired(self.repair, recording, made=bool(steps))
+            steps, seconds = (*steps, step), {**seconds, step.name: step.seconds}
         result = recording if repaired is None else repaired.recording
         start = perf_counter()
         with ExitStack() as whole:
@@ -224,10 +227,10 @@ class Chain:
         steps: tuple[Step, ...] = (step,)
         repaired = None
         if self.repair is not None and postures.frames > 1:
-            repaired, spent = self.repair.timed(as_markers(postures))
-            steps = (*steps, Step("denoise", self.repair.model_facts, spent["repair"], repaired.warnings))
-            seconds = {**seconds, "denoise": spent["repair"]}
+            repaired, last = _repaired(self.repair, as_markers(postures), made=True)
+            steps, seconds = (*steps, last), {**seconds, last.name: last.seconds}
             postures = denoised(postures, repaired)
+            repaired = open_where_empty(repaired, postures)
         start = perf_counter()
         with ExitStack() as whole:
             self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, guesses, seconds)
@@ -266,6 +269,30 @@ class Chain:
         write_json(whole.enter_context(atomic(take.job.beside(".mend.json"))), facts)
 
 
+def _repaired(repair: "Repair", recording: "Motion | Markers", made: bool) -> "tuple[Repaired[Any], Step]":
+    """What the denoiser makes of a recording, as a step.
+
+    A denoiser knows takes of one kind. Joints that another step has made (`made`) and that it does not know are
+    repaired by what they show themselves, and that is said; a take that only needs denoising fails, as with `denoise`.
+
+    Raises
+    ------
+    MismatchError : the model does not know the recording, which cannot be repaired without.
+    """
+    from ..denoise import MODEL_FREE_METHODS
+
+    try:
+        repaired, spent = repair.timed(recording)
+    except MismatchError as error:
+        needed = repair.method not in MODEL_FREE_METHODS or repair.lag is not None or repair.footskate
+        if repair.model is None or needed or not made:
+            raise
+        repaired, spent = replace(repair, model=None, model_facts=None).timed(recording)
+        said = f"repaired without the model: {error}"
+        return repaired, Step("denoise", None, spent["repair"], (said, *repaired.warnings))
+    return repaired, Step("denoise", repair.model_facts, spent["repair"], repaired.warnings)
+
+
 def as_markers(postures: "Postures") -> "Markers":
     """Joints as a cloud of markers at the postures' usual rate; those that were held rather than seen are missing."""
     from ..bodies.joint_sets import known_set
@@ -292,8 +319,17 @@ def denoised(postures: "Postures", repaired: "Repaired[Markers]") -> "Postures":
     std = postures.std
     if std is not None:
         filled = mended & (std >= LOST)
-        std = np.where(filled, repaired.std, np.fmax(std, np.where(mended, repaired.std, 0.0)))
+        std = np.where(filled, repaired.std, np.where(mended, np.fmax(std, repaired.std), std))
     return replace(postures, positions=positions, std=std)
+
+
+def open_where_empty(repaired: "Repaired[Markers]", written: "Postures") -> "Repaired[Markers]":
+    """What is said of a repair whose positions are written only where there are any: the others are left open."""
+    from ..bodies.motion import Origin
+
+    there = written.present
+    origin = np.where(there, repaired.origin, np.uint8(Origin.LEFT_OPEN))
+    return replace(repaired, origin=origin, std=np.where(there, repaired.std, np.float32(np.nan)))
 
 
 def _warnings(steps: tuple[Step, ...]) -> tuple[str, ...]:

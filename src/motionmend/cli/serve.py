@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from ..batch import one_blas_thread
 from ..errors import FileError, UsageError
+from .options import Debug
 from .output import say
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def serve(
             help="A web page's origin that may connect beside the server's own page, such as http://localhost:3000."
         ),
     ] = (),
+    debug: Debug = False,
 ) -> int:
     """Correct sensor skeletons as they come, for any number of clients, each with a correction of its own.
 

@@ -91,12 +91,15 @@ def track(
             continue
         jobs.append(job)
     task = Follow(preset, settings.terms, began()).knowing(model, skeleton, body, start)
-    if body is not None and task.performer is None and len(jobs) > 1:
-        # The first recording finds the body, whatever --jobs is, and all others use it.
-        first = work(task, jobs[:1], name=_source, working=replace(working, jobs=1, cluster=None), as_json=as_json)
-        rest = task.knowing(model, skeleton, body if body.exists() else None, start)
-        return max(first, work(rest, jobs[1:], name=_source, working=working, as_json=as_json, refused=refused))
-    return work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused)
+    codes = []
+    while body is not None and task.performer is None and len(jobs) > 1:
+        # The first recording with somebody in it finds the body, whatever --jobs is, and all others use it.
+        alone = replace(working, jobs=1, cluster=None)
+        codes.append(work(task, jobs[:1], name=_source, working=alone, as_json=as_json))
+        jobs = jobs[1:]
+        task = task.knowing(model, skeleton, body, start)
+    codes.append(work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused))
+    return max(codes)
 
 
 def _settings(preset: str, terms: str | None) -> Any:
@@ -184,20 +187,21 @@ class Follow:
 
         begin = perf_counter()
         warnings = self._warnings(recording, followed)
-        write_followed(job.target, followed, self.skeleton, recording.fps)
-        if self.body is not None and self.performer is None:
-            write_body(self.body, followed.performer)
-        seconds = {
-            "startup": startup,
-            "read": opened + followed.read,
-            "track": followed.track + followed.calibrate,
-            "write": perf_counter() - begin,
-            "total": time() - self.began,
-            "calibrate": followed.calibrate,
-            "stages": {name: round(value, 4) for name, value in followed.stages.items()},
-        }
-        facts = self._facts(job, recording, followed, warnings)
-        write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
+        with job.together(".mend.json"):
+            write_followed(job.target, followed, self.skeleton, recording.fps)
+            if self.body is not None and self.performer is None:
+                write_body(self.body, followed.performer)
+            seconds = {
+                "startup": startup,
+                "read": opened + followed.read,
+                "track": followed.track + followed.calibrate,
+                "write": perf_counter() - begin,
+                "total": time() - self.began,
+                "calibrate": followed.calibrate,
+                "stages": {name: round(value, 4) for name, value in followed.stages.items()},
+            }
+            facts = self._facts(job, recording, followed, warnings)
+            write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         said = {
             "input": job.source,
             "output": job.target,

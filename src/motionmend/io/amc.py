@@ -71,8 +71,10 @@ def _asf_names(path: Path) -> list[str]:
 
 
 def _skeletons_beside(path: Path) -> list[Path]:
+    """The folder's .asf files; hidden ones are being written, or another system's notes on the file."""
     try:
-        return sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf" and p.is_file())
+        beside = (p for p in path.parent.iterdir() if p.suffix.lower() == ".asf" and not p.name.startswith("."))
+        return sorted(p for p in beside if p.is_file())
     except OSError as failure:
         raise FileError(f"{path}: cannot look for its .asf: {failure.strerror}; check the path") from None
 
@@ -166,20 +168,21 @@ def write_amc(path: str | Path, motion: Motion) -> None:
         numbers = numbers[0] + np.arange(motion.frames)
     at = [column for bone in order for column in columns[bone]]
     unit = _unit(skeleton, asf, source.degrees)
-    _place_asf(path, asf)
-    with atomic(path) as temporary, temporary.open("wb") as file:
-        file.write(_stating(source.header, motion.fps, newline).encode())
-        for start in range(0, motion.frames, WRITTEN):
-            stop = min(start + WRITTEN, motion.frames)
-            q = motion.q[start:stop]
-            values = (np.where(np.isfinite(q), q, np.nan) / unit)[:, at]
-            frames = zip(numbers[start:stop].tolist(), values.tolist(), strict=True)
-            pieces = [template % (n, *row) for n, row in frames]
-            last = stop == motion.frames
-            for frame, comment in reversed(source.comments):
-                if start <= frame < stop or (last and frame >= stop):
-                    pieces.insert(min(frame - start, len(pieces)), comment + newline)
-            file.write("".join(pieces).encode())
+    with atomic(path) as temporary:
+        with temporary.open("wb") as file:
+            file.write(_stating(source.header, motion.fps, newline).encode())
+            for start in range(0, motion.frames, WRITTEN):
+                stop = min(start + WRITTEN, motion.frames)
+                q = motion.q[start:stop]
+                values = (np.where(np.isfinite(q), q, np.nan) / unit)[:, at]
+                frames = zip(numbers[start:stop].tolist(), values.tolist(), strict=True)
+                pieces = [template % (n, *row) for n, row in frames]
+                last = stop == motion.frames
+                for frame, comment in reversed(source.comments):
+                    if start <= frame < stop or (last and frame >= stop):
+                        pieces.insert(min(frame - start, len(pieces)), comment + newline)
+                file.write("".join(pieces).encode())
+        _place_asf(path, asf)  # last: a failure leaves neither
 
 
 def _stating(header: str, fps: float, newline: str) -> str:

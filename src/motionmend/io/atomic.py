@@ -3,7 +3,7 @@
 import os
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import FileError
@@ -38,8 +38,16 @@ def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, target)
     except OSError as failure:
-        temporary.unlink(missing_ok=True)
+        _remove(temporary)
         raise FileError(f"{target}: cannot be written: {failure.strerror or failure}") from failure
+    except FileError as failure:  # of a writer that was given the temporary name: people know the other one
+        _remove(temporary)
+        raise FileError(str(failure).replace(str(temporary), str(target))) from failure
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        _remove(temporary)
         raise
+
+
+def _remove(temporary: Path) -> None:
+    with suppress(OSError):  # where nothing can be written nothing can be removed, and the first failure tells why
+        temporary.unlink(missing_ok=True)

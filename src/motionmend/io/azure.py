@@ -81,7 +81,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         positions[frame] = values * _MM
         levels = next((one[key] for key in _CONFIDENCES if key in one), None)
         if levels is not None:
-            confidence[frame] = np.array(levels, dtype=np.float64)
+            confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
             stated = True
     state: Bytes | None = np.clip(confidence, 0, 2).astype(np.uint8) if stated else None
     positions = with_absent(positions, state)

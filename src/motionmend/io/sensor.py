@@ -24,7 +24,7 @@ _OTHERS = {
     "uiprmd markers": "UI-PRMD's optical markers: they are the truth in a list of pairs, nothing to correct",
     "keraal bodies": "Keraal's optical rigid bodies: they are the truth in a list of pairs, nothing to correct",
     "depth": "depth pictures: `motionmend track` takes them",
-    "markers": "markers: `motionmend denoise` takes them",
+    "markers": "joint angles or markers: `motionmend denoise` takes them",
     "json": "JSON of another kind",
     "": "none of the layouts known",
 }
@@ -65,7 +65,11 @@ def read_postures(path: str | os.PathLike[str], *, fps: float | None = None) -> 
     postures = _read(file, kind, fps)
     if not postures.present.any():
         raise FileError(f"{file}: nobody is in it: no joint has a position in any of {postures.frames} frames")
-    return postures
+    if fps is None or np.allclose(np.diff(postures.times), 1.0 / fps, rtol=1e-4):
+        return postures
+    return replace(
+        postures, guesses=(*postures.guesses, f"the file has its own times: the {fps:g} Hz given were not used")
+    )
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
