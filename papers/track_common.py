@@ -56,7 +56,8 @@ class Take:
     heading: float = 0.0
 
 
-DANCE = Take("dance", "05_03", 0, 433)  # 109 frames; the dissertation's has 118
+SLOW = Take("slow dance", "05_02", 80, 552)  # 118 frames, as the dissertation's
+DANCE = Take("dance", "05_03", 0, 433)  # 109 frames, a fast one
 BEND = Take("bend", "02_06", 360, 712, 20.0)  # 88 frames, as the dissertation's
 BENDS = tuple(Take("bend", "02_06", 360, 712, heading) for heading in (-70.0, -45.0))  # an arm out of sight
 TURN = Take("turn", "16_17", 0, 400)
@@ -168,9 +169,9 @@ def library(mocap: Path, clips: tuple[str, ...] = LIBRARY) -> TrackerModel:
 
 
 @cache
-def tracker(mocap: Path) -> TrackerModel:
-    """The library's poses and a detector learned from 2,000 pictures of them, as `motionmend fit tracker` makes it."""
-    return TrackerModel.fit([reduced(motion(mocap, clip), FPS) for clip in LIBRARY])
+def tracker(mocap: Path, clips: tuple[str, ...] = LIBRARY) -> TrackerModel:
+    """Poses of clips and a detector learned from 2,000 pictures of them, as `motionmend fit tracker` makes it."""
+    return TrackerModel.fit([reduced(motion(mocap, clip), FPS) for clip in clips])
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,7 +126,8 @@ def adapt(
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
         outlier, mode = _histories(
             measured,
-            told if prior.own else ends_alone(told, rate),
+            told.values,
+            told.verdict if prior.own else ends_alone(told.verdict, rate),
             pull,
             alone * _lively_around(liveliness, calm),
             np.square(noise),
@@ -309,7 +310,8 @@ def _lively_around(liveliness: Floats, calm: Floats) -> Floats:
 
 def _histories(
     measured: Floats,
-    told: Support,
+    expected: Floats,
+    doubt: Floats,
     pull: Floats,
     step_var: Floats,
     noise_var: Floats,
@@ -335,8 +337,8 @@ def _histories(
         own = slice(first, first + together)
         return likeliest_history(
             np.ascontiguousarray(measured[:, own]),
-            np.ascontiguousarray(told.values[:, own]),
-            np.ascontiguousarray(told.variance[:, own]),
+            np.ascontiguousarray(expected[:, own]),
+            np.ascontiguousarray(doubt[:, own]),
             np.ascontiguousarray(pull[:, own]),
             np.ascontiguousarray(step_var[:, own]),
             np.ascontiguousarray(noise_var[:, own]),

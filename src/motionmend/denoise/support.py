@@ -23,10 +23,19 @@ NOISE_LEFT = 4.0  # times the variance a median leaves of white noise, not to ta
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """Values the library expects and their variance; (T, C) each, channel units and their square."""
+    """What the library expects; (T, C) each, channel units and their square.
+
+    Attributes
+    ----------
+    values : expected.
+    variance : of their errors.
+    verdict : the same, for telling outliers: less than half a moment in which samples are believed far from the
+        values silences no library, for an outlier believed by mistake speaks for itself.
+    """
 
     values: Floats
     variance: Floats
+    verdict: Floats
 
 
 def supported(believed: Floats, start: Floats, bases: Eigenbases, stride: int) -> Floats:
@@ -84,21 +93,27 @@ def support(
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
     missed = np.maximum(np.square(_running_median(bridged(measured - values), span)) - left, 0.0)
+    lasting = missed
     if smooth is not None:
-        # In a gap the estimate is no evidence against the library: what is missed on both sides counts. No more than
-        # the median, for an outlier believed by mistake speaks for itself: less than half a moment silences nothing.
+        # in a gap the estimate is no evidence against the library: what is missed on both sides counts
         apart = np.square(bridged(np.where(believed, smooth - values, np.nan)))
-        missed = np.maximum(missed, apart if own else np.minimum(apart, _running_median(apart, span)))
+        lasting = np.maximum(missed, np.minimum(apart, _running_median(apart, span)))
+        missed = np.maximum(missed, apart)
+    variance = _variance(missed, bases)
+    return Support(values, variance, variance if own else _variance(lasting, bases))
+
+
+def _variance(missed: Floats, bases: Eigenbases) -> Floats:
+    """(T, C) variance of what bases say, from squares (T, C) of what they miss."""
     kept = max(1, round((1.0 - TRIMMED) * len(missed)))
     usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
     # what a sample says of itself through the bases is no support for it
     leverage = np.minimum(np.square(bases.vectors).sum(axis=0).mean(axis=0), MOST_LEVERAGE)
-    variance = CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / np.square(1.0 - leverage)
-    return Support(values, variance)
+    return np.asarray(CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / np.square(1.0 - leverage))
 
 
-def ends_alone(support: Support, rate: Floats) -> Support:
-    """The same with the first and the last frame's variance taken once, not `CARRIED` times, where outliers are common.
+def ends_alone(verdict: Floats, rate: Floats) -> Floats:
+    """(T, C) variance for verdicts, the ends' taken once, not `CARRIED` times, where outliers are common.
 
     Errors that several frames share are counted once in all by giving each frame little weight. Beside an end there
     are fewer frames to share them, and beyond it no samples that bear on what the end's own say: its frame stands for
@@ -106,12 +121,12 @@ def ends_alone(support: Support, rate: Floats) -> Support:
 
     Parameters
     ----------
-    support : of a recording.
+    verdict : (T, C) of a support.
     rate : (C,) share of outliers.
     """
-    variance = support.variance.copy()
+    variance = verdict.copy()
     variance[[0, -1]] /= 1.0 + (CARRIED - 1.0) * rate / (rate + RARE)
-    return Support(support.values, variance)
+    return variance
 
 
 def line_support(believed: Floats, present: Bools) -> Support:
@@ -124,7 +139,8 @@ def line_support(believed: Floats, present: Bools) -> Support:
     """
     known = np.isfinite(believed)
     strays = [np.var(believed[known[:, c], c]) if known[:, c].any() else np.inf for c in range(known.shape[1])]
-    return Support(bridged(believed), np.where(present, np.inf, CARRIED * (np.array(strays) + LEAST**2)))
+    variance = np.where(present, np.inf, CARRIED * (np.array(strays) + LEAST**2))
+    return Support(bridged(believed), variance, variance)
 
 
 def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
