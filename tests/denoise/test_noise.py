@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.denoise.noise import alike_noise, first_noise, next_follow, next_noise, next_rate
+from motionmend.denoise.noise import alike_noise, first_noise, next_follow, next_noise, next_rate, overlooked
 from motionmend.numerics.walk import noise_level
 
 SEEDS = st.integers(0, 10**6)
@@ -203,3 +203,29 @@ def test_a_few_pairs_of_outliers_are_no_bursts():
     outlier[np.arange(10, 400, 40)] = True
     outlier[51:54, 0] = True
     assert next_follow(outlier, np.ones_like(outlier)) < 2.0 * outlier.mean()
+
+
+def _told_apart(rng, noise, rate, frames=4000):
+    """What is said, and true, of the variance of noise with outliers 15 to 55 off, found from 3.5 deviations on."""
+    hit = rng.random((frames, 6)) < rate
+    off = np.where(hit, rng.choice([-1.0, 1.0], hit.shape) * rng.uniform(15.0, 55.0, hit.shape), 0.0)
+    measured = off + noise * rng.standard_normal(hit.shape)
+    found = np.abs(measured) > 3.5 * noise
+    believed = np.mean(np.square(measured[~found])) / noise**2
+    return overlooked(measured, np.zeros(hit.shape), found, np.full(6, noise)), believed
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.2])
+def test_outliers_far_beyond_noise_are_all_seen(rng, rate):
+    assert 1.0 <= _told_apart(rng, 1.0, rate)[0] < 1.01
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.1, 0.2])
+def test_some_that_are_not_are_taken_for_noise(rng, rate):
+    said, real = _told_apart(rng, 5.0, rate)
+    assert 0.5 * (real - 1.0) < said - 1.0 < 2.0 * (real - 1.0)
+
+
+def test_missing_samples_and_none_at_all_overlook_nothing():
+    nowhere = np.full((30, 4), np.nan)
+    assert overlooked(nowhere, np.zeros((30, 4)), np.zeros((30, 4), dtype=bool), np.ones(4)) == 1.0

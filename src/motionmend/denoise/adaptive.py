@@ -20,7 +20,7 @@ from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
-from .noise import first_noise, next_follow, next_noise, next_rate
+from .noise import first_noise, next_follow, next_noise, next_rate, overlooked
 from .passing_noise import loudness
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
@@ -46,7 +46,7 @@ LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
-DOUBT = 1.15
+DOUBT = 1.12
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
@@ -165,7 +165,7 @@ def adapt(
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
-    variance = DOUBT * variance
+    variance = DOUBT * overlooked(measured, values, outlier, noise) * variance
     if together == 1:
         values, variance, taken = _in_gaps(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps

@@ -20,6 +20,7 @@ FEWEST = 8  # differences that tell anything
 CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
 RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in each channel's own
+REACH, MARGIN = 3.5, 0.25  # deviations as far as noise goes, and the width of what is looked at beyond, twice
 LEAST_RATE, MOST_RATE = 1e-4, 0.5
 # Where fewer than these are followed by another the found ones are as likely fast motion: then they are taken for less,
 # by the same power. Belief that they come one by one is worth some outliers, and no burst lasts for ever.
@@ -161,3 +162,19 @@ def next_follow(outlier: Bools, present: Bools) -> float:
     found = (hits + ALONE_PRIOR * overall) / (samples + ALONE_PRIOR)
     found *= min(1.0, found / BURSTS) ** FURTHER
     return float(np.clip(max(found, overall), LEAST_RATE, MOST_FOLLOW))
+
+
+def overlooked(measured: Floats, values: Floats, outlier: Bools, noise: Floats) -> float:
+    """Variance of what is believed, outliers that pass for noise included, relative to that of noise.
+
+    As many are taken to lie just within what noise reaches as are found just beyond; no more than a little further
+    out, where nothing is rejected that was only noise.
+
+    Parameters
+    ----------
+    measured, values, outlier : (T, C) samples, NaN = missing, the motion beneath, and which are rejected.
+    noise : (T, C) or (C,) standard deviations.
+    """
+    size = np.where(outlier, np.abs(measured - values) / noise, 0.0)
+    beyond = np.histogram(size, REACH * (1.0 + MARGIN * np.arange(3)))[0].min()
+    return 1.0 + REACH**2 * float(beyond) / max(1, int(np.isfinite(measured).sum()))
