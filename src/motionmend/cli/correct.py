@@ -170,7 +170,6 @@ class Correction:
         seconds: dict[str, float],
     ) -> Done:
         """Write the output and what is said of it."""
-        start = perf_counter()
         counts = counted(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
         ahead = self._ahead(sensor)
@@ -201,8 +200,11 @@ class Correction:
         }
         each = getattr(corrected.source, "seconds", None)
         if each is None and self.timed and self.model is not None and self.method == "default":
+            again = perf_counter()
             each = live_seconds(self.model, sensor, ahead or 0)
+            seconds = {**seconds, "timing": perf_counter() - again}
         frame_ms = _frame_ms(sensor.frames, seconds["correct"], each)
+        start = perf_counter()
         with job.together(".mend.json"):
             _write(job.target, corrected, rate_of(sensor, self.fps))
             seconds = {**seconds, "write": perf_counter() - start}
