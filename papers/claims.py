@@ -59,7 +59,7 @@ class Claim:
     theirs : the paper's number or statement; beyond it, what is wanted.
     ours : a format string over the measured numbers.
     script : the modules of this package that measure it.
-    expected : "met", "met: " and what stays open, or "not met: " and why.
+    expected : "met", or "not met: " and why.
     criteria : all must hold.
     """
 
@@ -76,7 +76,7 @@ class Claim:
     @property
     def expected_met(self) -> bool:
         """Whether the claim is expected to be met."""
-        return self.expected.partition(":")[0] == "met"
+        return self.expected == "met"
 
     def is_measured(self, values: Mapping[str, float]) -> bool:
         """Whether all numbers that the claim speaks of are there: not those of a script that has since learned more."""

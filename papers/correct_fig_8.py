@@ -48,7 +48,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "hand_of_raw": float(mean[3] / mean[0]),
             "hand_online_of_offline": float(mean[4] / mean[3]),
         },
-        (ABOUT, "The hand that moves most, in every episode of an arm's movement that the data's notes do not doubt."),
+        (
+            ABOUT,
+            "The hand that moves most, in every episode of an arm's movement that the data's notes do not doubt. Hands are what "
+            "this sensor sees best.",
+        ),
         (
             Table(
                 "Mean distance of the hand from the truth, cm",

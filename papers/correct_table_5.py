@@ -56,10 +56,6 @@ def run(mocap: Path, pictures: Path) -> Findings:
         "adaptive": overall["all, adaptive"],
         "adaptive_st": overall["spatial + temporal, adaptive"],
         "adaptive_sr": overall["spatial + reliability, adaptive"],
-        "adaptive_temporal_helps": overall["spatial + temporal, adaptive"] / overall["spatial"],
-        "adaptive_reliability_helps": overall["spatial + reliability, adaptive"] / overall["spatial"],
-        "adaptive_all_helps": overall["all, adaptive"]
-        / min(overall["spatial + temporal, adaptive"], overall["spatial + reliability, adaptive"]),
         "adaptive_helps": overall["all, adaptive"] / overall["all"],
         "adaptive_others": seen["all, adaptive"] / seen["all"],
         "temporal_helps": overall["spatial + temporal"] / overall["spatial"],

@@ -69,10 +69,6 @@ def _judged(results: Sequence[Mapping[str, Any]], head: Sequence[str]) -> list[s
     if missed:
         parts.append("## What is not met, and why")
         parts.append("\n".join(f"- **{r['id']}** ({r['title']}): {_why(r)}" for r in missed))
-    open_still = [result for result in results if result["met"] and _remark(result)]
-    if open_still:
-        parts.append("## What is met, and what stays open")
-        parts.append("\n".join(f"- **{r['id']}** ({r['title']}): {_remark(r)}" for r in open_still))
     parts.append("## What decides")
     parts.append(_table((head[0], "number", "measured", "wanted", "holds"), _criteria(results)))
     return parts
@@ -111,11 +107,7 @@ def _row(result: Mapping[str, Any]) -> tuple[str, ...]:
 def _why(result: Mapping[str, Any]) -> str:
     if not result["as_expected"]:
         return "expected to be met, see the numbers below"
-    return _remark(result)
-
-
-def _remark(result: Mapping[str, Any]) -> str:
-    return str(result["expected"]).partition(":")[2].strip() if result["as_expected"] else ""
+    return result["expected"].partition(":")[2].strip()
 
 
 def _criteria(results: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:

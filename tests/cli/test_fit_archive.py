@@ -112,7 +112,7 @@ def die_on_one(chunk: list[archive.Input], /, *, reading: archive.Reading) -> ar
     """A survey during which the process dies of one clip."""
     if any(item.path.name == "walk_007.amc" for item in chunk):
         os._exit(9)
-    return archive.survey(chunk, reading=reading, window=20, model_fps=30.0)
+    return archive.survey(chunk, reading=reading)
 
 
 @pytest.mark.slow

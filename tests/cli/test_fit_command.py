@@ -4,11 +4,9 @@ import json
 import shutil
 from pathlib import Path
 
-import numpy as np
 from commands import Command, files_below
 
 from motionmend import samples
-from motionmend.cli.archive import holds_window
 from motionmend.io import write
 from motionmend.models import load_model
 
@@ -84,15 +82,3 @@ def test_a_clip_too_short_for_a_window_is_named(cli: Command, library: Path, tmp
     assert alone.code == 1
     assert "n.mend not written" in alone.failures[0]
     assert "short.amc" in alone.err
-
-
-def test_gaps_make_a_clip_short_unless_they_are_bridged() -> None:
-    whole = samples.markers(samples.clip("walk", seconds=2.0, seed=1))
-    rate = whole.fps
-    for seconds, holds in ((0.15, True), (0.3, False)):
-        positions = whole.positions.copy()
-        for start in (0.5, 1.0, 1.5):
-            positions[round(start * rate) : round((start + seconds) * rate), 3] = np.nan
-        assert holds_window(whole.with_positions(positions), 20, 30.0) == holds
-    assert holds_window(whole, 59, 30.0)
-    assert not holds_window(whole, 62, 30.0)

@@ -229,3 +229,23 @@ def test_one_clip_in_twenty_may_lose_a_marker_for_good():
     again = learn_layout(spoiled).anchors
     assert again is not None
     np.testing.assert_array_equal(again.indices, anchors.indices)
+
+
+def test_clips_without_a_whole_window_are_told_by_their_numbers():
+    whole = markers(clip("walk", seconds=2.0, seed=1))
+    rate = whole.fps
+
+    def with_gaps(*gaps):
+        positions = whole.positions.copy()
+        for marker, start, seconds in gaps:
+            positions[round(start * rate) : round((start + seconds) * rate), marker] = np.nan
+        return whole.with_positions(positions)
+
+    bridged = with_gaps(*((3, start, 0.15) for start in (0.5, 1.0, 1.5)))
+    side_by_side = with_gaps(*((m, start + 0.14 * m, 0.14) for m in range(3) for start in (0.5, 1.1)))
+    cut = with_gaps(*((3, start, 0.3) for start in (0.3, 0.9, 1.5)))
+    short = whole.with_positions(whole.positions[: round(0.5 * rate)])
+    clips, layout = [cut, bridged, short, whole, side_by_side], learn_layout([whole])
+    found = statistics(clips, layout, 20, 30.0)
+    assert found.barren == (0, 2)
+    assert (statistics(clips[:1], layout, 20, 30.0) + statistics(clips[1:], layout, 20, 30.0)).barren == found.barren

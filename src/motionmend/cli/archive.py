@@ -66,11 +66,10 @@ class Alike:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Clips by kind and channels, in the order met, what was guessed of which, and those without a whole window."""
+    """Clips by kind and channels, in the order met, and what was guessed of which."""
 
     groups: dict[tuple[str, ...], Alike]
     guesses: dict[str, tuple[Path, ...]]
-    short: tuple[Path, ...] = ()
 
     def __add__(self, other: "Survey") -> "Survey":
         groups, guesses = dict(self.groups), dict(self.guesses)
@@ -79,7 +78,7 @@ class Survey:
             groups[key] = alike if here is None else Alike(here.sketch + alike.sketch, here.clips + alike.clips)
         for guess, paths in other.guesses.items():
             guesses[guess] = guesses.get(guess, ()) + paths
-        return Survey(groups, guesses, self.short + other.short)
+        return Survey(groups, guesses)
 
     def alike(self) -> tuple[Alike, list[tuple[Path, Failure]]]:
         """The clips that more than half of all go together with, and why each of the others does not.
@@ -103,7 +102,18 @@ class Survey:
         return most, failures
 
 
-def survey(chunk: Sequence[Input], /, *, reading: Reading, window: int, model_fps: float) -> Part[Survey]:
+@dataclass(frozen=True, eq=False)
+class Lesson:
+    """What clips teach, and those in which no whole window lies."""
+
+    statistics: "Statistics"
+    short: tuple[Path, ...]
+
+    def __add__(self, other: "Lesson") -> "Lesson":
+        return Lesson(self.statistics + other.statistics, self.short + other.short)
+
+
+def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
     """Survey clips; a task for `batch.in_turn`."""
     from ..denoise.layout import sketch
 
@@ -112,43 +122,27 @@ def survey(chunk: Sequence[Input], /, *, reading: Reading, window: int, model_fp
     for item, clip in _clips(chunk, reading, failures):
         one = sketch(clip)
         key = (one.kind, *sorted(one.names))
-        short = () if holds_window(clip, window, model_fps) else (item.path,)
-        found = found + Survey({key: Alike(one, (item,))}, dict.fromkeys(clip.guesses, (item.path,)), short)
+        found = found + Survey({key: Alike(one, (item,))}, dict.fromkeys(clip.guesses, (item.path,)))
     return Part(found if found.groups else None, tuple(failures))
-
-
-def holds_window(clip: "Motion | Markers", window: int, model_fps: float) -> bool:
-    """Whether all channels are there for long enough at once, gaps that learning bridges counted in.
-
-    Parameters
-    ----------
-    clip : recorded at a rate of its own.
-    window : frames of a lag window at `model_fps`.
-    model_fps : Hz.
-    """
-    import numpy as np
-
-    from ..denoise.learning import BRIDGED
-    from .provenance import mask_runs
-
-    whole = np.array(clip.present.all(axis=1))
-    for first, count in mask_runs(~whole):
-        if first > 0 and first + count < len(whole) and count <= round(BRIDGED * clip.fps):
-            whole[first : first + count] = True
-    longest = max((count for _, count in mask_runs(whole)), default=0)
-    return (longest - 1) / clip.fps * model_fps + 1 >= window - 1e-6
 
 
 def learn(
     chunk: Sequence[Input], /, *, reading: Reading, layout: "Layout", window: int, model_fps: float
-) -> Part["Statistics"]:
+) -> Part[Lesson]:
     """Statistics of clips; a task for `batch.in_turn`."""
     from ..denoise.statistics import statistics
 
     failures: list[tuple[Path, Failure]] = []
-    clips = (clip for _, clip in _clips(chunk, reading, failures))
-    found = statistics(clips, layout, window, model_fps)
-    return Part(found if found.clips else None, tuple(failures))
+    taught: list[Path] = []
+
+    def clips() -> Iterator["Motion | Markers"]:
+        for item, clip in _clips(chunk, reading, failures):
+            taught.append(item.path)
+            yield clip
+
+    found = statistics(clips(), layout, window, model_fps)
+    lesson = Lesson(found, tuple(taught[number] for number in found.barren))
+    return Part(lesson if found.clips else None, tuple(failures))
 
 
 def _clips(

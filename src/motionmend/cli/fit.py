@@ -48,8 +48,7 @@ def denoiser(
     reading = Reading(fps, skeleton and working.reachable(skeleton))
     # each clip is read twice, for its layout and for all else
     with progress(2 * len(inputs)) as advance, workers(working.width, working.cluster) as staff:
-        task = partial(survey, reading=reading, window=window, model_fps=model_fps)
-        found = total(task, inputs, working, staff, advance)
+        found = total(partial(survey, reading=reading), inputs, working, staff, advance)
         failures = _told(found.failures, working)
         tell_guesses(found.value.guesses if found.value else {})
         for refusal in refused:
@@ -61,18 +60,16 @@ def denoiser(
         was_read = perf_counter()
         with one_blas_thread():
             layout = alike.sketch.layout()
-        for path in found.value.short:
-            say(
-                f"note: {path}: no {window / model_fps:.3g} s in which nothing is missing: no bases are learned from it"
-            )
-        lesson = partial(learn, reading=reading, layout=layout, window=window, model_fps=model_fps)
-        learned = total(lesson, alike.clips, working, staff, advance)
+        task = partial(learn, reading=reading, layout=layout, window=window, model_fps=model_fps)
+        learned = total(task, alike.clips, working, staff, advance)
     failures += _told(learned.failures, working)
     if learned.value is None:
         raise FileError(f"{out} not written: {_NO_CLIP}")
+    for path in learned.value.short:
+        say(f"note: {path}: no {window / model_fps:.3g} s in which nothing is missing: no bases are learned from it")
     try:
         with one_blas_thread():
-            model = settings.learned(layout, learned.value)
+            model = settings.learned(layout, learned.value.statistics)
     except MismatchError as error:
         raise MismatchError(f"{out} not written: {error}") from None
     was_fitted = perf_counter()
@@ -90,7 +87,7 @@ def denoiser(
         "bases": model.bases.count,
         "settings": {"window": window, "model_fps": model_fps, "energy": energy},
         "failed": len(failures) + len(refused),
-        "short": found.value.short,
+        "short": learned.value.short,
         "warnings": model.notes,
         "guesses": list(found.value.guesses),
         "seconds": {

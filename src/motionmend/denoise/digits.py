@@ -6,10 +6,9 @@ import numpy as np
 
 from ..arrays import Floats, Ints
 from ..bodies.motion import Markers, Motion
-from .joints import root_rows, unit
+from .joints import CENTIMETRES, root_rows, unit
 from .pieces import pieces
 
-CENTIMETRES = 100.0
 FINEST = 1e-6  # of a channel's range; steps no larger are as good as none
 OFF = 0.05  # of a step, by which a difference may miss a whole number of them: single precision is as coarse
 NEAR = 50  # steps; longer differences are too uncertain a number of them

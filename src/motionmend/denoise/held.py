@@ -12,10 +12,9 @@ from scipy.ndimage import uniform_filter1d
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from .digits import coarseness
-from .joints import root_rows, unit
+from .joints import CENTIMETRES, root_rows, unit
 from .noise import first_noise
 
-CENTIMETRES = 100.0
 LEAST_REPEATS = 2  # of a sample
 LONGEST = 1.3  # s; what stands still for longer may be at rest, and could not be filled without a library
 MOST_HELD = 0.3  # of a channel's samples: one that often repeats itself is drawn so
@@ -82,18 +81,18 @@ def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers], record
         return still
     step = coarseness(recording)
     if isinstance(recording, Motion):
-        least = np.maximum(NOISY_ANGLE, ROUNDED * step / unit(recording.skeleton))
+        scale, least = unit(recording.skeleton), NOISY_ANGLE
     else:
-        least = np.maximum(NOISY_MARKER, ROUNDED * step.max(axis=1) / CENTIMETRES)
-    noise = np.zeros(still.shape[1]) if outcome.noise is None else np.nan_to_num(outcome.noise)
+        scale, least, step = np.full(len(step), CENTIMETRES), NOISY_MARKER, step.max(axis=1)
+    noise = scale * (0.0 if outcome.noise is None else np.nan_to_num(outcome.noise))
+    noisy = noise >= np.maximum(scale * least, ROUNDED * step)
     found: Bools = np.zeros(still.shape, dtype=bool)
-    scale = unit(recording.skeleton) if isinstance(recording, Motion) else np.full(len(noise), CENTIMETRES)
-    for channel in np.flatnonzero(still.any(axis=0) & (noise >= least)).tolist():
+    for channel in np.flatnonzero(still.any(axis=0) & noisy).tolist():
         seen = np.where(still[:, channel, None], np.nan, _channel(recording, channel))
         about = _noise_about(seen, recording.fps)
         # the repair's own figure may have grown by what was held, and the mean over all frames by outliers
         told = about[np.isfinite(about)]
-        usual = min(scale[channel] * noise[channel], np.sqrt(np.square(told).sum() / max(len(told), 1)))
+        usual = min(noise[channel], np.sqrt(np.square(told).sum() / max(len(told), 1)))
         found[:, channel] = still[:, channel] & ~(about < THERE * usual)
     return found
 

@@ -22,7 +22,7 @@ FEW = 0.1  # of all channels: if no more are noise for the most part, what they 
 # moments say, so many widths apart, of which nothing is believed and from which all is.
 APART, BY_CHANCE, LASTING = 2.67, 0.2, 0.5
 MOST = 4.0  # logarithm of a variance, beyond which a moment tells of no more
-_LOG_MIDDLE = -0.6351814227307391  # mean of log |N(0, 1)|
+_LOG_MIDDLE = -0.5 * (np.euler_gamma + np.log(2.0))  # mean of log |N(0, 1)|
 _UNKNOWN, _NOTHING = 0.05, 1e-6
 
 

@@ -35,6 +35,7 @@ class Statistics:
     kind : "motion" or "markers".
     fps : the model's rate, Hz.
     clips, frames : how many.
+    barren : numbers of the clips, in their order, in which no whole window lies: they teach no bases.
     lost, bridged : samples of joints that fall to zeros, and samples in short gaps.
     lag : sums over lag windows.
     bend_counts : (R,) second differences at each rate `fps` * 2 ** `OCTAVES`.
@@ -56,6 +57,7 @@ class Statistics:
     windows: Sample[Singles]
     passages: Sample[Passage]
     postures: MarkerLibrary | None
+    barren: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bend_counts", frozen(self.bend_counts, np.int64))
@@ -75,6 +77,7 @@ class Statistics:
             self.windows + other.windows,
             self.passages + other.passages,
             _both(self.postures, other.postures),
+            self.barren + tuple(self.clips + number for number in other.barren),
         )
 
     def notes(self) -> tuple[str, ...]:
@@ -123,7 +126,9 @@ def statistics(clips: Iterable[Motion | Markers], layout: Layout, window: int, f
     windows: Sample[Singles] = nothing(min(most, 8 * MOST_VALUES))
     kept: Sample[Passage] = nothing(MOST_VALUES)
     postures: MarkerLibrary | None = None
+    barren: list[int] = []
     for clip in clips:
+        barren.append(clip_count)
         clip_count += 1
         if isinstance(clip, Markers):
             postures = _both(postures, _postures(clip, layout))
@@ -137,11 +142,15 @@ def statistics(clips: Iterable[Motion | Markers], layout: Layout, window: int, f
                 lag, pending = lag + lag_covariance(pending, window), []
             found_counts, found = _bends(example, fps)
             counts, bends = counts + found_counts, bends + found
-            windows = windows + _windows(series, example.number, window, windows)
+            begins = [_begins(values, window) for values in series]
+            if any(map(len, begins)) and barren[-1:] == [clip_count - 1]:
+                barren.pop()
+            windows = windows + _windows(series, begins, example.number, window, windows)
             kept = kept + passages(at_rate(example.values[: example.frames], example.fps, fps), example.number)
     if pending:
         lag = lag + lag_covariance(pending, window)
-    return Statistics(layout.kind, fps, clip_count, frames, lost, bridged, lag, counts, bends, windows, kept, postures)
+    sums = (clip_count, frames, lost, bridged, lag, counts, bends, windows, kept, postures)
+    return Statistics(layout.kind, fps, *sums, barren=tuple(barren))
 
 
 def _postures(clip: Markers, layout: Layout) -> MarkerLibrary:
@@ -173,20 +182,22 @@ def _bends(example: Example, fps: float) -> tuple[Ints, Floats]:
     return counts, sums
 
 
-def _windows(series: Sequence[Floats], number: int, window: int, so_far: Sample[Singles]) -> Sample[Singles]:
+def _begins(values: Floats, window: int) -> Ints:
+    """First frames of a series' whole windows."""
+    if len(values) < window:
+        return np.zeros(0, dtype=np.int64)
+    whole = np.concatenate([[0], np.cumsum(np.isfinite(values).all(axis=1))])
+    return np.flatnonzero(whole[window:] - whole[:-window] == window)
+
+
+def _windows(
+    series: Sequence[Floats], begins: Sequence[Ints], number: int, window: int, so_far: Sample[Singles]
+) -> Sample[Singles]:
     """A sample of a clip's whole windows, numbered as their first frames follow each other in the clip."""
-    numbers: list[Ints] = []
-    places: list[Ints] = []
-    for phase, values in enumerate(series):
-        if len(values) < window:
-            continue
-        whole = np.concatenate([[0], np.cumsum(np.isfinite(values).all(axis=1))])
-        starts = np.flatnonzero(whole[window:] - whole[:-window] == window)
-        numbers.append(number + len(series) * starts + phase)
-        places.append(np.stack([np.full(len(starts), phase), starts], axis=1))
-    if not numbers:
+    if not any(map(len, begins)):
         return nothing(so_far.most)
-    numbered = np.concatenate(numbers)
+    numbered = np.concatenate([number + len(series) * starts + phase for phase, starts in enumerate(begins)])
+    places = [np.stack([np.full(len(starts), phase), starts], axis=1) for phase, starts in enumerate(begins)]
     order = np.argsort(numbered, kind="stable")
     at = np.concatenate(places)[order]
 

@@ -92,24 +92,24 @@ def support(
     """
     span = 2 * round(0.5 * MEMORY * fps) + 1
     left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
-    missed = np.maximum(np.square(_running_median(bridged(measured - values), span)) - left, 0.0)
-    lasting = missed
-    if smooth is not None:
-        # in a gap the estimate is no evidence against the library: what is missed on both sides counts
-        apart = np.square(bridged(np.where(believed, smooth - values, np.nan)))
-        lasting = np.maximum(missed, np.minimum(apart, _running_median(apart, span)))
-        missed = np.maximum(missed, apart)
-    variance = _variance(missed, bases)
-    return Support(values, variance, variance if own else _variance(lasting, bases))
-
-
-def _variance(missed: Floats, bases: Eigenbases) -> Floats:
-    """(T, C) variance of what bases say, from squares (T, C) of what they miss."""
-    kept = max(1, round((1.0 - TRIMMED) * len(missed)))
-    usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
     # what a sample says of itself through the bases is no support for it
     leverage = np.minimum(np.square(bases.vectors).sum(axis=0).mean(axis=0), MOST_LEVERAGE)
-    return np.asarray(CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / np.square(1.0 - leverage))
+
+    def variance(missed: Floats) -> Floats:
+        kept = max(1, round((1.0 - TRIMMED) * len(missed)))
+        usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
+        return np.asarray(CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / (1.0 - leverage) ** 2)
+
+    missed = np.maximum(np.square(_running_median(bridged(measured - values), span)) - left, 0.0)
+    if smooth is None:
+        known = variance(missed)
+        return Support(values, known, known)
+    # in a gap the estimate is no evidence against the library: what is missed on both sides counts
+    apart = np.square(bridged(np.where(believed, smooth - values, np.nan)))
+    known = variance(np.maximum(missed, apart))
+    if own:
+        return Support(values, known, known)
+    return Support(values, known, variance(np.maximum(missed, np.minimum(apart, _running_median(apart, span)))))
 
 
 def ends_alone(verdict: Floats, rate: Floats) -> Floats:

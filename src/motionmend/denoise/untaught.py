@@ -44,7 +44,8 @@ def with_untaught(
     before = {left_as_recorded(recording, unknown), *left_open(outcome.origin)}
     said = [warning for warning in outcome.warnings if warning not in before]
     said += [not_known(recording, unknown, "repaired by what they show themselves"), *left_open(origin)]
-    said += [warning for warning in alone.warnings if warning not in left_open(alone.origin)]
+    opened = left_open(alone.origin)
+    said += [warning for warning in alone.warnings if warning not in opened]
     return replace(
         outcome,
         recording=_with_channels(outcome.recording, alone.recording, unknown),
