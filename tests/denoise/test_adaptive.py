@@ -10,7 +10,6 @@ from motionmend.denoise.local_prior import Prior
 from motionmend.denoise.mending import mend_channels
 
 ACTIONS = ("walk", "reach")
-BURSTS = ((0, 8), (60, 14), (100, 20), (150, 26), (200, 40), (250, 9))
 
 
 def _random_walks(rng, frames=200, channels=4):
@@ -76,19 +75,15 @@ def test_bursts_of_outliers_are_found(action, library):
 @pytest.mark.parametrize("library", [True, False])
 def test_long_bursts_are_filled_like_gaps(library):
     """Bursts of a third to half a second in six of the channels at 60 Hz, one of them at the very beginning."""
+    rng = np.random.default_rng(4)
     clean = channels_of(truth("walk", fps=60.0))
-    like = []
-    for seed in (2, 3, 4, 5):
-        rng = np.random.default_rng(seed)
-        measured, hit = clean + 2.0 * rng.standard_normal(clean.shape), np.zeros(clean.shape, dtype=bool)
-        bursts = [(np.s_[start : start + rng.integers(20, 31)], channel) for start, channel in BURSTS]
-        for place in bursts:
-            hit[place] = True
-        off = rng.choice([-1.0, 1.0], hit.shape) * rng.uniform(15.0, 55.0, hit.shape)
-        found = mend(np.where(hit, measured + off, measured), fps=60.0, library=library).found.values - clean
-        gaps = mend(np.where(hit, np.nan, measured), fps=60.0, library=library).found.values - clean
-        like += [rms(found[place]) < 1.5 * rms(gaps[place]) + 1.0 for place in bursts]
-    assert np.mean(like) > 0.75  # the one at the beginning is seen from one side only
+    measured, hit = clean + 2.0 * rng.standard_normal(clean.shape), np.zeros(clean.shape, dtype=bool)
+    for start, channel in ((0, 8), (60, 14), (100, 20), (150, 26), (200, 40), (250, 9)):
+        hit[start : start + rng.integers(20, 31), channel] = True
+    off = rng.choice([-1.0, 1.0], hit.shape) * rng.uniform(15.0, 55.0, hit.shape)
+    found = mend(np.where(hit, measured + off, measured), fps=60.0, library=library).found.values - clean
+    gaps = mend(np.where(hit, np.nan, measured), fps=60.0, library=library).found.values - clean
+    assert rms(found[hit]) < 1.5 * rms(gaps[hit])
 
 
 @pytest.mark.parametrize("action", ["walk", "reach", "turn", "jump", "run"])

@@ -155,6 +155,21 @@ def test_in_a_gap_the_estimate_is_no_word_against_the_library(rng):
     assert (_judged(measured, truth, three)[12:18, 1] > 30.0).all()
 
 
+@pytest.mark.parametrize("first", [0, 40, FRAMES - 12])
+def test_a_burst_is_no_word_against_the_library_as_a_steady_miss_is(first):
+    """Twelve frames that scatter to both sides, at 30 Hz the moment and more; or that all lie to one."""
+    truth, burst, away = _swings(6), slice(first, first + 12), {"burst": [], "miss": []}
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        clean = truth + rng.normal(0, 0.5, truth.shape)
+        sizes = rng.uniform(15.0, 55.0, 12)
+        for kind, side in (("burst", rng.choice([-1.0, 1.0], 12)), ("miss", 1.0)):
+            measured = clean.copy()
+            measured[burst, 2] += side * (sizes if kind == "burst" else 35.0)
+            away[kind].append(np.sqrt(_judged(measured, truth)[burst, 2].mean()))
+    assert np.median(away["burst"]) < 0.3 * np.median(away["miss"])
+
+
 def test_noise_is_not_taken_for_misfit(rng):
     """Ten times the noise, told as such, makes the right library not a hundred times as doubtful."""
     truth = _swings(5, 300)

@@ -18,7 +18,8 @@ MOST_LEVERAGE = 0.98
 OVERLAP = 4  # windows over each frame: more cost time and tell nothing new
 TOLERANCE = 0.03  # of the fit's cost; the support is not sure to more
 RARE = 0.02  # share of outliers that is neither rare nor common
-NOISE_LEFT = 4.0  # times the variance a median leaves of white noise, not to take noise for misfit
+SCATTER_LEFT = 4.0  # times the variance a median leaves of white noise, not to take noise for misfit
+DEVIATION = 1.0 / 0.6745  # standard deviation of normal errors to the median of their sizes
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +92,6 @@ def support(
     own : the bases are the recording's own: what they miss is their fault, however short.
     """
     span = 2 * round(0.5 * MEMORY * fps) + 1
-    left = NOISE_LEFT * np.pi / (2.0 * span) * np.square(noise)
     # what a sample says of itself through the bases is no support for it
     leverage = np.minimum(np.square(bases.vectors).sum(axis=0).mean(axis=0), MOST_LEVERAGE)
 
@@ -100,7 +100,11 @@ def support(
         usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
         return np.asarray(CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / (1.0 - leverage) ** 2)
 
-    missed = np.maximum(np.square(_running_median(bridged(measured - values), span)) - left, 0.0)
+    away = bridged(measured - values)
+    middle = _running_median(away, span)
+    # what a library misses is smooth; what scatters is noise, or a burst of outliers, and moves the median by chance
+    scatter = np.maximum(noise, DEVIATION * _running_median(np.abs(away - middle), span))
+    missed = np.maximum(np.square(middle) - SCATTER_LEFT * np.pi / (2.0 * span) * np.square(scatter), 0.0)
     if smooth is None:
         known = variance(missed)
         return Support(values, known, known)
