@@ -86,6 +86,7 @@ def adapt(
     together: int = 1,
     vouched: Bools | None = None,
     at_pole: Bools | None = None,
+    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
@@ -99,6 +100,7 @@ def adapt(
     process : of clean motion, for gaps; None = nothing is known of them.
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched, at_pole : (T, C) of `poles.pole_crossings`.
+    as_pose : of measured, rejected and values, what is no outlier: `as_pose.smoother_as_pose`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     """
     channels = measured.shape[1]
@@ -138,6 +140,12 @@ def adapt(
             vouched,
             at_pole,
         )
+        if as_pose is not None and values is not None:
+            back = as_pose(measured, outlier, values)
+            if back.any():
+                vouched, outlier = vouched | back, outlier & ~back
+                jumps = back | _later(back, 1) | _later(back, 2)  # the second differences it takes part in
+                at_pole, mode = at_pole | jumps, np.where(jumps, len(FACTORS) - 1, mode)
         found = next_follow(outlier, present)
         turn, rising, follow = turn + 1, found > RISES * follow, found
         last = turn >= ROUNDS and not (rising and turn < MOST_ROUNDS)
@@ -174,6 +182,11 @@ def adapt(
     return Adapted(
         values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, steps
     )
+
+
+def _later(where: Bools, frames: int) -> Bools:
+    """The same so many frames later."""
+    return np.pad(where, ((frames, 0), (0, 0)))[: len(where)]
 
 
 def _told(

@@ -9,6 +9,7 @@ from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
+from .as_pose import smoother_as_pose
 from .bursts import long_runs
 from .channels import Channels, to_channels
 from .digits import rounding, shaken
@@ -159,9 +160,10 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
     """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    poles = None
+    poles = as_pose = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
+        as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
     rounded = rounding(recording, channels.columns)
     mended = partial(
         mend_channels,
@@ -169,6 +171,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         fps=recording.fps,
         together=3 if isinstance(recording, Markers) else 1,
         poles=poles,
+        as_pose=as_pose,
         rounded=rounded,
     )
 

@@ -55,6 +55,7 @@ def mend_channels(
     process: Process | None = None,
     together: int = 1,
     poles: Callable[[Floats], tuple[Bools, Bools]] | None = None,
+    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
     rounded: Callable[[slice], Floats] | None = None,
@@ -70,6 +71,7 @@ def mend_channels(
     process : of clean motion, for gaps.
     together : neighbouring columns that are outliers together.
     poles : gives `poles.pole_crossings` of some frames; None = there are none.
+    as_pose : finds what is no outlier as a pose (`as_pose.smoother_as_pose`); None = there are no poses.
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
@@ -97,6 +99,7 @@ def mend_channels(
             together=together,
             vouched=vouched,
             at_pole=at_pole,
+            as_pose=as_pose,
             rounding=open_by,
         )
 
