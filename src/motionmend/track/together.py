@@ -31,6 +31,7 @@ from .tracker import TrackState
 
 FIRST, FINER = 1, 2  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
 EVERY = 3  # every n-th row and column of it is a sample
+MARGIN = 0.15  # m about the person's pixels; what is followed is no farther off them
 LOOSER = 0.25  # of the prior's weight while following
 HELD = 1e-3  # weight per m² and rad² of what separates a pose from where a round begins
 STIFF = 1.0  # the same of what separates it from the line between its neighbours, at `RATE`
@@ -100,7 +101,7 @@ def _first(model: TrackerModel, settings: TrackSettings, body: Performer, state:
 def _closer(settings: TrackSettings, state: TrackState, asked: _Asked) -> _Asked:
     """The same, of all that the frame shows; what is usual stays as it was found."""
     assert state.observation is not None
-    evidence = evidence_of(state.observation, settings)
+    evidence = evidence_of(state.observation, settings, MARGIN)
     assert evidence is not None
     terms = [
         replace(term, evidence=evidence, settings=settings)
