@@ -54,20 +54,21 @@ def raster_step(settings: TrackSettings, camera: Camera) -> int:
     return max(1, round(settings.raster * camera.width / 320.0))
 
 
-def evidence_of(observation: Observation, settings: TrackSettings) -> Evidence | None:
+def evidence_of(observation: Observation, settings: TrackSettings, margin: float = MARGIN) -> Evidence | None:
     """The evidence in one frame; None when the person has no pixel.
 
     Parameters
     ----------
     observation : (H, W) m, the whole frame.
     settings : the raster, which pixels of it are samples, and which terms want edges and tones.
+    margin : m, how far from the person's pixels a limb may be looked for.
 
     Returns
     -------
-    On the pixels of the raster that are within `MARGIN` m of the person's, h x w of them.
+    On the pixels of the raster that are within the margin of the person's, h x w of them.
     """
     seen = observation.every(raster_step(settings, observation.camera))
-    box = _box(seen)
+    box = _box(seen, margin)
     if box is None:
         return None
     top, bottom, left, right = box
@@ -150,19 +151,19 @@ def _to_foreground(edge: Bools, on: Bools) -> Bools:
     return np.asarray((edge | moved) & on)
 
 
-def _box(seen: Observation) -> tuple[int, int, int, int] | None:
+def _box(seen: Observation, margin: float) -> tuple[int, int, int, int] | None:
     on = np.isfinite(seen.depth)
     rows, columns = np.flatnonzero(on.any(axis=1)), np.flatnonzero(on.any(axis=0))
     if not len(rows):
         return None
     nearest = float(np.nanmin(seen.depth[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]))
-    margin = int(np.ceil(MARGIN * seen.camera.fx / max(nearest, 0.3)))
+    wide = int(np.ceil(margin * seen.camera.fx / max(nearest, 0.3)))
     height, width = seen.depth.shape
     return (
-        max(0, int(rows[0]) - margin),
-        min(height, int(rows[-1]) + margin + 1),
-        max(0, int(columns[0]) - margin),
-        min(width, int(columns[-1]) + margin + 1),
+        max(0, int(rows[0]) - wide),
+        min(height, int(rows[-1]) + wide + 1),
+        max(0, int(columns[0]) - wide),
+        min(width, int(columns[-1]) + wide + 1),
     )
 
 

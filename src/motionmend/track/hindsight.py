@@ -5,7 +5,8 @@ the pose is known to be wrong as soon as it leaps. Followed back from there it i
 what comes out of hiding in one direction goes into it in the other. So there are two accounts of every frame, and
 for each limb and the trunk that one is taken which explains the images better, changing between the two where they
 are near each other: the likeliest sequence (Viterbi 1967). Where they hardly differ they are mixed, as two filters
-are joined to smooth (Fraser and Potter 1969); elsewhere they are not, for two poses of a limb have no mean.
+are joined to smooth (Fraser and Potter 1969); elsewhere they are not, for two poses of a limb have no mean. From there
+all frames are solved together (`together`).
 
 `tracker.step` stays causal. This is for recordings: frames wait until `WINDOW + AHEAD` of them are there.
 """
@@ -19,7 +20,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Bools, Floats, frozen
-from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rotation, rotation_vector
+from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .facing import either
@@ -29,6 +30,7 @@ from .objective import PAUSE, expected_pose, terms_of
 from .settings import TrackSettings
 from .smooth_term import difference
 from .solve import solve_pose
+from .together import between_turns, solved_together
 from .tracker import Estimate, TrackState, is_lost
 
 WINDOW, AHEAD = 45, 15  # frames told of at a time, and how many after them are waited for
@@ -36,6 +38,7 @@ NEAR = 0.06  # m; two poses of a limb that are closer are one
 SWITCH = 0.1  # share of the person's pixels that a metre between two accounts weighs where one is left for the other
 GAIN = 0.02  # of the same, in sum, by which what was written must explain better for the way back to go on from it
 FADES = 0.9  # of what earlier frames gained, in each frame
+BESIDE = 3  # frames after those told of that are solved together with them
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
@@ -139,20 +142,27 @@ def looked_back(
 
     Returns
     -------
-    Where a limb or the body is taken from the way back, its joints, deviations and `held` are the way back's; frames
-    in which that moves a joint by `NEAR` or more are flagged `revised`. Frames that were lost and are not on the way
-    back are tracked. `seconds` has the time under `hindsight`; what is said of the solver stays that of `tracker.step`.
+    Where a limb or the body is taken from the way back, its deviations and `held` are the way back's; poses are those
+    of all frames solved together, and frames that have a joint `NEAR` or more from where it was first are flagged
+    `revised`. Frames that were lost and are not on the way back are tracked. `seconds` has the time under `hindsight`;
+    what is said of the solver stays that of `tracker.step`.
     """
     begin = perf_counter()
-    backs = way_back(model, settings, moments)[:count]
-    shares = eased(moments[:count], backs, likeliest(moments[:count], backs))
     body = moments[-1].state.performer
+    backs = way_back(model, settings, moments)
+    moments, backs = moments[: count + BESIDE], backs[: count + BESIDE]
+    shares = eased(moments, backs, likeliest(moments, backs))
     told = [
         one.estimate if back is None or not share.any() else _joined(body, one, back, share)
-        for one, back, share in zip(moments, backs, shares, strict=False)
+        for one, back, share in zip(moments, backs, shares, strict=True)
     ]
+    followed = [one.pose if "tracked" in one.flags else None for one in told]
+    settled = solved_together(model, settings, body, [one.state for one in moments], followed)
     share = (perf_counter() - begin) / count
-    return tuple(replace(one, seconds={**one.seconds, "hindsight": share}) for one in told)
+    return tuple(
+        replace(one if pose is None else _settled(body, first, one, pose), seconds={**one.seconds, "hindsight": share})
+        for first, one, pose in zip(moments[:count], told, settled, strict=False)
+    )
 
 
 def way_back(model: TrackerModel, settings: TrackSettings, moments: Sequence[Moment]) -> list[Back | None]:
@@ -367,6 +377,16 @@ def _joined(body: Performer, one: Moment, back: Back, share: Floats) -> Estimate
     )
 
 
+def _settled(body: Performer, first: Moment, said: Estimate, pose: Pose) -> Estimate:
+    """The estimate with the pose that all frames together have."""
+    place = landmarks(body, pose)
+    flags = tuple(flag for flag in said.flags if flag != "revised")
+    if not first.tracked or (np.linalg.norm(place - first.estimate.landmarks, axis=1) > NEAR).any():
+        held = flags.index("held") if "held" in flags else len(flags)
+        flags = (*flags[:held], "revised", *flags[held:])
+    return replace(said, pose=pose, landmarks=place, flags=flags)
+
+
 def _mixed(body: Performer, first: Pose, other: Pose, share: Floats) -> tuple[Pose, Floats]:
     """A pose that has so much of each of `PARTS` of the other one, and its joints (16, 3) m.
 
@@ -389,6 +409,6 @@ def _mixed(body: Performer, first: Pose, other: Pose, share: Floats) -> tuple[Po
 def _between(first: Pose, other: Pose, share: Floats) -> Pose:
     """Root and joint coordinates so far from one pose to the other as (5,) shares say."""
     trunk = share[TRUNK]
-    turned = rotation(trunk * rotation_vector(other.root @ first.root.T)) @ first.root
     moved = first.translation + trunk * (other.translation - first.translation)
+    turned = between_turns(first.root, other.root, trunk)
     return Pose(moved, turned, first.joints + share[_PART_OF] * (other.joints - first.joints))

@@ -55,17 +55,7 @@ def solve_pose(
         return solution
 
     def linearize(at: Pose, iteration: int) -> System:
-        view = view_of(performer, at, evidence, settings.every)
-        sums = Sums()
-        costs, inliers, samples = {}, {}, 0.0
-        for term in terms:
-            share = term.linearize(view, sums, iteration)
-            costs[term.name] = share.cost
-            if share.samples:
-                inliers[term.name] = share.inliers
-                samples += share.samples
-        normal, right = sums.assembled(view)
-        return System(normal, right, costs, inliers, samples)
+        return _summed(performer, evidence, terms, at, settings, iteration)
 
     def move(at: Pose, step: Floats) -> Pose:
         return advance(performer, at, step)
@@ -73,8 +63,43 @@ def solve_pose(
     return gauss_newton(linearize, pose, move, most, settings.damping, TOLERANCE, LONGEST, settings.settled)
 
 
+def linearized(
+    performer: Performer, evidence: Evidence, terms: Sequence[Term], pose: Pose, settings: TrackSettings
+) -> System:
+    """What the terms ask of a pose near the one sought, to second order: `right` draws, as `normal` says how firmly."""
+    solution = _at_once(performer, evidence, terms, pose, settings, 1, 0)
+    return _summed(performer, evidence, terms, pose, settings, 99) if solution is None else solution.system
+
+
+def _summed(
+    performer: Performer,
+    evidence: Evidence,
+    terms: Sequence[Term],
+    at: Pose,
+    settings: TrackSettings,
+    iteration: int,
+) -> System:
+    view = view_of(performer, at, evidence, settings.every)
+    sums = Sums()
+    costs, inliers, samples = {}, {}, 0.0
+    for term in terms:
+        share = term.linearize(view, sums, iteration)
+        costs[term.name] = share.cost
+        if share.samples:
+            inliers[term.name] = share.inliers
+            samples += share.samples
+    normal, right = sums.assembled(view)
+    return System(normal, right, costs, inliers, samples)
+
+
 def _at_once(
-    performer: Performer, evidence: Evidence, terms: Sequence[Term], pose: Pose, settings: TrackSettings, most: int
+    performer: Performer,
+    evidence: Evidence,
+    terms: Sequence[Term],
+    pose: Pose,
+    settings: TrackSettings,
+    most: int,
+    wide: int = WIDER,
 ) -> Solution[Pose] | None:
     """The same by one kernel; None where a system is singular, or for terms it does not know: colour, Canny's edges."""
     from ..kernels import descend
@@ -95,7 +120,7 @@ def _at_once(
         return None
     wish = np.zeros(1, descend.WISHES)
     wish["every"], wish["two_way"] = settings.every, settings.two_way
-    wish["half"], wish["wide"] = settings.window // 2, WIDER if settings.two_way else 0
+    wish["half"], wish["wide"] = settings.window // 2, wide if settings.two_way else 0
     wish["edge_half"], wish["iterations"] = settings.edge_window // 2, max(most, 1)
     wish["gate"], wish["apart"], wish["scale"] = settings.gate, evidence.apart, settings.scale
     wish["along"], wish["back"], wish["surface"] = settings.along_normal, settings.along_back, evidence.weight

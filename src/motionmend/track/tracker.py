@@ -62,6 +62,7 @@ class TrackState:
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities, depths and intrinsics of the last frame, where colour counts.
     evidence : what the last frame said, for who looks back at it (`hindsight`); None where nobody was in it.
+    observation : what the last frame showed, of every pixel; None where nobody was in it.
     time : s, of the last frame.
     """
 
@@ -79,6 +80,7 @@ class TrackState:
     girth: Girth | None = None
     before: tuple[Floats, Singles, Singles, Floats] | None = None
     evidence: Evidence | None = None
+    observation: Observation | None = None
     time: float = float("nan")
 
 
@@ -175,7 +177,7 @@ def step(
     state = replace(state, scene=scene, time=frame.time)
     observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings), person.rim)
     evidence = evidence_of(observation, settings) if person.found else None
-    state = replace(state, evidence=evidence)
+    state = replace(state, evidence=evidence, observation=None if evidence is None else observation)
     clock.lap("foreground")
     if evidence is None:
         return _nobody(replace(state, searched=EVERY), elapsed, ("empty",), clock)

@@ -1,0 +1,142 @@
+"""All frames of a stretch solved together: what each of them shows, and that bodies do not jerk.
+
+Frame by frame a pose is a compromise between the image and what was expected and is usual: the prior has to be strong
+enough that no limb is lost, and there is time for one pixel in sixteen. Once it is known which account of each limb is
+taken (`hindsight`) none is lost any more. So the prior is let go, the image is as fine as the camera gives it, and what
+holds a pose beside it is the line between those before and after: the most likely path of all frames at once, by
+Gauss-Newton (Bell 1994). Its systems are those of the frames, with bands between them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from ..bodies.performer import DOFS, Performer, Pose, advance, rotation, rotation_vector
+from ..numerics.chained import chained
+from .edge_term import EdgeTerm
+from .evidence import Evidence, evidence_of
+from .freespace_term import FreespaceTerm
+from .model import TrackerModel
+from .objective import PAUSE, terms_of
+from .settings import TrackSettings
+from .smooth_term import about
+from .solve import LONGEST, linearized
+from .surface_term import SurfaceTerm
+from .terms import Term
+from .tracker import TrackState
+
+FIRST, FINER = 1, 2  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
+EVERY = 3  # every n-th row and column of it is a sample
+MARGIN = 0.15  # m about the person's pixels; what is followed is no farther off them
+LOOSER = 0.25  # of the prior's weight while following
+HELD = 1e-3  # weight per m² and rad² of what separates a pose from where a round begins
+STIFF = 1.0  # the same of what separates it from the line between its neighbours, at `RATE`
+RATE = 30.0  # Hz; what accelerations at random make of a step has a variance that grows with the cube of its length
+LEAP = 0.1  # m and rad, the scale of Geman and McClure's weight of the same: one account of a limb may follow another
+
+
+def solved_together(
+    model: TrackerModel,
+    settings: TrackSettings,
+    body: Performer,
+    states: Sequence[TrackState],
+    poses: Sequence[Pose | None],
+) -> list[Pose | None]:
+    """The poses of successive frames, solved together with what binds them.
+
+    Parameters
+    ----------
+    model, settings : as for `tracker.step`.
+    body : whose lengths and widths are used.
+    states : after each frame, with its observation.
+    poses : to begin from, near the truth; None where nobody is followed.
+
+    Returns
+    -------
+    In the same order; None where there was none.
+    """
+    wish = replace(settings, prior=LOOSER * settings.prior, smooth=HELD)
+    finer = replace(wish, raster=1, every=EVERY)
+    out = list(poses)
+    times = np.array([state.time for state in states])
+    seen = np.array([state.evidence is not None for state in states])
+    there = seen & np.array([pose is not None for pose in poses])
+    for first, last in _runs(there, times):
+        some = [pose for pose in poses[first:last] if pose is not None]
+        frames = [_first(model, wish, body, *pair) for pair in zip(states[first:last], some, strict=True)]
+        for _ in range(FIRST):
+            some = _moved(body, frames, some, times[first:last])
+        frames = [_closer(finer, *pair) for pair in zip(states[first:last], frames, strict=True)]
+        for _ in range(FINER):
+            some = _moved(body, frames, some, times[first:last])
+        out[first:last] = some
+    return out
+
+
+def between_turns(before: Floats, after: Floats, share: Floats | float) -> Floats:
+    """The rotations (..., 3, 3) so far on the way from some to others, 0 to 1: (..., 1)."""
+    return np.asarray(rotation(share * rotation_vector(after @ before.swapaxes(-1, -2))) @ before)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What one frame is asked: terms made for its evidence."""
+
+    settings: TrackSettings
+    evidence: Evidence
+    terms: list[Term]
+
+
+def _first(model: TrackerModel, settings: TrackSettings, body: Performer, state: TrackState, pose: Pose) -> _Asked:
+    assert state.evidence is not None
+    at = replace(state, performer=body, pose=pose)
+    return _Asked(settings, state.evidence, terms_of(model, settings, at, state.evidence, pose))
+
+
+def _closer(settings: TrackSettings, state: TrackState, asked: _Asked) -> _Asked:
+    """The same, of all that the frame shows; what is usual stays as it was found."""
+    assert state.observation is not None
+    evidence = evidence_of(state.observation, settings, MARGIN)
+    assert evidence is not None
+    terms = [
+        replace(term, evidence=evidence, settings=settings)
+        if isinstance(term, SurfaceTerm | EdgeTerm | FreespaceTerm)
+        else term
+        for term in asked.terms
+    ]
+    return _Asked(settings, evidence, terms)
+
+
+def _moved(body: Performer, frames: Sequence[_Asked], poses: Sequence[Pose], times: Floats) -> list[Pose]:
+    """One round: the poses a step further."""
+    systems = [
+        linearized(body, frame.evidence, about(frame.terms, pose), pose, frame.settings)
+        for frame, pose in zip(frames, poses, strict=True)
+    ]
+    normal, right = (np.array([getattr(one, name) for one in systems]) for name in ("normal", "right"))
+    bent, stiffness, share = np.zeros(right.shape), np.zeros(right.shape), np.zeros(len(times))
+    way, joints = np.array([pose.translation for pose in poses]), np.array([pose.joints for pose in poses])
+    span = times[2:] - times[:-2]
+    share[1:-1] = (times[1:-1] - times[:-2]) / span
+    for part, columns in ((way, slice(0, 3)), (joints, slice(6, DOFS))):
+        bent[1:-1, columns] = part[1:-1] - part[:-2] - share[1:-1, None] * (part[2:] - part[:-2])
+    root = np.array([pose.root for pose in poses])
+    turned = between_turns(root[:-2], root[2:], share[1:-1, None])
+    bent[1:-1, 3:6] = rotation_vector(root[1:-1] @ turned.swapaxes(1, 2))
+    stiffness[1:-1] = STIFF * (2.0 / RATE / span[:, None]) ** 3 * (1.0 + (bent[1:-1] / LEAP) ** 2) ** -2.0
+    steps = chained(normal, right, bent, stiffness, share)
+    steps *= np.minimum(1.0, LONGEST / np.maximum(np.abs(steps).max(axis=1, keepdims=True), LONGEST))
+    return [advance(body, pose, step) for pose, step in zip(poses, steps, strict=True)]
+
+
+def _runs(there: Bools, times: Floats) -> list[tuple[int, int]]:
+    """First and one past the last of frames that follow each other without a pause."""
+    step = np.diff(times)
+    parted = ~there[1:] | ~there[:-1] | ~((step > 0.0) & (step < PAUSE))
+    ends = [0, *(np.flatnonzero(parted) + 1).tolist(), len(times)]
+    return [(one, other) for one, other in pairwise(ends) if there[one]]
