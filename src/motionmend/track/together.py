@@ -31,7 +31,7 @@ from .tracker import TrackState
 
 FIRST, FINER = 1, 2  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
 EVERY = 3  # every n-th row and column of it is a sample
-MARGIN = 0.15  # m about the person's pixels; what is followed is no farther off them
+MARGIN = 0.3  # m about the person's pixels that are worked on: a limb that is wrong by more would not come back
 LOOSER = 0.25  # of the prior's weight while following
 HELD = 1e-3  # weight per m² and rad² of what separates a pose from where a round begins
 STIFF = 1.0  # the same of what separates it from the line between its neighbours, at `RATE`
