@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from motionmend.denoise.filled_limbs import _most_known
 from motionmend.denoise.filling import HOPELESS, fill_gaps
+from motionmend.denoise.filtered import Filtered
 from motionmend.denoise.gaps import fill_pca
-from motionmend.denoise.hedge import hedged
+from motionmend.denoise.hedge import filled_both_ways, hedged
 from motionmend.denoise.interpolate import spline
 from motionmend.denoise.likeness import likeness
 from motionmend.denoise.marker_library import (
@@ -290,6 +291,28 @@ def test_hedging_prefers_whoever_is_sure_and_never_promises_more_than_both():
     kept, same = hedged(wrong, sure, gappy)
     np.testing.assert_array_equal(kept, wrong)
     np.testing.assert_array_equal(same, sure)
+
+
+def test_both_ways_fill_what_the_library_fills_between_both_and_nearer_to_the_surer():
+    truth = _body(16, 300)
+    gappy = truth.copy()
+    gappy[100:140, 2] = np.nan
+    gappy[:, 3] = np.nan  # what only the library knows
+    gone = ~np.isfinite(gappy).all(axis=2)
+    alone = fill_gaps(gappy, FPS)
+    for sure in (0.001, 0.01, 0.2):
+        std = np.where(gone, sure, 0.001)
+        taught = Filtered(np.where(gone[..., None], truth + 0.1, truth), std, gone)
+        found = filled_both_ways(taught, alone)
+        share = (found.values - taught.values)[100:140, 2] / (alone.values - taught.values)[100:140, 2]
+        assert ((share >= -1e-9) & (share <= 1 + 1e-9)).all()
+        surer = alone.std[100:140, 2] < sure
+        assert (share[surer] > 0.5).all()
+        assert (share[~surer] < 0.5 + 1e-9).all()
+        low, high = (pick(taught.std, alone.std)[100:140, 2] for pick in (np.minimum, np.maximum))
+        assert ((found.std[100:140, 2] >= low - 1e-12) & (found.std[100:140, 2] <= high + 1e-12)).all()
+        np.testing.assert_array_equal(found.values[:, 3], taught.values[:, 3])
+        np.testing.assert_array_equal(found.values[~gone], truth[~gone])
 
 
 def test_likeness_knows_the_same_body_in_other_postures_and_a_stranger():

@@ -6,6 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from motionmend.bodies.motion import Markers
+from motionmend.denoise import Denoiser
 from motionmend.denoise.label_evidence import line_ends, line_weights, measure_continuity, pairwise
 from motionmend.denoise.labels import MarkerDistances, Swap, find_swaps, learn_distances, put_right
 from motionmend.errors import MismatchError
@@ -239,3 +241,27 @@ def test_markers_put_on_by_other_people_are_no_swap(data, taught, tried):
     one, other = (r.positions[::4][:400][:, c] for r, c in zip(both, columns, strict=True))
     found = find_swaps(other, 30.0, reference=learn_distances([one]))
     assert not any(swap.put_right and swap.first == 0 and swap.last >= len(other) - 2 for swap in found)
+
+
+def _part(data, name, first=0, last=None):
+    """Some frames of a real recording, by the markers' bare names."""
+    whole = read(data / "mocap" / "c3d" / f"{name}.c3d")
+    names = [n.rpartition(":")[2] for n in whole.names]
+    return Markers(names, whole.positions[first:last], whole.fps, up=whole.up)
+
+
+@pytest.mark.parametrize("pair", [("RUPA", "RELB"), ("LANK", "LHEE")])
+def test_what_is_swapped_throughout_is_put_right_even_by_another_person_s_library(data, pair):
+    part, model = _part(data, "cmu_135_02", 3600, 3800), Denoiser().fit([_part(data, "cmu_02_01")])
+    spoilt = swapped(part.positions, *(part.names.index(name) for name in pair), 0, part.frames - 1)
+    found = model.repair(part.with_positions(spoilt)).recording.positions
+    assert np.sqrt(np.mean(np.square(found - part.positions))) < 0.001
+
+
+def test_another_person_s_proportions_are_not_taken_for_swapped_labels(data):
+    # the library's waists are wider than deep, his is deeper than wide: two corners changed would fit them better
+    part = _part(data, "gt_squat", 900, 1200)
+    library = [_part(data, f"sfu_{name}") for name in ("0005_SideSkip001", "0018_Moonwalk001")]
+    found = Denoiser().fit(library).repair(part)
+    assert any("may be swapped" in said for said in found.warnings)
+    assert np.sqrt(np.nanmean(np.square(found.recording.positions - part.positions))) < 0.001

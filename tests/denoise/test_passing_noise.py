@@ -86,6 +86,36 @@ def test_the_liveliness_of_a_clean_motion_is_no_noise(action):
     assert np.abs(np.log(found)).max() < np.log(1.5)
 
 
+@given(SEEDS)
+@settings(max_examples=20)
+def test_short_passages_of_one_marker_are_found_where_many_frames_a_second_tell_of_them(seed):
+    rng, fps, frames = np.random.default_rng(seed), 120.0, 480
+    walk = 0.02 * _walk(rng, frames)
+    louder = np.ones((frames, 10))
+    for marker in range(10):
+        for start in (rng.integers(0, 150), rng.integers(250, 380)):
+            louder[start : start + 96, marker] = 4.0
+    louder = louder.repeat(3, axis=1)
+    found = loudness(walk + 0.4 * louder * rng.normal(size=walk.shape), fps, together=3)
+    assert np.median(found[louder > 1]) > 1.3 * np.median(found[louder == 1])
+
+
+@given(SEEDS)
+@settings(max_examples=20)
+def test_a_burst_of_outliers_is_no_passage_of_noise(seed):
+    rng, fps, frames = np.random.default_rng(seed), 120.0, 480
+    walk = 0.05 * _walk(rng, frames)
+    burst = np.zeros((frames, 10), dtype=bool)
+    for marker in range(10):
+        start = rng.integers(0, frames - 30)
+        burst[start : start + rng.integers(12, 30), marker] = True
+    burst = burst.repeat(3, axis=1)
+    found = loudness(
+        walk + 0.4 * rng.normal(size=walk.shape) + burst * rng.normal(0, 20.0, walk.shape), fps, together=3
+    )
+    assert np.median(found[burst]) < 1.5 * np.median(found[~burst])
+
+
 def test_coordinates_of_a_marker_are_as_noisy_as_each_other(rng):
     walk = _walk(rng)
     noisy = walk + np.where(np.arange(30) < 15, _passage(240), 1.0) * rng.normal(size=walk.shape)

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from performers import FPS, joints_model, truth
 
-from motionmend import corrupt, repair_without_model
+from motionmend import Denoiser, Markers, corrupt, read, repair_without_model
 from motionmend.bodies.motion import Origin
 from motionmend.denoise.mending import Mended
 from motionmend.denoise.repair import ChannelRepair
-from motionmend.denoise.second_opinion import SAID, of_one_mind
+from motionmend.denoise.second_opinion import REACH, SAID, of_one_cloud, of_one_mind
 
 SEEDS = st.integers(0, 10**6)
 
@@ -104,3 +104,106 @@ def test_motions_that_the_library_does_not_know_are_no_worse_for_it(action, outl
 def test_what_the_library_knows_needs_no_second_opinion():
     found = joints_model().repair(corrupt(truth("walk"), noise=np.radians(2.0), seed=3).recording)
     assert not any("misses" in said for said in found.warnings)
+
+
+def _copied(mended):
+    """The first of two is given up, so a copy is."""
+    arrays = {n: getattr(mended.found, n).copy() for n in ("values", "std", "weights", "origin")}
+    return replace(mended, found=replace(mended.found, **arrays))
+
+
+def _repair_of(values, std, origin, noise):
+    found = ChannelRepair(values, np.full(values.shape, std), origin == Origin.MEASURED, origin, 3, np.empty(0), True)
+    return Mended(replace(found, warnings=("Missed",)), np.full(values.shape[1], noise), np.zeros(values.shape[1]), 9.0)
+
+
+def _two_of_markers(seed, bias=0.0, frames=300, noise=1.0):
+    """A library's repair and the recording's own of six markers' coordinates; truth and measured."""
+    rng = np.random.default_rng(seed)
+    clean = 30.0 * np.sin(np.linspace(0, 6, frames)[:, None] + rng.uniform(0, 6, 6))
+    measured = clean + noise * rng.standard_normal(clean.shape)
+    measured[rng.random((frames, 2)).repeat(3, axis=1) < 0.1] = np.nan
+    kind = np.where(np.isfinite(measured), Origin.MEASURED, Origin.FILLED).astype(np.uint8)
+    one = _repair_of(clean + bias + 0.3 * rng.standard_normal(clean.shape), 0.3, kind, noise)
+    other = _repair_of(clean + 0.3 * rng.standard_normal(clean.shape), 0.3, kind.copy(), noise)
+    return one, other, measured, clean
+
+
+@given(SEEDS)
+@settings(max_examples=25, deadline=None)
+def test_one_cloud_lies_between_both_and_what_is_missing_is_the_librarys(seed):
+    one, other, measured, _ = _two_of_markers(seed, bias=1.0)
+    found = of_one_cloud(_copied(one), other, measured, FPS).found
+    seen = np.isfinite(measured)
+    for c in range(6):
+        apart, way = (x[seen[:, c], c] - one.found.values[seen[:, c], c] for x in (other.found.values, found.values))
+        share = way @ apart / (apart @ apart)
+        assert 0.0 <= share <= 1.0
+        np.testing.assert_allclose(way, share * apart, atol=1e-9)
+    np.testing.assert_array_equal(found.values[~seen], one.found.values[~seen])
+    np.testing.assert_array_equal(found.std[~seen], one.found.std[~seen])
+    assert (found.std[seen] >= 0.3 - 1e-9).all()
+    assert found.warnings == ("Missed" + SAID,)
+    alike = of_one_cloud(_copied(other), other, measured, FPS).found
+    np.testing.assert_array_equal(alike.values, other.found.values)
+    np.testing.assert_allclose(alike.std, other.found.std)
+
+
+@given(SEEDS, st.floats(0.0, 5.0))
+@settings(max_examples=25, deadline=None)
+def test_a_library_that_is_more_wrong_than_it_says_is_left_behind(seed, bias):
+    one, other, measured, clean = _two_of_markers(seed, bias)
+    seen = np.isfinite(measured)
+
+    def error(mended):
+        return np.sqrt(np.square(mended.found.values - clean)[seen].mean())
+
+    assert error(of_one_cloud(_copied(one), other, measured, FPS)) <= 1.05 * error(other)
+
+
+@given(SEEDS, st.integers(1, 3))
+@settings(max_examples=25, deadline=None)
+def test_who_believes_a_sample_alone_is_wrong_unless_the_library_rejects_several_on_end(seed, run):
+    one, other, measured, _ = _two_of_markers(seed)
+    measured[100:200] = 0.0
+    for mended in (one, other):
+        mended.found.origin[100:200] = Origin.MEASURED
+    one.found.origin[150 : 150 + run, :3] = Origin.REPAIRED
+    other.found.origin[150, 3:] = Origin.REPAIRED
+    found = of_one_cloud(_copied(one), other, measured, FPS).found
+    reach = round(REACH * FPS)
+    near = slice(150 - reach, 150 + run + reach)
+    of_library = one.found if run == 1 else other.found
+    np.testing.assert_allclose(found.values[near, :3], of_library.values[near, :3], atol=1e-9)
+    assert (found.origin[150 : 150 + run, 0] == of_library.origin[150 : 150 + run, 0]).all()
+    near = slice(150 - reach, 151 + reach)
+    np.testing.assert_allclose(found.values[near, 3:], other.found.values[near, 3:], atol=1e-9)
+    assert (found.origin[150, 3:] == Origin.REPAIRED).all()
+
+
+def _part(data, name, first, last):
+    """Some frames of a real recording of markers, by their bare names."""
+    whole = read(data / "mocap" / "c3d" / f"{name}.c3d")
+    assert isinstance(whole, Markers)
+    names = [n.rpartition(":")[2] for n in whole.names]
+    return Markers(names, whole.positions[first:last], whole.fps, up=whole.up)
+
+
+@pytest.mark.parametrize(
+    ("recorded", "library", "noise", "outliers"),
+    [
+        (("hdm05_bd_05-01_01_120", 3000, 3300), ("cmu_05_13", 0, None), 0.001, 0.0),
+        (("sfu_0005_SideSkip001", 0, 300), ("gt_squat", 0, None), 0.01, 0.1),
+    ],
+)
+def test_real_markers_are_no_worse_for_a_library_of_another_person_and_motion(data, recorded, library, noise, outliers):
+    clean = _part(data, *recorded)
+    spoilt = corrupt(clean, noise=noise, outliers=outliers, seed=4).recording
+    found = Denoiser().fit([_part(data, *library)]).repair(spoilt)
+    alone = repair_without_model(spoilt, "adaptive")
+    assert any("misses this recording" in said and said.endswith(SAID) for said in found.warnings)
+
+    def error(outcome):
+        return np.sqrt(np.nanmean(np.square(outcome.recording.positions - clean.positions)[clean.present]))
+
+    assert error(found) < 1.05 * error(alone)

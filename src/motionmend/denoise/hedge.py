@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..arrays import Floats
+from .filtered import Filtered
 from .gaps import fill_pca
 
 HEDGED = 0.02  # m; gaps less sure than this are filled by principal components as well, whose own deviations flatter
@@ -38,9 +39,34 @@ def hedged(places: Floats, std: Floats, positions: Floats) -> tuple[Floats, Floa
     other = fill_pca(positions, unsure)
     rows = np.nonzero(unsure & other.filled & np.isfinite(std) & np.isfinite(other.std))
     one, two = std[rows], other.std[rows]
-    common = ALIKE * one * two
-    share = np.clip((one**2 - common) / np.maximum(one**2 + two**2 - 2.0 * common, 1e-12), 0.0, 1.0)
+    share = _share_of_second(one, two)
     mixed, doubt = places.copy(), std.copy()
     mixed[rows] += share[:, None] * (other.values[rows] - places[rows])
+    common = ALIKE * one * two
     doubt[rows] = np.sqrt(((1.0 - share) * one) ** 2 + (share * two) ** 2 + 2.0 * share * (1.0 - share) * common)
     return mixed, doubt
+
+
+def filled_both_ways(taught: Filtered, alone: Filtered) -> Filtered:
+    """Gaps as a library that may not know the motion fills them and as the recording alone does, in one.
+
+    Both start from the same samples and may err alike: the mixture is no surer than they are.
+
+    Parameters
+    ----------
+    taught : the library's; it says where anything is filled.
+    alone : of the same markers, of which the recording alone may leave more open.
+    """
+    rows = np.nonzero(taught.filled & alone.filled & np.isfinite(taught.std) & np.isfinite(alone.std))
+    one, two = taught.std[rows], alone.std[rows]
+    share = _share_of_second(one, two)
+    values, std = taught.values.copy(), taught.std.copy()
+    values[rows] += share[:, None] * (alone.values[rows] - values[rows])
+    std[rows] = np.sqrt((1.0 - share) * np.square(one) + share * np.square(two))
+    return Filtered(values, std, taught.filled)
+
+
+def _share_of_second(one: Floats, two: Floats) -> Floats:
+    """How much of the second of two fillings to take by their deviations, for the least variance."""
+    common = ALIKE * one * two
+    return np.clip((one**2 - common) / np.maximum(one**2 + two**2 - 2.0 * common, 1e-12), 0.0, 1.0)

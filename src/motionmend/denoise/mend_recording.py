@@ -14,11 +14,13 @@ from .bursts import long_runs
 from .channels import Channels, to_channels
 from .digits import rounding, shaken
 from .filling import fill_gaps
+from .filtered import Filtered
+from .hedge import filled_both_ways
 from .held import held, in_noise, told, without
 from .joints import root_rows
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
-from .layout import Layout, own_layout
+from .layout import Layout, names_of, own_layout
 from .learning import at_rate as series_at_rate
 from .library import Library
 from .likeliest_gaps import Process
@@ -30,7 +32,7 @@ from .outcome import brought_back, repaired_recording
 from .own_bends import first_bends, own_bends
 from .pieces import pieces
 from .poles import pole_crossings
-from .second_opinion import doubtful, of_one_mind
+from .second_opinion import doubtful, of_one_cloud, of_one_mind
 from .untaught import with_untaught
 
 CENTIMETRES = 100.0
@@ -110,26 +112,68 @@ def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     def markers_alone(beside: Markers, asked: Ints) -> Repaired[Markers]:
         return _of_markers(beside, _of_itself(beside), asked)
 
-    return with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
+    found = with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
+    return _with_untaught_guides(found, known.layout)
+
+
+def _with_untaught_guides(outcome: Repaired[Markers], layout: Layout) -> Repaired[Markers]:
+    """Gaps of markers that the library knows, filled beside it from all markers: the nearest may be others."""
+    taught = np.isin(names_of(outcome.recording), layout.names)
+    missing = outcome.origin >= Origin.FILLED
+    filled = taught & (outcome.origin == Origin.FILLED)
+    if taught.all() or not filled.any():
+        return outcome
+    markers = outcome.recording
+    known = np.where(missing[..., None], np.nan, markers.positions)
+    both = filled_both_ways(
+        Filtered(markers.positions, outcome.std.astype(np.float64), filled), fill_gaps(known, markers.fps)
+    )
+    return replace(outcome, recording=markers.with_positions(both.values), std=both.std.astype(np.float32))
 
 
 def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None) -> Repaired[Markers]:
     """A marker recording's repair; only of markers that are asked for, if not of all, labels are given back."""
-    channels = to_channels(recording, known.layout)
-    mended = _mended(channels.values, recording, channels, known)
-    swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
-    if asked is not None:
-        swaps = _swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
-    right = _relabelled(recording, channels, swaps)
-    if right is not recording:
-        channels = to_channels(right, known.layout)
-        mended = _mended(channels.values, right, channels, known)
-    mended = _with_gaps_filled(mended, right.fps, known.postures)
+    right, channels, mended, swaps = _with_labels(recording, known, asked)
+    beside = known.library is not None and doubtful(mended)
+    if beside:
+        untaught = replace(known, library=None, bases=None, process=None)
+        own = _mended(channels.values.copy(), right, channels, untaught)  # which would write over what was measured
+        mended = of_one_cloud(mended, own, channels.values, right.fps)
+    mended = _with_gaps_filled(mended, right.fps, known.postures, beside)
     outcome: Repaired[Markers] = repaired_recording(
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
     origin = _relabelled_origin(outcome.origin, channels, swaps)
     return replace(outcome, origin=origin, warnings=(*outcome.warnings, *_told(swaps, known.layout)))
+
+
+def _with_labels(
+    recording: Markers, known: Knowledge, asked: Ints | None
+) -> tuple[Markers, Channels, Mended, tuple[Swap, ...]]:
+    """The recording with labels given back, its channels, their repair, and what was done.
+
+    What is swapped throughout only distances tell, and people's differ: unless the library then misses less of the
+    recording, it is not put right.
+    """
+
+    def repaired(labelled: Markers) -> tuple[Channels, Mended]:
+        channels = to_channels(labelled, known.layout)
+        return channels, _mended(channels.values, labelled, channels, known)
+
+    channels, mended = repaired(recording)
+    swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
+    if asked is not None:
+        swaps = _swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
+    right = _relabelled(recording, channels, swaps)
+    if right is recording:
+        return right, channels, mended, swaps
+    missed = mended.missed
+    channels, mended = repaired(right)
+    certain = _but_for_throughout(swaps, recording, channels)
+    if mended.missed > missed and certain != swaps:
+        swaps, right = certain, _relabelled(recording, channels, certain)
+        channels, mended = repaired(right)
+    return right, channels, mended, swaps
 
 
 def _of_motion(motion: Motion, known: Knowledge) -> tuple[Repaired[Motion], Floats]:
@@ -186,8 +230,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         first = mended(
             Prior(known.library.usual_bends(recording.fps), patterns, stride), near=near, process=known.process
         )
-        if not doubtful(first):
-            return first
+        if isinstance(recording, Markers) or not doubtful(first):
+            return first  # markers get their labels back first
         own = own_prior()
         if own.bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
@@ -246,6 +290,16 @@ def _swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
     )
 
 
+def _but_for_throughout(swaps: tuple[Swap, ...], recording: Markers, channels: Channels) -> tuple[Swap, ...]:
+    """The same, but what is swapped in every frame that shows one of the markers is only declared."""
+
+    def throughout(swap: Swap) -> bool:
+        shown = np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
+        return bool(len(shown)) and swap.first <= shown[0] and shown[-1] <= swap.last
+
+    return tuple(replace(swap, put_right=swap.put_right and not throughout(swap)) for swap in swaps)
+
+
 def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...]) -> Markers:
     """The recording with labels given back."""
     if not any(s.put_right for s in swaps):
@@ -259,10 +313,11 @@ def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...])
     return recording.with_positions(put_right(recording.positions, here))
 
 
-def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None) -> Mended:
+def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None, beside: bool) -> Mended:
     """Gaps, and long bursts of outliers, taken from the markers about them: what walks alone cannot know.
 
-    In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same.
+    In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same. A library that
+    may not know the motion is believed `beside` what the recording alone tells of its gaps.
     """
     found = mended.found
     missing = found.origin >= Origin.FILLED
@@ -272,6 +327,8 @@ def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None
     frames = len(found.values)
     known = np.where(lost, np.nan, found.values).reshape(frames, -1, 3) / CENTIMETRES
     filled = fill_gaps(known, fps, library=postures)
+    if beside:
+        filled = filled_both_ways(filled, fill_gaps(known, fps))
     three = np.isfinite(filled.values).all(axis=2).repeat(3, axis=1)
     places = np.where(three, CENTIMETRES * filled.values.reshape(frames, -1), np.nan)
     spread = np.where(three, CENTIMETRES * filled.std.repeat(3, axis=1), np.nan)

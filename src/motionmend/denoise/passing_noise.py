@@ -10,7 +10,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Floats
 
-WIDTH = 0.2  # s, of the Gaussian over which noise is taken to last
+# s, of the Gaussian over which noise is taken to last; and frames that tell enough: no more are asked
+WIDTH, FRAMES = 0.2, 6.0
 GROWS = 2.0  # times in the square that second differences of motion are larger over two frames than over one
 STEP, NOISE = 6.0, 6.0  # variance of steps over two frames to that over one; of noise in either, in its own
 FAINT = {1: 0.3, 3: 0.05}  # degrees, and cm of markers: nobody is helped by following noise below that
@@ -19,8 +20,9 @@ STRAYS = 2.0  # such deviations that are not believed
 ALIKE = 0.3  # of what all channels share nothing is believed up to here, however many they are: motion shares as much
 FEW = 0.1  # of all channels: if no more are noise for the most part, what they share tells as little as much
 # Outliers make a channel look louder here and there, at random; noise that passes lasts. The correlation of what two
-# moments say, so many widths apart, of which nothing is believed and from which all is.
-APART, BY_CHANCE, LASTING = 2.67, 0.2, 0.5
+# moments say, so many widths and so many seconds apart, of which nothing is believed and from which all is: bursts of
+# outliers are no noise.
+APART, BURST, BY_CHANCE, LASTING = 2.67, 0.27, 0.2, 0.5
 MOST = 4.0  # logarithm of a variance, beyond which a moment tells of no more
 _LOG_MIDDLE = -0.5 * (np.euler_gamma + np.log(2.0))  # mean of log |N(0, 1)|
 _UNKNOWN, _NOTHING = 0.05, 1e-6
@@ -36,8 +38,9 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     together : neighbouring columns that are as noisy as each other: 1 for angles, 3 for markers.
     """
     frames, channels = measured.shape
-    width = WIDTH * fps
-    if frames <= 2 * APART * width:
+    width = min(WIDTH * fps, FRAMES)
+    apart = round(max(APART * width, BURST * fps))
+    if frames <= 2 * apart:
         return np.ones(measured.shape)
     once, seen = _log_squares(measured, 1, width)
     twice, _ = _log_squares(measured, 2, width)
@@ -57,7 +60,7 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     shared = _beyond(shared, np.sqrt(ALIKE**2 + STRAYS**2 * np.maximum(differ, ONE_MOMENT**2) / telling))
     own = np.where(tells, louder - shared, 0.0).reshape(frames, -1, together).mean(axis=2)
     doubt = STRAYS * ONE_MOMENT / np.sqrt(together * np.maximum(seen[:, ::together], _UNKNOWN))
-    own = _lasting(own, round(APART * width)) * _beyond(own, doubt)
+    own = _lasting(own, apart) * _beyond(own, doubt)
     return np.asarray(np.exp(0.5 * (shared + own.repeat(together, axis=1))))
 
 

@@ -3,14 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
+from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
 from ..numerics.risk import share_of_second
+from .adaptive import DOUBT
 from .mending import Mended
 from .repair import MUCH_MISSED
 from .support import bridged
 
 SAID = "; what it shows of itself was believed beside it"
+WRONG = 1.5  # times its stated variance: a repair that errs by more is more wrong than it says
+REACH = 0.1  # s about a sample that one repair believes and the other does not, within which both bear its mark
 
 
 def doubtful(library: Mended) -> bool:
@@ -55,3 +60,86 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
         ),
         noise=0.5 * (library.noise + own.noise),
     )
+
+
+def of_one_cloud(library: Mended, own: Mended, measured: Floats, fps: float) -> Mended:
+    """Two repairs of markers as one: each marker's mean of both, as sure as each is and as wrong as each shows to be.
+
+    Where one believes a sample that the other rejects, one of them is right. A sample that is believed alone is an
+    outlier, as a rule; only where the library rejects several on end it is the library that strays.
+
+    Parameters
+    ----------
+    library : the repair by a library that misses the recording. Its arrays are written anew with the result.
+    own : by what the recording shows of itself.
+    measured : (T, C) what both were made of, cm, NaN = missing; three columns a marker.
+    fps : Hz.
+
+    Returns
+    -------
+    What is missing stays the library's: it is filled from the markers about it afterwards.
+    """
+    first, second = library.found, own.found
+    noise = np.minimum(library.noise, own.noise)
+    reach = 2 * round(REACH * fps) + 1
+    for column in range(0, measured.shape[1], 3):
+        c = slice(column, column + 3)
+        seen = np.isfinite(measured[:, c]).all(axis=1)
+        if not seen.any():
+            continue
+        believed = (first.origin[:, column] == Origin.MEASURED, second.origin[:, column] == Origin.MEASURED)
+        apart = second.values[seen, c] - first.values[seen, c]
+        one, other = (np.square(found.std[seen, c].astype(np.float64)) for found in (first, second))
+        both = (believed[0] & believed[1])[seen]
+        share = np.full((int(seen.sum()), 3), 0.5)
+        if both.any():
+            told, its = (
+                _errs((measured[seen, c] - found.values[seen, c])[both], variance[both], noise[c])
+                for found, variance in ((first, one), (second, other))
+            )
+            share[:] = share_of_second(told, its, np.square(apart[both]).mean(axis=0))
+        for wins, runs in enumerate(_at_odds(believed[0][seen], believed[1][seen])):
+            at = np.zeros(len(measured), dtype=bool)
+            at[np.flatnonzero(seen)[runs]] = True
+            share[maximum_filter1d(at, reach)[seen]] = wins
+        first.values[seen, c] += share * apart
+        mixed = (1.0 - share) * one + share * other + share * (1.0 - share) * np.square(apart)
+        first.std[seen, c] = np.sqrt(mixed)
+        owns = np.flatnonzero(seen)[share.mean(axis=1) > 0.5]
+        first.origin[owns, c] = second.origin[owns, c]
+        first.weights[owns, c] = second.weights[owns, c]
+    return replace(
+        library,
+        found=replace(
+            first,
+            iterations=first.iterations + second.iterations,
+            warnings=tuple(said + SAID for said in first.warnings),
+        ),
+        noise=0.5 * (library.noise + own.noise),
+    )
+
+
+def _errs(left: Floats, variance: Floats, noise: Floats) -> Floats:
+    """(3,) mean square error of a marker's repair: as stated, and what it shows to be wrong beyond that.
+
+    Parameters
+    ----------
+    left : (N, 3) recorded less repaired.
+    variance : (N, 3) as stated.
+    noise : (3,) standard deviations.
+
+    Source
+    ------
+    Stein's estimate, as in `numerics.risk`; here of samples that no one takes for outliers, so that their mean serves.
+    """
+    own = np.minimum(variance / (DOUBT * np.square(noise)), 1.0)  # by how much a repaired sample follows its own
+    stated = variance.mean(axis=0)
+    risk = (np.square(left) - (1.0 - 2.0 * own) * np.square(noise)).mean(axis=0)
+    return np.asarray(stated + max(float((risk - WRONG * stated).mean()), 0.0))
+
+
+def _at_odds(library: Bools, own: Bools) -> tuple[Bools, Bools]:
+    """Samples (N,) that one believes and the other rejects: where the library is right, and where the own repair is."""
+    alone = np.pad(own & ~library, 1)
+    lone = alone[1:-1] & ~alone[:-2] & ~alone[2:]
+    return lone, (own != library) & ~lone
