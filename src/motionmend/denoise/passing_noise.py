@@ -59,8 +59,9 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     differ = np.square(louder).sum(axis=1, keepdims=True) / telling - np.square(shared)
     shared = _beyond(shared, np.sqrt(ALIKE**2 + STRAYS**2 * np.maximum(differ, ONE_MOMENT**2) / telling))
     own = np.where(tells, louder - shared, 0.0).reshape(frames, -1, together).mean(axis=2)
-    doubt = STRAYS * ONE_MOMENT / np.sqrt(together * np.maximum(seen[:, ::together], _UNKNOWN))
-    own = _lasting(own, apart) * _beyond(own, doubt)
+    by_chance = ONE_MOMENT / np.sqrt(together * np.maximum(seen[:, ::together], _UNKNOWN))
+    # a single moment is believed if it goes far; a channel that goes up and down throughout is, in all its moments
+    own *= _lasting(own, apart) * np.maximum(_kept(own, STRAYS * by_chance), _beyond_chance(own, by_chance))
     return np.asarray(np.exp(0.5 * (shared + own.repeat(together, axis=1))))
 
 
@@ -82,8 +83,18 @@ def _beyond(value: Floats, strays: Floats | float) -> Floats:
     ------
     Breiman, Better subset regression using the nonnegative garrote, Technometrics 37(4), 1995.
     """
-    square = np.square(value)
-    return np.asarray(value * np.maximum(1.0 - np.square(strays) / np.maximum(square, _NOTHING), 0.0))
+    return np.asarray(value * _kept(value, strays))
+
+
+def _kept(value: Floats, strays: Floats | float) -> Floats:
+    return np.asarray(np.maximum(1.0 - np.square(strays) / np.maximum(np.square(value), _NOTHING), 0.0))
+
+
+def _beyond_chance(own: Floats, by_chance: Floats) -> Floats:
+    """(1, N) share of what a channel says (T, N), in the square, that is not by chance: Wiener's factor."""
+    square = np.square(np.clip(own, -MOST, MOST)).mean(axis=0, keepdims=True)
+    chance = np.square(by_chance).mean(axis=0, keepdims=True)
+    return np.asarray(np.maximum(1.0 - chance / np.maximum(square, _NOTHING), 0.0))
 
 
 def _lasting(own: Floats, apart: int) -> float:
