@@ -11,7 +11,7 @@ from motionmend.track.settings import TrackSettings, settings_of
 from motionmend.track.start import five_of, pose_from_joints
 
 from .common import FPS, Findings, Table, motion
-from .track_common import ABOUT, DOZEN, Stage, Take, away, follow, recorded, shown, stage, tracker
+from .track_common import ABOUT, DOZEN, Stage, Take, Track, away, follow, recorded, shown, stage, tracker
 
 AFTER, COUNTED = 15, 10  # frames until a start counts, and frames that do
 LATER = WINDOW + AHEAD  # frames that a recording goes on, which are looked back from
@@ -26,14 +26,12 @@ def run(mocap: Path, pictures: Path) -> Findings:
     del pictures
     model, wish = tracker(mocap), settings_of("default")
     rows, ratios, again, fives, causal = [], [], [], [], []
-    counted = slice(AFTER, AFTER + COUNTED)
     for take in (*DOZEN, *_drawn(mocap)):
         scene = stage(mocap, take)
         frames = shown(scene, 0, frames=AFTER + COUNTED + LATER)
         five, _ = pose_from_joints(scene.performer, five_of(scene.joints[0]))
         given, alone, helped = (
-            float(away(scene.joints, recorded(model, wish, frames, scene.performer, pose).joints)[counted].mean())
-            for pose in (scene.poses[0], None, five)
+            _error(scene, recorded(model, wish, frames, scene.performer, pose)) for pose in (scene.poses[0], None, five)
         )
         ratios.append(alone / given)
         fives.append(helped / given)
@@ -42,8 +40,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             returned = _again(model, wish, scene, frames[: AFTER + COUNTED])
             again.append(returned <= 1.3 * given + 1.0)
             back = f"{returned:.2f}"
-        at_once = follow(model, wish, frames[: AFTER + COUNTED], scene.performer).joints
-        causal.append(float(away(scene.joints, at_once)[counted].mean()) / given)
+        live_given, live_alone = (
+            _error(scene, follow(model, wish, frames[: AFTER + COUNTED], scene.performer, pose))
+            for pose in (scene.poses[0], None)
+        )
+        causal.append(live_alone / live_given)
         rows.append((take.name, f"{given:.2f}", f"{alone:.2f}", f"{helped:.2f}", back))
     ratio, five_ratio = np.array(ratios), np.array(fives)
     return Findings(
@@ -70,6 +71,11 @@ def run(mocap: Path, pictures: Path) -> Findings:
             ),
         ),
     )
+
+
+def _error(scene: Stage, track: Track) -> float:
+    """Mean over the frames that count, cm."""
+    return float(away(scene.joints, track.joints)[AFTER : AFTER + COUNTED].mean())
 
 
 def _drawn(mocap: Path) -> tuple[Take, ...]:
