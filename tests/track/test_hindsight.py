@@ -35,6 +35,7 @@ from motionmend.track.limbs import LIMBS, with_limb
 from motionmend.track.model import TrackerModel
 from motionmend.track.reach import reach
 from motionmend.track.settings import settings_of
+from motionmend.track.together import between_turns
 from motionmend.track.tracker import start, step
 
 BODY = anatomy.average()
@@ -172,7 +173,7 @@ def test_what_neither_account_sees_is_as_unsure_as_half_of_what_they_are_apart()
     backs = hindsight.way_back(model, DEFAULT, some)
     for one, back in zip(some[4:10], backs[4:10], strict=True):
         unseen = replace(back, held=held)
-        told = hindsight._joined(BODY, one, unseen, np.array([0.0, 1.0, 0.0, 0.0, 0.0]))
+        told = hindsight._joined(BODY, one, unseen, np.array([0.0, 1.0, 0.0, 0.0, 0.0]), one.estimate.pose.root)
         gap = np.linalg.norm(landmarks(BODY, back.pose) - one.estimate.landmarks, axis=1)
         assert (told.std[held] >= 0.5 * gap[held] - 1e-12).all()
         assert "held" in told.flags
@@ -293,11 +294,13 @@ def test_mixed_poses_have_their_joints_between_or_are_of_one_pose(seed, share):
         advance(BODY, raised(0.5), np.repeat((0.02, 0.1), (6, DOFS - 6)) * rng.normal(size=DOFS)) for _ in "ab"
     )
     shares = np.full(TRUNK + 1, share)
-    pose, place = hindsight._mixed(BODY, first, other, shares)
+    turned = between_turns(first.root, other.root, share)
+    pose, place = hindsight._mixed(BODY, first, other, shares, turned)
     np.testing.assert_allclose(place, landmarks(BODY, pose))
     here, there = landmarks(BODY, first), landmarks(BODY, other)
     straight = np.linalg.norm(place - here - share * (there - here), axis=1).max() <= hindsight.STRAIGHT
     whole = there if share > 0.5 else here
     assert straight or np.allclose(place, whole)
     for all_of, one in ((0.0, first), (1.0, other)):
-        np.testing.assert_allclose(hindsight._mixed(BODY, first, other, 0.0 * shares + all_of)[1], landmarks(BODY, one))
+        mixed = hindsight._mixed(BODY, first, other, 0.0 * shares + all_of, one.root)
+        np.testing.assert_allclose(mixed[1], landmarks(BODY, one))

@@ -42,6 +42,7 @@ BESIDE = 3  # frames after those told of that are solved together with them
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
+_IDENTITY = np.eye(3)
 
 _OF_LIMBS = tuple(
     frozen([limb.begin, *limb.landmarks] if limb.name.endswith("arm") else limb.landmarks, np.int64) for limb in LIMBS
@@ -153,8 +154,8 @@ def looked_back(
     moments, backs = moments[: count + BESIDE], backs[: count + BESIDE]
     shares = eased(moments, backs, likeliest(moments, backs))
     told = [
-        one.estimate if back is None or not share.any() else _joined(body, one, back, share)
-        for one, back, share in zip(moments, backs, shares, strict=True)
+        one.estimate if back is None or not share.any() else _joined(body, one, back, share, turned)
+        for one, back, share, turned in zip(moments, backs, shares, _roots(moments, backs, shares), strict=True)
     ]
     followed = [one.pose if "tracked" in one.flags else None for one in told]
     settled = solved_together(model, settings, body, [one.state for one in moments], followed)
@@ -329,8 +330,15 @@ def _resumed(at: TrackState, first: TrackState, part: int) -> TrackState:
     )
 
 
-def _joined(body: Performer, one: Moment, back: Back, share: Floats) -> Estimate:
-    """The estimate with so much of each of `PARTS` as on the way back."""
+def _roots(moments: Sequence[Moment], backs: Sequence[Back | None], shares: Floats) -> Floats:
+    """(T, 3, 3) the roots turned so far as on the way back; all at once, for one alone costs as much."""
+    first = np.array([_IDENTITY if one.estimate.pose is None else one.estimate.pose.root for one in moments])
+    other = np.array([root if back is None else back.pose.root for back, root in zip(backs, first, strict=True)])
+    return between_turns(first, other, shares[:, TRUNK, None])
+
+
+def _joined(body: Performer, one: Moment, back: Back, share: Floats, turned: Floats) -> Estimate:
+    """The estimate with so much of each of `PARTS` as on the way back, the root turned (3, 3) as it is then."""
     said, parts = one.estimate, share > 0.5
     taken = np.zeros(len(LANDMARKS), bool)
     for part in np.flatnonzero(parts):
@@ -353,15 +361,15 @@ def _joined(body: Performer, one: Moment, back: Back, share: Floats) -> Estimate
         )
     assert said.pose is not None
     assert said.settled is not None
-    pose, place = _mixed(body, said.pose, back.pose, share)
+    pose, place = _mixed(body, said.pose, back.pose, share, turned)
     held = np.where(taken, back.held, said.held)
     settled = np.where(taken, std, said.settled)
     # Of what nothing is seen either may be right, and other poses may be that the way back has not looked at.
     between = 0.5 * np.linalg.norm(landmarks(body, back.pose) - said.landmarks, axis=1)
     settled = np.where(held, np.maximum(np.maximum(settled, between), np.where(said.held, said.settled, 0.0)), settled)
     # Front and back are still in doubt, unless the other reading was taken.
-    turned = parts[TRUNK] and float(back.pose.root[:, 2] @ said.pose.root[:, 2]) < 0.0
-    doubtful = (said.std > said.settled) & (not turned)
+    about = parts[TRUNK] and float(back.pose.root[:, 2] @ said.pose.root[:, 2]) < 0.0
+    doubtful = (said.std > said.settled) & (not about)
     flags = tuple(flag for flag in said.flags if flag != "held")
     if (np.linalg.norm(place - said.landmarks, axis=1) > NEAR).any():
         flags += ("revised",)
@@ -387,13 +395,13 @@ def _settled(body: Performer, first: Moment, said: Estimate, pose: Pose) -> Esti
     return replace(said, pose=pose, landmarks=place, flags=flags)
 
 
-def _mixed(body: Performer, first: Pose, other: Pose, share: Floats) -> tuple[Pose, Floats]:
+def _mixed(body: Performer, first: Pose, other: Pose, share: Floats, turned: Floats) -> tuple[Pose, Floats]:
     """A pose that has so much of each of `PARTS` of the other one, and its joints (16, 3) m.
 
     Joint coordinates far apart may have joints at one place: where the mixture is not where theirs is, each part is
     wholly of one pose.
     """
-    pose = _between(first, other, share)
+    pose = _between(first, other, share, turned)
     place = landmarks(body, pose)
     if ((share == 0.0) | (share == 1.0)).all():
         return pose, place
@@ -401,14 +409,13 @@ def _mixed(body: Performer, first: Pose, other: Pose, share: Floats) -> tuple[Po
     for part, much in zip(PARTS, share, strict=True):
         here[part] += much * (there[part] - here[part])
     if np.linalg.norm(place - here, axis=1).max() > STRAIGHT:
-        pose = _between(first, other, (share > 0.5).astype(np.float64))
+        whole = share > 0.5
+        pose = _between(first, other, whole.astype(np.float64), other.root if whole[TRUNK] else first.root)
         place = landmarks(body, pose)
     return pose, place
 
 
-def _between(first: Pose, other: Pose, share: Floats) -> Pose:
-    """Root and joint coordinates so far from one pose to the other as (5,) shares say."""
-    trunk = share[TRUNK]
-    moved = first.translation + trunk * (other.translation - first.translation)
-    turned = between_turns(first.root, other.root, trunk)
+def _between(first: Pose, other: Pose, share: Floats, turned: Floats) -> Pose:
+    """Place and joint coordinates so far from one pose to the other as (5,) shares say, with the root (3, 3)."""
+    moved = first.translation + share[TRUNK] * (other.translation - first.translation)
     return Pose(moved, turned, first.joints + share[_PART_OF] * (other.joints - first.joints))
