@@ -22,6 +22,7 @@ from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_follow, next_noise, next_rate, overlooked
 from .passing_noise import loudness
+from .poles import bends_of
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
 from .support import Support, bridged, ends_alone, line_support, support, supported
@@ -85,7 +86,6 @@ def adapt(
     process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
-    at_pole: Bools | None = None,
     as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
 ) -> Adapted:
@@ -99,7 +99,8 @@ def adapt(
     closer : a prior nearer to a first estimate (T, C); None, or what gives None, keeps the first.
     process : of clean motion, for gaps; None = nothing is known of them.
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
-    vouched, at_pole : (T, C) of `poles.pole_crossings`.
+    vouched : (T, C) True where a sample is no outlier and what bends there may bend as it will, as at
+        `poles.pole_crossings`; None = nowhere.
     as_pose : of measured, rejected and values, what is no outlier: `as_pose.smoother_as_pose`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     """
@@ -107,7 +108,6 @@ def adapt(
     present = np.isfinite(measured)
     nowhere = np.zeros(measured.shape, dtype=bool)
     vouched = nowhere if vouched is None else vouched
-    at_pole = nowhere if at_pole is None else at_pole
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
     louder = loudness(measured, fps, together)
@@ -138,14 +138,12 @@ def adapt(
             np.diag(calm),
             together,
             vouched,
-            at_pole,
         )
         if as_pose is not None and values is not None:
             back = as_pose(measured, outlier, values)
             if back.any():
                 vouched, outlier = vouched | back, outlier & ~back
-                jumps = back | _later(back, 1) | _later(back, 2)  # the second differences it takes part in
-                at_pole, mode = at_pole | jumps, np.where(jumps, len(FACTORS) - 1, mode)
+                mode = np.where(bends_of(back), len(FACTORS) - 1, mode)
         found = next_follow(outlier, present)
         turn, rising, follow = turn + 1, found > RISES * follow, found
         last = turn >= ROUNDS and not (rising and turn < MOST_ROUNDS)
@@ -182,11 +180,6 @@ def adapt(
     return Adapted(
         values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, steps
     )
-
-
-def _later(where: Bools, frames: int) -> Bools:
-    """The same so many frames later."""
-    return np.pad(where, ((frames, 0), (0, 0)))[: len(where)]
 
 
 def _told(
@@ -333,7 +326,6 @@ def _histories(
     calm: Floats,
     together: int,
     vouched: Bools,
-    at_pole: Bools,
 ) -> tuple[Bools, Bytes]:
     """Outliers and modes (T, C) of the likeliest history of every channel or group of channels."""
     from ..kernels.search import likeliest_history
@@ -344,7 +336,7 @@ def _histories(
     known = np.isfinite(measured)
     begin = np.array([np.median(measured[known[:, c], c]) if known[:, c].any() else 0.0 for c in range(channels)])
     strays = np.where(known, np.square(measured - begin), 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    density = OUTLIER_SPAN**-together
+    density, at_pole = OUTLIER_SPAN**-together, bends_of(vouched)
 
     def history(first: int) -> tuple[Bytes, Bytes]:
         own = slice(first, first + together)

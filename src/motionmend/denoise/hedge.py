@@ -54,8 +54,16 @@ def filled_both_ways(taught: Filtered, alone: Filtered) -> Filtered:
 
     Parameters
     ----------
-    taught : the library's; it says where anything is filled.
+    taught : the library's, markers (T, M, 3) m; it says where anything is filled.
     alone : of the same markers, of which the recording alone may leave more open.
+
+    Returns
+    -------
+    What only the library fills stays as it is; the rest of least variance, as in `hedged`.
+
+    Source
+    ------
+    Bates and Granger, The combination of forecasts, Operational Research Quarterly 20(4), 1969, equation 1.
     """
     rows = np.nonzero(taught.filled & alone.filled & np.isfinite(taught.std) & np.isfinite(alone.std))
     one, two = taught.std[rows], alone.std[rows]

@@ -113,10 +113,10 @@ def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
         return _of_markers(beside, _of_itself(beside), asked)
 
     found = with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
-    return _with_untaught_guides(found, known.layout)
+    return _filled_from_all(found, known.layout)
 
 
-def _with_untaught_guides(outcome: Repaired[Markers], layout: Layout) -> Repaired[Markers]:
+def _filled_from_all(outcome: Repaired[Markers], layout: Layout) -> Repaired[Markers]:
     """Gaps of markers that the library knows, filled beside it from all markers: the nearest may be others."""
     taught = np.isin(names_of(outcome.recording), layout.names)
     missing = outcome.origin >= Origin.FILLED

@@ -54,7 +54,7 @@ def mend_channels(
     near: Neighbourhood | None = None,
     process: Process | None = None,
     together: int = 1,
-    poles: Callable[[Floats], tuple[Bools, Bools]] | None = None,
+    poles: Callable[[Floats], Bools] | None = None,
     as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
@@ -89,7 +89,6 @@ def mend_channels(
 
     def block(part: tuple[Floats, Floats | None]) -> Adapted:
         padded, open_by = part
-        vouched, at_pole = (None, None) if poles is None else poles(padded)
         return adapt(
             padded,
             prior,
@@ -97,8 +96,7 @@ def mend_channels(
             closer=closer,
             process=process,
             together=together,
-            vouched=vouched,
-            at_pole=at_pole,
+            vouched=None if poles is None else poles(padded),
             as_pose=as_pose,
             rounding=open_by,
         )

@@ -57,11 +57,13 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     telling = np.maximum(tells.sum(axis=1, keepdims=True), 1)
     shared = louder.sum(axis=1, keepdims=True) / (telling + FEW * channels)
     differ = np.square(louder).sum(axis=1, keepdims=True) / telling - np.square(shared)
-    shared = _beyond(shared, np.sqrt(ALIKE**2 + STRAYS**2 * np.maximum(differ, ONE_MOMENT**2) / telling))
+    shared *= _kept(np.square(shared), ALIKE**2 + STRAYS**2 * np.maximum(differ, ONE_MOMENT**2) / telling)
     own = np.where(tells, louder - shared, 0.0).reshape(frames, -1, together).mean(axis=2)
-    by_chance = ONE_MOMENT / np.sqrt(together * np.maximum(seen[:, ::together], _UNKNOWN))
+    by_chance = ONE_MOMENT**2 / (together * np.maximum(seen[:, ::together], _UNKNOWN))
     # a single moment is believed if it goes far; a channel that goes up and down throughout is, in all its moments
-    own *= _lasting(own, apart) * np.maximum(_kept(own, STRAYS * by_chance), _beyond_chance(own, by_chance))
+    moment = _kept(np.square(own), STRAYS**2 * by_chance)
+    throughout = _kept(np.square(np.clip(own, -MOST, MOST)).mean(axis=0), by_chance.mean(axis=0))
+    own *= _lasting(own, apart) * np.maximum(moment, throughout)
     return np.asarray(np.exp(0.5 * (shared + own.repeat(together, axis=1))))
 
 
@@ -76,25 +78,14 @@ def _log_squares(measured: Floats, lag: int, width: float) -> tuple[Floats, Floa
     return smooth / np.maximum(seen, _NOTHING), seen
 
 
-def _beyond(value: Floats, strays: Floats | float) -> Floats:
-    """What is left of a value that may stray by so much: nothing up to there, nearly all of it far beyond.
+def _kept(square: Floats, by_chance: Floats) -> Floats:
+    """0 to 1: what is kept of a value by its square and that of what it may be by chance; of a mean, Wiener's factor.
 
     Source
     ------
     Breiman, Better subset regression using the nonnegative garrote, Technometrics 37(4), 1995.
     """
-    return np.asarray(value * _kept(value, strays))
-
-
-def _kept(value: Floats, strays: Floats | float) -> Floats:
-    return np.asarray(np.maximum(1.0 - np.square(strays) / np.maximum(np.square(value), _NOTHING), 0.0))
-
-
-def _beyond_chance(own: Floats, by_chance: Floats) -> Floats:
-    """(1, N) share of what a channel says (T, N), in the square, that is not by chance: Wiener's factor."""
-    square = np.square(np.clip(own, -MOST, MOST)).mean(axis=0, keepdims=True)
-    chance = np.square(by_chance).mean(axis=0, keepdims=True)
-    return np.asarray(np.maximum(1.0 - chance / np.maximum(square, _NOTHING), 0.0))
+    return np.asarray(np.maximum(1.0 - by_chance / np.maximum(square, _NOTHING), 0.0))
 
 
 def _lasting(own: Floats, apart: int) -> float:

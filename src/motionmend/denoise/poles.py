@@ -18,8 +18,8 @@ AS_ROTATION = 1.0 / 3.0  # of the jump: as a rotation the sample is this much ne
 NEIGHBOURS = ((-1, 1), (-2, -1), (1, 2), (-1, 2), (-2, 1))
 
 
-def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[Bools, Bools]:
-    """Samples that jump in their angles but are smooth as rotations, and the frames whose steps they disturb.
+def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> Bools:
+    """Samples that jump in their angles but are smooth as rotations.
 
     Parameters
     ----------
@@ -29,21 +29,24 @@ def pole_crossings(angles: Floats, skeleton: Skeleton, columns: Ints) -> tuple[B
 
     Returns
     -------
-    vouched : (T, C) the sample is no outlier.
-    at_pole : (T, C) the second difference into this frame may be of any size.
+    (T, C) True where a sample is no outlier.
     """
     vouched = np.zeros(angles.shape, dtype=bool)
-    at_pole = np.zeros(angles.shape, dtype=bool)
     at = {int(row): c for c, row in enumerate(columns) if row >= 0}
     for rows in triples(skeleton):
         if not all(int(row) in at for row in rows):
             continue
         three = [at[int(row)] for row in rows]
-        smooth = _smooth_as_rotation(angles[:, three], skeleton.dof_axis[rows])
-        vouched[:, three] = smooth[:, None]
-        for later in range(3):
-            at_pole[later:, three] |= smooth[: len(smooth) - later, None]
-    return vouched, at_pole
+        vouched[:, three] = _smooth_as_rotation(angles[:, three], skeleton.dof_axis[rows])[:, None]
+    return vouched
+
+
+def bends_of(samples: Bools) -> Bools:
+    """(T, C) True where a second difference ends that one of the samples (T, C) takes part in."""
+    touched = samples.copy()
+    for later in (1, 2):
+        touched[later:] |= samples[:-later]
+    return touched
 
 
 def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:

@@ -51,15 +51,7 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
         first.std[:, c] = np.sqrt(np.where(seen, both, one + np.square(shift)))
         first.weights[seen, c] = np.minimum(first.weights[seen, c], second.weights[seen, c])  # believed by both
         first.origin[seen, c] = second.origin[seen, c]
-    return replace(
-        library,
-        found=replace(
-            first,
-            iterations=first.iterations + second.iterations,
-            warnings=tuple(said + SAID for said in first.warnings),
-        ),
-        noise=0.5 * (library.noise + own.noise),
-    )
+    return _said_as_one(library, own)
 
 
 def of_one_cloud(library: Mended, own: Mended, measured: Floats, fps: float) -> Mended:
@@ -108,15 +100,17 @@ def of_one_cloud(library: Mended, own: Mended, measured: Floats, fps: float) -> 
         owns = np.flatnonzero(seen)[share.mean(axis=1) > 0.5]
         first.origin[owns, c] = second.origin[owns, c]
         first.weights[owns, c] = second.weights[owns, c]
-    return replace(
-        library,
-        found=replace(
-            first,
-            iterations=first.iterations + second.iterations,
-            warnings=tuple(said + SAID for said in first.warnings),
-        ),
-        noise=0.5 * (library.noise + own.noise),
+    return _said_as_one(library, own)
+
+
+def _said_as_one(library: Mended, own: Mended) -> Mended:
+    """What is said of a repair whose arrays are those of both in one."""
+    found = replace(
+        library.found,
+        iterations=library.found.iterations + own.found.iterations,
+        warnings=tuple(said + SAID for said in library.found.warnings),
     )
+    return replace(library, found=found, noise=0.5 * (library.noise + own.noise))
 
 
 def _errs(left: Floats, variance: Floats, noise: Floats) -> Floats:

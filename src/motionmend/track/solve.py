@@ -66,9 +66,23 @@ def solve_pose(
 def linearized(
     performer: Performer, evidence: Evidence, terms: Sequence[Term], pose: Pose, settings: TrackSettings
 ) -> System:
-    """What the terms ask of a pose near the one sought, to second order: `right` draws, as `normal` says how firmly."""
+    """What the terms ask of a pose near the one sought, looked for no wider than in the last iterations.
+
+    Parameters
+    ----------
+    performer, evidence, terms, settings : as for `solve_pose`.
+    pose : where they are linearised.
+
+    Returns
+    -------
+    Normal equations over the degrees of freedom (34,), m and rad: `normal` x = `right`, equation 3.16.
+    """
     solution = _at_once(performer, evidence, terms, pose, settings, 1, 0)
-    return _summed(performer, evidence, terms, pose, settings, 99) if solution is None else solution.system
+    return (
+        _summed(performer, evidence, terms, pose, settings, settings.iterations)
+        if solution is None
+        else solution.system
+    )
 
 
 def _summed(
