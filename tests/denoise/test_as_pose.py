@@ -106,6 +106,20 @@ def test_a_limb_elsewhere_is_judged_for_itself():
     assert not kept[50].any()
 
 
+@given(SEEDS, st.floats(20.0, 40.0))
+@settings(max_examples=20)
+def test_an_outlier_beside_what_is_put_back_stays_rejected(seed, by):
+    """A repair that throws the arm about is worse than both together, and none the better for the outlier."""
+    measured = _swinging(np.random.default_rng(seed))
+    values, outlier = measured.copy(), np.zeros(measured.shape, dtype=bool)
+    outlier[30, [6, ELBOW]] = True
+    values[30, 6] += 90.0
+    measured[30, ELBOW] += by
+    kept = smoother_as_pose(measured, outlier, values, ARM, COLUMNS)
+    assert kept[30, 6]
+    assert not kept[30, ELBOW]
+
+
 @pytest.mark.parametrize(("clip", "every", "most"), [("05_08", 4, 0.02), ("05_03", 4, 0.02)])
 def test_a_dance_is_not_thrown_about_by_its_repair(data, clip, every, most):
     whole = mm.read(data / "mocap" / "amc" / clip[:2] / f"{clip}.amc")

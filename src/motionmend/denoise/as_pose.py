@@ -52,11 +52,29 @@ def smoother_as_pose(measured: Floats, outlier: Bools, values: Floats, skeleton:
     better = costs[0] < costs[1]
     better[0] = False  # of what is not moved
     better[np.unique(together[[*range(ONE_SIDED), *range(-ONE_SIDED, 0)]])] = False
-    # the other angles of these joints were measured with them
     joints = _joints_of(better[together[:, skeleton.dof_joint]] & rejected, skeleton)
+    owner = np.where(columns >= 0, skeleton.dof_joint[columns], -1)
+    # of what hangs together some may be outliers all the same; the other angles of a joint were measured with it
+    joints &= _needed(joints, np.where(outlier & joints[:, owner], measured, values), values, owner, skeleton, columns)
     found = np.zeros_like(outlier)
-    found[:, ours] = joints[:, skeleton.dof_joint[columns[ours]]]
+    found[:, ours] = joints[:, owner[ours]]
     return found
+
+
+def _needed(joints: Bools, measured: Floats, values: Floats, owner: Ints, skeleton: Skeleton, columns: Ints) -> Bools:
+    """Joints (T, J) without whose own samples, all others kept, the body would move less smoothly."""
+    needed = np.zeros_like(joints)
+    for joint in np.flatnonzero(joints.any(axis=0)):
+        frames = np.flatnonzero(joints[:, joint])
+        kept = measured[frames[:, None] + np.arange(-2, 3)]  # each with the two frames before and after it
+        left = kept.copy()
+        left[:, 2] = np.where(owner == joint, values[frames], kept[:, 2])
+        first = 5 * np.arange(len(frames))[:, None] + np.arange(3)
+        costs = (
+            _bends(some.reshape(-1, len(columns)), skeleton, columns)[first].sum(axis=(1, 2)) for some in (kept, left)
+        )
+        needed[frames, joint] = np.less_equal(*costs)
+    return needed
 
 
 def _moved(rejected: Bools, skeleton: Skeleton) -> Bools:
