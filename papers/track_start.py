@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 
 from motionmend.bodies.camera import KINECT, DepthFrame
-from motionmend.track.hindsight import AHEAD, WINDOW
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings, settings_of
 from motionmend.track.start import five_of, pose_from_joints
@@ -14,7 +13,7 @@ from .common import FPS, Findings, Table, motion
 from .track_common import ABOUT, DOZEN, Stage, Take, Track, away, follow, recorded, shown, stage, tracker
 
 AFTER, COUNTED = 15, 10  # frames until a start counts, and frames that do
-LATER = WINDOW + AHEAD  # frames that a recording goes on, which are looked back from
+LATER = 60  # frames that a recording goes on, which are looked back from
 DRAWN = 88  # beginnings anywhere in any clip, beside the dozen
 ASIDE = (0.0, 20.0, -20.0, 45.0, -45.0)  # degrees
 AT_120 = 4 * (AFTER + COUNTED + LATER)  # frames of a clip

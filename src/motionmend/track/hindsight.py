@@ -33,7 +33,7 @@ from .solve import solve_pose
 from .together import between_turns, solved_together
 from .tracker import Estimate, TrackState, is_lost
 
-WINDOW, AHEAD = 45, 15  # frames told of at a time, and how many after them are waited for
+WINDOW, AHEAD = 90, 15  # frames told of at a time, and how many after them are waited for
 NEAR = 0.06  # m; two poses of a limb that are closer are one
 SWITCH = 0.1  # share of the person's pixels that a metre between two accounts weighs where one is left for the other
 GAIN = 0.02  # of the same, in sum, by which what was written must explain better for the way back to go on from it

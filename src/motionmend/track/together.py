@@ -29,10 +29,13 @@ from .surface_term import SurfaceTerm
 from .terms import Term
 from .tracker import TrackState
 
-FIRST, FINER = 1, 2  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
-EVERY = 3  # every n-th row and column of it is a sample
+FIRST, FINER = 1, 3  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
+EVERY = 2  # every n-th row and column of it is a sample
+FURTHER = 1.8  # times each step: matched anew every time, along a limb they are all too short (successive over-relaxation)
 MARGIN = 0.3  # m about the person's pixels that are worked on: a limb that is wrong by more would not come back
 LOOSER = 0.25  # of the prior's weight while following
+CLOSER = 0.6  # of the estimator's scale while following: what is farther off is clothes, or another limb
+YIELDING = 0.5  # of the weight of free space while following, where outlines are rough
 HELD = 1e-3  # weight per m² and rad² of what separates a pose from where a round begins
 STIFF = 1.0  # the same of what separates it from the line between its neighbours, at `RATE`
 RATE = 30.0  # Hz; what accelerations at random make of a step has a variance that grows with the cube of its length
@@ -59,7 +62,13 @@ def solved_together(
     -------
     In the same order; None where there was none.
     """
-    wish = replace(settings, prior=LOOSER * settings.prior, smooth=HELD)
+    wish = replace(
+        settings,
+        prior=LOOSER * settings.prior,
+        scale=CLOSER * settings.scale,
+        freespace=YIELDING * settings.freespace,
+        smooth=HELD,
+    )
     finer = replace(wish, raster=1, every=EVERY)
     out = list(poses)
     times = np.array([state.time for state in states])
@@ -129,7 +138,7 @@ def _moved(body: Performer, frames: Sequence[_Asked], poses: Sequence[Pose], tim
     turned = between_turns(root[:-2], root[2:], share[1:-1, None])
     bent[1:-1, 3:6] = rotation_vector(root[1:-1] @ turned.swapaxes(1, 2))
     stiffness[1:-1] = STIFF * (2.0 / RATE / span[:, None]) ** 3 * (1.0 + (bent[1:-1] / LEAP) ** 2) ** -2.0
-    steps = chained(normal, right, bent, stiffness, share)
+    steps = FURTHER * chained(normal, right, bent, stiffness, share)
     steps *= np.minimum(1.0, LONGEST / np.maximum(np.abs(steps).max(axis=1, keepdims=True), LONGEST))
     return [advance(body, pose, step) for pose, step in zip(poses, steps, strict=True)]
 
