@@ -19,9 +19,12 @@ _HOME = {
     "Origin": "bodies.motion",
     "Repaired": "bodies.motion",
     "Postures": "bodies.postures",
+    "Camera": "bodies.camera",
+    "DepthFrame": "bodies.camera",
     "read": "io",
     "read_postures": "io.sensor",
     "read_truth": "io.truth",
+    "read_depth": "io.depth",
     "write": "io",
     "Denoiser": "denoise",
     "DenoiserModel": "denoise",
@@ -29,13 +32,14 @@ _HOME = {
     "Corrector": "correct",
     "CorrectorModel": "correct",
     "Pair": "correct",
+    "TrackerModel": "track",
     "load_model": "models",
     "save_model": "models",
     "corrupt": "evaluate",
     "compare": "evaluate",
 }
 
-_ROOMS = ("correct", "denoise", "evaluate", "io", "report", "samples")
+_ROOMS = ("correct", "denoise", "evaluate", "io", "report", "samples", "track")
 
 __all__ = ["__version__", *_HOME, *_ROOMS]
 

@@ -16,12 +16,12 @@ from motionmend.bodies.postures import Postures
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
-from motionmend.cli.following import in_hindsight
 from motionmend.io import write
 from motionmend.io.body_file import read_body
 from motionmend.io.depth import read_depth, turned_round
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import read_joint_table, write_joint_table
+from motionmend.track.recording import in_hindsight
 
 CAMERA = Camera(160, 120, 142.8, 142.8, 80.0, 60.0)
 FRAMES, FPS = 12, 30.0

@@ -7,13 +7,13 @@ from drawn_people import CAMERA, PERSON, picture, random_joints, random_poses
 from motionmend.bodies.performer import LANDMARKS, LIMITS, Pose, landmarks, standing
 from motionmend.track.detect import Detection, fit_detector
 from motionmend.track.evidence import evidence_of
+from motionmend.track.first_pose import Candidate
 from motionmend.track.judge import judge
 from motionmend.track.limbs import LIMBS, coarse_of, disagreement, with_limb
 from motionmend.track.observation import Observation
 from motionmend.track.offers import limb_offers
 from motionmend.track.settings import settings_of
 from motionmend.track.settle import limb_hints, settle, settled_readings
-from motionmend.track.start import Candidate
 
 NOTHING = Detection(np.full((16, 3), np.nan), np.zeros(16), np.full((16, 3, 3), np.nan), np.zeros((16, 3)), 0.5)
 L_WRIST = LANDMARKS.index("l_wrist")
@@ -69,7 +69,7 @@ def test_the_same_frame_gives_the_same_pose_and_a_pose_that_fits_stays(shapes):
 
 
 def test_arms_taken_for_each_other_are_swapped_back(shapes):
-    from motionmend.track.start import mirrored
+    from motionmend.track.first_pose import mirrored
 
     truth = random_poses(1, 63)[0]
     _, coarse = _frame(truth)

@@ -10,20 +10,20 @@ import numpy as np
 
 from ..arrays import Bools, Floats, frozen
 from ..bodies.anatomy import average
-from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
+from ..bodies.performer import LANDMARKS, Performer, Pose, Poses
 from ..bodies.postures import Postures
 from ..errors import MismatchError
 
 if TYPE_CHECKING:
     from ..io.depth import DepthRecording
     from ..track.hindsight import Moment
+    from ..track.recording import Told
     from ..track.settings import TrackSettings
     from ..track.tracker import Estimate, TrackerModel
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 WINDOW = 3.0  # s, looked at to measure the person
 MEASURED_FPS = 15.0  # Hz, of the frames looked at
-UNSURE = 0.10  # m; a joint whose place has this standard deviation or more is not said to be known
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +84,8 @@ class Followed:
 
     def counts(self) -> dict[str, dict[str, int]]:
         """For each joint, the frames in which it is measured, filled (out of sight or unsure), or left open."""
+        from ..track.recording import UNSURE
+
         there = self.postures.present
         std = self.postures.std
         unsure = np.zeros_like(there) if std is None else ~(np.nan_to_num(std, nan=np.inf) < UNSURE)
@@ -124,6 +126,7 @@ def follow(
     import cv2
 
     from ..track.hindsight import moment, revised
+    from ..track.recording import Told
     from ..track.tracker import start, step
 
     cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
@@ -138,7 +141,7 @@ def follow(
     begin = perf_counter()
     first = recording.true_frame(0)
     read = perf_counter() - begin
-    log = _Log(body, read)
+    log = _Log(Told(), body, read)
 
     def moments() -> "Iterator[Moment]":
         state = start(model, settings, first, body, pose)
@@ -156,28 +159,6 @@ def follow(
     for estimate in revised(model, settings, moments()):
         log.add(estimate)
     return log.followed(recording, calibrate, fitted, steady=settings.steady)
-
-
-def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Floats:
-    """Deviations (T, 16) m of a whole recording: the doubt about front and back goes where it was settled later.
-
-    Parameters
-    ----------
-    std, settled : (T, 16) m with and without that doubt, as `Estimate` has them.
-    ahead : (T, 3) where the body faces. seen : (T,) frames in which it is followed.
-
-    Returns
-    -------
-    (T, 16) m. Where the other reading was taken at the end, or the question was open to the last frame, doubt stays.
-    """
-    from .provenance import mask_runs
-
-    told = np.array(std)
-    for first, count in mask_runs(np.asarray((std > settled).any(axis=1))):
-        last = first + count
-        if last < len(std) and seen[last] and ahead[last] @ ahead[last - 1] >= 0.0:
-            told[first:last] = settled[first:last]
-    return told
 
 
 def _measured(
@@ -202,7 +183,7 @@ def _measured(
 
 def _posed(model: "TrackerModel", body: Performer, landmarks: Floats) -> Pose:
     """The pose of a body with its joints at given places."""
-    from ..track.start import pose_from_joints
+    from ..track.first_pose import pose_from_joints
 
     examples = model.database.joints
     return pose_from_joints(body, landmarks, examples[:: 1 + len(examples) // 1000])[0]
@@ -210,12 +191,11 @@ def _posed(model: "TrackerModel", body: Performer, landmarks: Floats) -> Pose:
 
 @dataclass
 class _Log:
-    """The estimates so far, in arrays that grow by a kilobyte a frame."""
+    """What was said so far, and how long it took."""
 
+    told: "Told"
     performer: Performer
     read: float
-    rows: "array[float]" = field(default_factory=lambda: array("d"))  # numbers of one frame after those of another
-    flags: list[tuple[str, ...]] = field(default_factory=list)
     spent: "array[float]" = field(default_factory=lambda: array("d"))
     returns: "array[int]" = field(default_factory=lambda: array("b"))
     stages: dict[str, float] = field(default_factory=dict)
@@ -225,18 +205,7 @@ class _Log:
     restarts: int = 0
 
     def add(self, estimate: "Estimate") -> None:
-        pose = estimate.pose
-        parts = (
-            estimate.landmarks.ravel(),
-            estimate.std,
-            estimate.std if estimate.settled is None else estimate.settled,
-            estimate.held,
-            np.full(3, np.nan) if pose is None else pose.translation,
-            np.full(9, np.nan) if pose is None else pose.root.ravel(),
-            np.full(len(AXES), np.nan) if pose is None else pose.joints,
-        )
-        self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
-        self.flags.append(tuple(estimate.flags))
+        self.told.add(estimate)
         for name, value in estimate.seconds.items():
             self.stages[name] = self.stages.get(name, 0.0) + value
         for name, value in estimate.costs.items():
@@ -245,43 +214,20 @@ class _Log:
         self.converged += estimate.converged
         self.restarts += estimate.restarts
 
-    def followed(
-        self,
-        recording: "DepthRecording",
-        calibrate: float,
-        fitted: bool,
-        *,
-        steady: bool,
-    ) -> Followed:
-        from ..track.smoothing import smoothed
-
+    def followed(self, recording: "DepthRecording", calibrate: float, fitted: bool, *, steady: bool) -> Followed:
         begin = perf_counter()
-        count = len(self.flags)
-        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9)
-        table = np.frombuffer(self.rows).reshape(count, -1)
-        flat, std, settled, held, way, root, joints = (
-            part.copy() for part in np.split(table, np.cumsum(widths), axis=1)
-        )
-        xyz = flat.reshape(count, len(LANDMARKS), 3)
-        there = np.isfinite(xyz).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags])
-        seen = there & np.array(["lost" not in flags for flags in self.flags])
-        std = in_hindsight(std, settled, root.reshape(count, 3, 3)[:, :, 2], seen)
-        std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
-        xyz[~there], std[~there] = np.nan, np.nan
-        poses = Poses(way, root.reshape(count, 3, 3), joints)
+        tracked = self.told.tracked(recording.times, self.performer, steady=steady)
         if steady:
-            poses, places = smoothed(poses, self.performer, recording.times, frozen(seen, np.bool_), held > 0)
-            xyz = np.where(seen[:, None, None], places, xyz)
             self.stages["smoothing"] = perf_counter() - begin
-        if recording.mirrored:
-            xyz = xyz * MIRROR  # back to where they are in the images; names stay the person's own
+        # Mirrored: back to where they are in the images; names stay the person's own.
+        joints = tracked.joints * MIRROR if recording.mirrored else tracked.joints
         return Followed(
-            Postures(LANDMARKS, xyz, recording.times, std=std),
-            poses,
-            self.performer,
-            tuple(self.flags),
-            frozen(seen, np.bool_),
-            frozen((held > 0) & seen[:, None], np.bool_),
+            Postures(LANDMARKS, joints, recording.times, std=tracked.std),
+            tracked.poses,
+            tracked.performer,
+            tracked.flags,
+            tracked.seen,
+            tracked.held,
             frozen(np.array(self.returns) > 0, np.bool_),
             frozen(1000 * np.array(self.spent[1:])),
             self.read,

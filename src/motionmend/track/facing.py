@@ -16,7 +16,7 @@ from ..arrays import Floats, frozen
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from ..numerics.neighbors import Neighbors
-from .start import poses_to
+from .first_pose import poses_to
 
 if TYPE_CHECKING:
     from .tracker import TrackState

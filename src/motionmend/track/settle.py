@@ -12,11 +12,11 @@ import numpy as np
 from ..arrays import Floats
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks, rotation
 from .detect import Detection
+from .first_pose import Candidate, Refine
 from .judge import Verdict, judge
 from .limbs import LIMBS, Coarse, Limb, draws, limb_search, opposite, with_limb
 from .observation import Observation
 from .reach import reach
-from .start import Candidate, Refine
 
 ROUNDS = (0.30, 0.15, 0.07)  # rad, spread about the best in each round
 ELITE, DRAWN = 12, 84  # how many best are kept, and how many are drawn about them

@@ -31,7 +31,7 @@ from .tracker import TrackState
 
 FIRST, FINER = 1, 3  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
 EVERY = 2  # every n-th row and column of it is a sample
-FURTHER = 1.8  # times each step: matched anew every time, along a limb they are all too short (successive over-relaxation)
+FURTHER = 1.8  # times each step: as points are matched anew every time, all are too short (over-relaxation)
 MARGIN = 0.3  # m about the person's pixels that are worked on: a limb that is wrong by more would not come back
 LOOSER = 0.25  # of the prior's weight while following
 CLOSER = 0.6  # of the estimator's scale while following: what is farther off is clothes, or another limb

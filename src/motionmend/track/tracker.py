@@ -289,9 +289,9 @@ def _found(
     The best of those that face the other way comes second, if there is one.
     """
     from .detect import detect
+    from .first_pose import Candidate, candidates
     from .judge import judge
     from .settle import settled_readings
-    from .start import Candidate, candidates
 
     few = observation.every(4)
     tried = []

@@ -9,11 +9,11 @@ from drawn_people import HALF, PERSON, picture, random_joints, random_poses, tur
 from motionmend.bodies.performer import LANDMARKS, LIMITS, Pose, landmarks, rotation, standing
 from motionmend.errors import MismatchError
 from motionmend.track.detect import Detection
+from motionmend.track.first_pose import candidates, five_of, mirrored, pose_from_joints, poses_to
 from motionmend.track.judge import judge
 from motionmend.track.observation import Observation
 from motionmend.track.pictures import OTHER_SIDE
 from motionmend.track.reach import fitted, reach
-from motionmend.track.start import candidates, five_of, mirrored, pose_from_joints, poses_to
 
 SEEDS = st.integers(0, 10**6)
 L_WRIST, L_ELBOW = LANDMARKS.index("l_wrist"), LANDMARKS.index("l_elbow")

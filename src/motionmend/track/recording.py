@@ -1,0 +1,164 @@
+"""A whole recording: followed from frame to frame, set right by what comes later, and told in arrays."""
+
+from array import array
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from ..arrays import Bools, Floats, frozen
+from ..bodies.camera import DepthFrame
+from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
+from ..errors import MismatchError
+from .hindsight import Moment, moment, revised
+from .model import TrackerModel
+from .settings import TrackSettings, settings_of
+from .smoothing import smoothed
+from .tracker import Estimate, start, step
+
+UNSURE = 0.10  # m; a joint whose place has this standard deviation or more is not said to be known
+DEFAULT = settings_of("default")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """What the tracker made of T frames.
+
+    Attributes
+    ----------
+    times : (T,) s.
+    joints : (T, 16, 3) m, `LANDMARKS` in camera axes; NaN in a frame without anybody.
+    std : (T, 16) m, standard deviation of each joint (one coordinate), `UNSURE` or more where the body is lost.
+    poses : T poses of true left and right; in a frame without the person that of the last one with it, NaN before the
+        first.
+    performer : the body that was followed, with the widths as they were learned by the end.
+    flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
+    seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
+    """
+
+    times: Floats
+    joints: Floats
+    std: Floats
+    poses: Poses
+    performer: Performer
+    flags: tuple[tuple[str, ...], ...]
+    seen: Bools
+    held: Bools
+
+
+def follow(
+    model: TrackerModel,
+    frames: Iterable[DepthFrame],
+    performer: Performer,
+    pose: Pose | None = None,
+    settings: TrackSettings = DEFAULT,
+) -> Tracked:
+    """Follow a body through a recording, as `motionmend track` does.
+
+    Parameters
+    ----------
+    model : fitted.
+    frames : in order, one at least, each looked at once.
+    performer : the person's lengths: measured (`measure_person`), or an average adult's (`anatomy.average`).
+    pose : of frame 0 (`pose_from_joints`); the detector finds it when not given.
+    settings : of `settings_of`.
+
+    Raises
+    ------
+    MismatchError : no frames.
+    UsageError : neither a pose nor a model with a detector.
+    """
+    told, times = Told(), array("d")
+    body = performer
+
+    def moments() -> Iterator[Moment]:
+        nonlocal body
+        state = None
+        for frame in frames:
+            if state is None:
+                state = start(model, settings, frame, performer, pose)
+            state, estimate = step(model, settings, state, frame)
+            times.append(frame.time)
+            body = state.performer
+            yield moment(state, estimate)
+
+    for estimate in revised(model, settings, moments()):
+        told.add(estimate)
+    if not times:
+        raise MismatchError("depth frames were wanted, came none")
+    return told.tracked(np.array(times), body, steady=settings.steady)
+
+
+@dataclass
+class Told:
+    """Estimates so far, in arrays that grow by a kilobyte a frame: with all they hold an hour would not fit."""
+
+    rows: "array[float]" = field(default_factory=lambda: array("d"))  # numbers of one frame after those of another
+    flags: list[tuple[str, ...]] = field(default_factory=list)
+
+    def add(self, estimate: Estimate) -> None:
+        pose = estimate.pose
+        parts = (
+            estimate.landmarks.ravel(),
+            estimate.std,
+            estimate.std if estimate.settled is None else estimate.settled,
+            estimate.held,
+            np.full(3, np.nan) if pose is None else pose.translation,
+            np.full(9, np.nan) if pose is None else pose.root.ravel(),
+            np.full(len(AXES), np.nan) if pose is None else pose.joints,
+        )
+        self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
+        self.flags.append(tuple(estimate.flags))
+
+    def tracked(self, times: Floats, performer: Performer, *, steady: bool) -> Tracked:
+        """All of them, `times` (T,) s, the last body that was followed, made steady over the recording or not."""
+        count = len(self.flags)
+        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES))
+        table = np.frombuffer(self.rows).reshape(count, sum(widths))
+        flat, std, settled, held, way, root, joints = (
+            part.copy() for part in np.split(table, np.cumsum(widths)[:-1], axis=1)
+        )
+        places, root = flat.reshape(count, len(LANDMARKS), 3), root.reshape(count, 3, 3)
+        there = np.isfinite(places).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags], bool)
+        seen = there & np.array(["lost" not in flags for flags in self.flags], bool)
+        std = in_hindsight(std, settled, root[:, :, 2], seen)
+        std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
+        places[~there], std[~there] = np.nan, np.nan
+        poses = Poses(way, root, joints)
+        if steady:
+            poses, steadied = smoothed(poses, performer, times, frozen(seen, np.bool_), held > 0)
+            places = np.where(seen[:, None, None], steadied, places)
+        hidden = (held > 0) & seen[:, None]
+        return Tracked(
+            frozen(times),
+            frozen(places),
+            frozen(std),
+            poses,
+            performer,
+            tuple(self.flags),
+            frozen(seen, np.bool_),
+            frozen(hidden, np.bool_),
+        )
+
+
+def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Floats:
+    """Deviations (T, 16) m of a whole recording: the doubt about front and back goes where it was settled later.
+
+    Parameters
+    ----------
+    std, settled : (T, 16) m with and without that doubt, as `Estimate` has them.
+    ahead : (T, 3) where the body faces. seen : (T,) frames in which it is followed.
+
+    Returns
+    -------
+    (T, 16) m. Where the other reading was taken at the end, or the question was open to the last frame, doubt stays.
+    """
+    told = np.array(std)
+    open_now = (std > settled).any(axis=1)
+    ends = np.flatnonzero(np.diff(open_now.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    for first, last in ends.tolist():
+        if last < len(std) and seen[last] and ahead[last] @ ahead[last - 1] >= 0.0:
+            told[first:last] = settled[first:last]
+    return told
