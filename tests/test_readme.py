@@ -3,10 +3,13 @@
 import re
 import shlex
 from collections import Counter
+from inspect import ismodule
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
+import motionmend
 from motionmend.cli import COMMANDS, _app
 
 README = Path(__file__).parents[1] / "README.md"
@@ -57,7 +60,7 @@ def test_no_command_of_a_page_writes_where_another_has_written(page):
 def test_every_file_that_is_named_in_the_docs_is_there():
     there = {
         path.name
-        for folder in ("src", "tests", "papers", "benchmarks")
+        for folder in ("src", "tests", "papers", "benchmarks", "docs", "examples")
         for path in (README.parent / folder).rglob("*.py")
     }
     for page in PAGES:
@@ -70,3 +73,17 @@ def test_every_file_of_a_room_is_told_of(room):
     told = (README.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
     files = {path.name for path in (README.parent / "src" / "motionmend" / room).glob("*.py")} - {"__init__.py"}
     assert [name for name in sorted(files) if name not in told and not name.endswith("_term.py")] == []
+
+
+def test_the_page_of_the_library_tells_of_all_that_is_public():
+    page = (README.parent / "docs" / "api.md").read_text(encoding="utf-8")
+    told = set(re.findall(r"^ {3}(\w[\w.]*)$", page, re.M))
+    homes = {name: getattr(motionmend, name) for name in motionmend.__all__}
+    public = {value: name for name, value in homes.items() if callable(value)}
+    for room in (value for name, value in homes.items() if ismodule(value) and name != "io"):
+        for value, name in ((getattr(room, name), name) for name in room.__all__):
+            if callable(value):
+                public.setdefault(value, f"{room.__name__.partition('.')[2]}.{name}")
+    assert sorted(set(public.values()) - told) == []
+    for home, _, name in (f"motionmend.{name}".rpartition(".") for name in told):
+        assert callable(resolve_name(f"{home}:{name}")), name

@@ -14,7 +14,7 @@ from ..io.atomic import atomic
 INK, FAINT, LINE, GHOST, GAP = "#16191d", "#5b636d", "#dde1e6", "#9aa2ab", "#7b5cc9"
 COLOURS = ("#0072b2", "#d55e00", "#00845f", "#b5608f", "#86690a", "#5d6670")
 KNOWN = {"repaired": COLOURS[0], "noisy": COLOURS[1], "truth": COLOURS[2]}  # as in the page of html_report
-_STYLE = {
+STYLE = {
     "font.size": 9,
     "text.color": INK,
     "axes.labelcolor": FAINT,
@@ -47,7 +47,7 @@ def figure_at(path: str | Path, wide: float, tall: float, title: str) -> Iterato
     from matplotlib import style
     from matplotlib.figure import Figure
 
-    with style.context(["default", _STYLE]):
+    with style.context(["default", STYLE]):
         figure = Figure(figsize=(wide, tall), layout="constrained")
         if title:
             figure.suptitle(title, x=0.012, ha="left", weight="bold", fontsize=11)
