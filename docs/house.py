@@ -22,8 +22,9 @@ ELSEWHERE = {
 }
 _PAGES = {path: f"/{name}.md" for name, path in ELSEWHERE.items()}
 _PAGES |= {ROOT / "README.md": "/index.md", ROOT / "examples": "/gallery/index.rst"}
-_LISTED = ("Parameters", "Attributes", "Raises", "Returns", "Yields")
+_LISTED = ("Parameters", "Attributes", "Raises", "Returns")
 _ITEM = re.compile(r"([\w*.]+(?:, [\w*.]+)*) : (.*)")
+_NEXT = re.compile(r"(?<=\.) ([A-Za-z]\w*(?:, \w+)*) : ")  # after a sentence, on the same line
 
 
 def linked(text: str, folder: Path, page_folder: Path) -> str:
@@ -76,23 +77,20 @@ def sections(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
 def restated(lines: list[str]) -> Iterator[str]:
     """A docstring as numpydoc has it: here a sentence follows `name :`, not a type, and Returns may be prose."""
     for title, body in sections(lines):
-        if title in ("Returns", "Yields") and not any(line.startswith(" ") for line in body) and len(_items(body)) < 2:
-            yield from ("", "", f":{title.lower()}: {body[0]}", *(f"    {line}" for line in body[1:]), "")
+        if title not in _LISTED:
+            yield from ((title, "-" * len(title), *body) if title else body)
             continue
-        if title == "Attributes":
-            yield from (".. rubric:: Attributes", "")
-        elif title:
-            yield from (title, "-" * len(title))
+        body = [part for line in body for part in _NEXT.sub(r"\n\1 : ", line).split("\n")]
+        if title == "Returns" and not any(line.startswith(" ") or _ITEM.fullmatch(line) for line in body):
+            yield from ("", "", f":returns: {body[0]}", *(f"    {line}" for line in body[1:]), "")
+            continue
+        yield from (".. rubric:: Attributes", "") if title == "Attributes" else (title, "-" * len(title))
         for line in body:
-            item = _ITEM.fullmatch(line) if title in _LISTED else None
+            item = _ITEM.fullmatch(line)
             if title == "Attributes":
                 yield f"- **{item[1]}** – {item[2]}" if item else f"  {line.strip()}"
             else:
                 yield from (item[1], f"    {item[2]}") if item else (line,)
-
-
-def _items(body: list[str]) -> list[str]:
-    return [line for line in body if _ITEM.fullmatch(line)]
 
 
 def for_napoleon(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
