@@ -14,6 +14,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 # Pages that stand elsewhere in the repository, by the names they get here; `docs/more` is made, and git-ignored.
 ELSEWHERE = {
+    "more/readme": ROOT / "README.md",
     "more/report": ROOT / "papers" / "REPORT.md",
     "more/speed": ROOT / "benchmarks" / "RESULTS.md",
     "more/benchmarks": ROOT / "benchmarks" / "README.md",
@@ -21,9 +22,10 @@ ELSEWHERE = {
     "more/changes": ROOT / "CHANGELOG.md",
 }
 _PAGES = {path: f"/{name}.md" for name, path in ELSEWHERE.items()}
-_PAGES |= {ROOT / "README.md": "/index.md", ROOT / "examples": "/gallery/index.rst"}
+_PAGES[ROOT / "examples"] = "/gallery/index.rst"
 _LISTED = ("Parameters", "Attributes", "Raises", "Returns")
 _ITEM = re.compile(r"([\w*.]+(?:, [\w*.]+)*) : (.*)")
+_LONE = re.compile(r"^(?=\w\.(?: |$))")  # a unit such as "s.", which would begin a numbered list
 _NEXT = re.compile(r"(?<=\.) ([A-Za-z]\w*(?:, \w+)*) : ")  # after a sentence, on the same line
 
 
@@ -87,10 +89,11 @@ def restated(lines: list[str]) -> Iterator[str]:
         yield from (".. rubric:: Attributes", "") if title == "Attributes" else (title, "-" * len(title))
         for line in body:
             item = _ITEM.fullmatch(line)
+            told = item and _LONE.sub(r"\\", item[2], count=1)
             if title == "Attributes":
-                yield f"- **{item[1]}** – {item[2]}" if item else f"  {line.strip()}"
+                yield f"- **{item[1]}** – {told}" if item else f"  {line.strip()}"
             else:
-                yield from (item[1], f"    {item[2]}") if item else (line,)
+                yield from (item[1], f"    {told}") if item else (line,)
 
 
 def for_napoleon(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:

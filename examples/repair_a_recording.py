@@ -25,9 +25,8 @@ repaired = mm.repair_without_model(spoiled.recording, "adaptive")
 before = mm.compare(truth, spoiled.recording).rms_deg
 after = mm.compare(truth, repaired.recording).rms_deg
 found = repaired.origin == mm.Origin.REPAIRED
-angles = truth.skeleton.dof_kind == 0  # without the root's three translations
-error = np.abs(repaired.recording.q - truth.q)
-within = (error <= repaired.std)[:, angles].mean()
+angles = repaired.recording.present & (truth.skeleton.dof_kind == 0)  # without the root's translations
+within = (np.abs(repaired.recording.q - truth.q) <= repaired.std)[angles].mean()
 print("samples:", repaired.counts())
 print(f"outliers replaced: {found[spoiled.outlier].mean():.0%} of those there are")
 print(f"error of the body's angles: {before:.2f} -> {after:.2f} degrees")
