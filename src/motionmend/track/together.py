@@ -29,7 +29,7 @@ from .surface_term import SurfaceTerm
 from .terms import Term
 from .tracker import TrackState
 
-FIRST, FINER = 1, 3  # rounds of Gauss-Newton: with what the tracker looked at, and with all of the image
+FIRST, THIN, FULL = 1, 2, 1  # rounds of Gauss-Newton: with what the tracker looked at, half of the image, all of it
 EVERY = 2  # every n-th row and column of it is a sample
 FURTHER = 1.8  # times each step: as points are matched anew every time, all are too short (over-relaxation)
 MARGIN = 0.3  # m about the person's pixels that are worked on: a limb that is wrong by more would not come back
@@ -69,7 +69,7 @@ def solved_together(
         freespace=YIELDING * settings.freespace,
         smooth=HELD,
     )
-    finer = replace(wish, raster=1, every=EVERY)
+    closer = replace(wish, raster=1, every=EVERY)
     out = list(poses)
     times = np.array([state.time for state in states])
     seen = np.array([state.evidence is not None for state in states])
@@ -77,11 +77,9 @@ def solved_together(
     for first, last in _runs(there, times):
         some = [pose for pose in poses[first:last] if pose is not None]
         frames = [_first(model, wish, body, *pair) for pair in zip(states[first:last], some, strict=True)]
-        for _ in range(FIRST):
-            some = _moved(body, frames, some, times[first:last])
-        frames = [_closer(finer, *pair) for pair in zip(states[first:last], frames, strict=True)]
-        for _ in range(FINER):
-            some = _moved(body, frames, some, times[first:last])
+        finer = [_closer(closer, *pair) for pair in zip(states[first:last], frames, strict=True)]
+        for asked in (*[frames] * FIRST, *[[_thinned(frame) for frame in finer]] * THIN, *[finer] * FULL):
+            some = _moved(body, asked, some, times[first:last])
         out[first:last] = some
     return out
 
@@ -108,10 +106,31 @@ def _first(model: TrackerModel, settings: TrackSettings, body: Performer, state:
 
 
 def _closer(settings: TrackSettings, state: TrackState, asked: _Asked) -> _Asked:
-    """The same, of all that the frame shows; what is usual stays as it was found."""
+    """The same of all that the frame shows."""
     assert state.observation is not None
     evidence = evidence_of(state.observation, settings, MARGIN)
     assert evidence is not None
+    return _asked_of(asked, settings, evidence)
+
+
+def _thinned(asked: _Asked) -> _Asked:
+    """The same of half of its samples: the way there needs no more."""
+    seen = asked.evidence
+    pixels = seen.pixels[::2].copy()
+    evidence = replace(
+        seen,
+        pixels=pixels,
+        samples=seen.samples[::2].copy(),
+        edge_pixels=seen.edge_pixels[::2].copy(),
+        edge_samples=seen.edge_samples[::2].copy(),
+        weight=seen.weight * len(seen.pixels) / max(len(pixels), 1),
+    )
+    settings = replace(asked.settings, every=asked.settings.every + 1)
+    return _asked_of(asked, settings, evidence)
+
+
+def _asked_of(asked: _Asked, settings: TrackSettings, evidence: Evidence) -> _Asked:
+    """The same of other evidence; what is usual stays as it was found."""
     terms = [
         replace(term, evidence=evidence, settings=settings)
         if isinstance(term, SurfaceTerm | EdgeTerm | FreespaceTerm)
