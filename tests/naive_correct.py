@@ -121,7 +121,7 @@ def settle_frame(positions, trust, bones, prior, times, last, earlier, known, yi
     begun = kernel.PRIOR_SECONDS / (spent + kernel.PRIOR_SECONDS)
     usual = np.where(np.isfinite(prior), seen + begun * (prior - seen), seen)
     mobility = 1.0 + LOOSE * (1.0 - trust)[None]
-    relaxed = settle((calm + np.nan_to_num(yielded))[None], bones, usual[None], mobility, ROUNDS)[0] - calm
+    relaxed = settle(calm[None], bones, usual[None], mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, relaxed, first, kernel.SLOW_SECONDS, kernel.REST_SECONDS, last, earlier, second)
     return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave
 

@@ -343,6 +343,28 @@ def test_a_jump_does_not_ring_at_any_rate(fps: float) -> None:
     assert seen[-1] == pytest.approx(0.1, abs=1e-3)
 
 
+@pytest.mark.parametrize("trusted", [0.0, 1.0])
+def test_a_limb_that_was_thrown_about_leaves_nothing_behind(trusted: float) -> None:
+    """Live bones of a limb that failed for a second: soon after it is where it would be had it never failed."""
+    bones, prior = bones_outward(NAMES), np.full(len(NAMES) - 1, np.nan)
+    moving, rng = truth("walk", 3, seconds=5.0), np.random.default_rng(0)
+    arm = np.array([name in ("ElbowLeft", "WristLeft", "HandLeft") for name in NAMES])
+    bodies, placed = [unborn(len(NAMES), len(bones))] * 2, [moving[0]] * 2
+    for k in range(len(moving)):
+        failing = 20 <= k < 50
+        for which in (0, 1):
+            posture, trust = moving[k].copy(), np.ones(len(NAMES))
+            if which and failing:
+                posture[arm] += 0.7 * (posture[0] - posture[arm]) + 0.05 * rng.standard_normal((arm.sum(), 3))
+                trust[arm] = trusted
+            bodies[which], placed[which] = settled_frame(bodies[which], posture, k / 30.0, trust, bones, prior)
+        if k == 49:
+            assert np.linalg.norm(placed[1] - placed[0], axis=1)[arm].mean() > 0.1
+    assert len(moving) > 100
+    # Lengths that a limb showed while it was believed take a minute to be forgotten.
+    assert np.linalg.norm(placed[1] - placed[0], axis=1).max() < (0.002 if trusted == 0.0 else 0.01)
+
+
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 def test_live_bones_are_learned_within_a_second_and_hold(fps: float) -> None:
     """A sensor's bones that swing with the posture do not make the person's swing; what stays is followed."""

@@ -172,7 +172,7 @@ def settle_frame(
     for j in range(joints):
         mobility[0, j] = 1.0 + LOOSE * (1.0 - trust[j])
         for d in range(3):
-            begun[0, j, d] = calm[j, d] + (yielded[j, d] if isfinite(yielded[j, d]) else 0.0)
+            begun[0, j, d] = calm[j, d]  # not where joints gave way to: bones would have nothing against it for ever
     relaxed = settle(begun, bones, lengths, mobility, ROUNDS)
     asked = relaxed[0] - calm
     gave = followed_slowly(yielded, asked, first, SLOW_SECONDS, REST_SECONDS, last, earlier, second)
