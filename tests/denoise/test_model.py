@@ -89,6 +89,13 @@ def test_gap_fillers_leave_measured_samples_bit_for_bit(walk, method):
     np.testing.assert_array_equal(repaired.recording.q[damaged.present], damaged.q[damaged.present])
 
 
+def test_a_repair_without_a_model_is_adaptive_unless_asked_otherwise(walk):
+    damaged = spoiled(walk, gaps=0.1)
+    plain, asked = repair_without_model(damaged), repair_without_model(damaged, "adaptive")
+    np.testing.assert_array_equal(plain.recording.q, asked.recording.q)
+    np.testing.assert_array_equal(plain.origin, asked.origin)
+
+
 @given(angle=st.floats(-6, 6), x=st.floats(-9, 9), y=st.floats(-2, 2), z=st.floats(-9, 9))
 @settings(max_examples=4)
 @pytest.mark.parametrize("kind", ["motion", "markers"])

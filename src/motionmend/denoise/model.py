@@ -252,7 +252,7 @@ class DenoiserModel:
         )
 
 
-def repair_without_model(recording: Recording, method: str) -> Repaired[Recording]:
+def repair_without_model(recording: Recording, method: str = "adaptive") -> Repaired[Recording]:
     """Repair without a model: by the filters and gap fillers people use today, or adaptively by what it shows itself.
 
     Parameters
