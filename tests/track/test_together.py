@@ -72,6 +72,14 @@ def test_the_truth_stays_and_what_is_beside_it_comes_back():
     assert solved.mean() < 0.4 * off(begun, TRUE).mean()
 
 
+def test_what_slid_along_itself_comes_back():
+    """Along limbs matches say little, and steps as Gauss-Newton has them would be left half way."""
+    aside = np.zeros(DOFS)
+    aside[1] = 0.04
+    begun = [advance(BODY, pose, aside) for pose in TRUE]
+    assert off(solved_together(MODEL, DEFAULT, BODY, states_of(TRUE), begun), TRUE).mean() < 0.2 * 0.04
+
+
 def test_noise_that_neighbours_do_not_share_is_shared_out():
     states = states_of(TRUE, noise=0)
     together = solved_together(MODEL, DEFAULT, BODY, states, TRUE)
