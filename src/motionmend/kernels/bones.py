@@ -140,7 +140,9 @@ def settle_frame(
     positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3).
     """
     joints, count = positions.shape[0], bones.shape[0]
-    calm, begun, lengths = positions.copy(), np.empty((1, joints, 3)), np.empty((1, count))
+    steadied, lengths = np.empty((1, joints, 3)), np.empty((1, count))
+    steadied[0] = positions
+    calm = steadied[0]
     after, mobility = np.empty(known.shape), np.empty((1, joints))
     if 0.0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
         most = STEADY * min((1.0 / (30.0 * first)) ** 4, 1.0)  # more would ring: the past alone cannot damp it
@@ -171,12 +173,7 @@ def settle_frame(
             lengths[0, b] = length if there else 0.0
     for j in range(joints):
         mobility[0, j] = 1.0 + LOOSE * (1.0 - trust[j])
-        for d in range(3):
-            begun[0, j, d] = calm[j, d]  # not where joints gave way to: bones would have nothing against it for ever
-    relaxed = settle(begun, bones, lengths, mobility, ROUNDS)
-    asked = relaxed[0] - calm
+    # Not from where joints gave way to before: what bones have nothing against would stay for ever.
+    asked = settle(steadied, bones, lengths, mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, asked, first, SLOW_SECONDS, REST_SECONDS, last, earlier, second)
-    for j in range(joints):
-        for d in range(3):
-            begun[0, j, d] = calm[j, d] + gave[j, d]
-    return settle(begun, bones, lengths, mobility, 0)[0], after, gave
+    return settle(steadied + gave, bones, lengths, mobility, 0)[0], after, gave

@@ -99,6 +99,7 @@ class Told:
     flags: list[tuple[str, ...]] = field(default_factory=list)
 
     def add(self, estimate: Estimate) -> None:
+        """The next frame's."""
         pose = estimate.pose
         parts = (
             estimate.landmarks.ravel(),
@@ -113,7 +114,14 @@ class Told:
         self.flags.append(tuple(estimate.flags))
 
     def tracked(self, times: Floats, performer: Performer, *, steady: bool) -> Tracked:
-        """All of them, `times` (T,) s, the last body that was followed, made steady over the recording or not."""
+        """All of them, in arrays.
+
+        Parameters
+        ----------
+        times : (T,) s, of the frames that were added.
+        performer : the body that was followed, as known at the end.
+        steady : whether poses and joints are smoothed over the whole recording.
+        """
         count = len(self.flags)
         widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES))
         table = np.frombuffer(self.rows).reshape(count, sum(widths))

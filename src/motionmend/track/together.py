@@ -78,7 +78,8 @@ def solved_together(
         some = [pose for pose in poses[first:last] if pose is not None]
         frames = [_first(model, wish, body, *pair) for pair in zip(states[first:last], some, strict=True)]
         finer = [_closer(closer, *pair) for pair in zip(states[first:last], frames, strict=True)]
-        for asked in (*[frames] * FIRST, *[[_thinned(frame) for frame in finer]] * THIN, *[finer] * FULL):
+        thinned = [_thinned(frame) for frame in finer]
+        for asked in (*[frames] * FIRST, *[thinned] * THIN, *[finer] * FULL):
             some = _moved(body, asked, some, times[first:last])
         out[first:last] = some
     return out
@@ -114,7 +115,7 @@ def _closer(settings: TrackSettings, state: TrackState, asked: _Asked) -> _Asked
 
 
 def _thinned(asked: _Asked) -> _Asked:
-    """The same of half of its samples: the way there needs no more."""
+    """The same of every other observed sample, and about as many of the body's: the way there needs no more."""
     seen = asked.evidence
     pixels = seen.pixels[::2].copy()
     evidence = replace(
@@ -123,7 +124,7 @@ def _thinned(asked: _Asked) -> _Asked:
         samples=seen.samples[::2].copy(),
         edge_pixels=seen.edge_pixels[::2].copy(),
         edge_samples=seen.edge_samples[::2].copy(),
-        weight=seen.weight * len(seen.pixels) / max(len(pixels), 1),
+        weight=seen.weight * len(seen.pixels) / max(len(pixels), 1),  # together they count as much as all did
     )
     settings = replace(asked.settings, every=asked.settings.every + 1)
     return _asked_of(asked, settings, evidence)
