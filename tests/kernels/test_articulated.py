@@ -101,3 +101,14 @@ def test_points_ride_on_their_bones(seed):
     frames = naive_body.frames(PERSON.chain, pose.translation, pose.root, pose.joints)
     expected = np.einsum("nij,nj->ni", frames[bones, :3, :3], local) + frames[bones, :3, 3]
     np.testing.assert_allclose(world, expected, rtol=0, atol=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_points_of_many_poses_are_those_of_each(seed):
+    rng = np.random.default_rng(seed)
+    joints = rng.uniform(-1.5, 1.5, (4, len(bodies.AXES)))
+    world = np.empty((4, len(bodies.LANDMARKS), 3))
+    articulated.upright(*PERSON.chain, joints, *PERSON.marks, world)
+    each = [bodies.landmarks(PERSON, bodies.Pose(np.zeros(3), np.eye(3), row)) for row in joints]
+    np.testing.assert_array_equal(world, each)

@@ -176,6 +176,25 @@ def points(placed: Floats, bones: Ints, local: Floats, world: Floats) -> None:
 
 
 @compiled
+def upright(
+    parents: Ints,
+    offsets: Floats,
+    rests: Floats,
+    first: Ints,
+    axes: Floats,
+    joints: Floats,
+    bones: Ints,
+    local: Floats,
+    world: Floats,
+) -> None:
+    """`points` of many poses, `joints` (P, J), with the root at 0 and not turned, to `world` (P, N, 3)."""
+    placed, place, straight = np.empty((parents.shape[0], 4, 4)), np.zeros(3), np.eye(3)
+    for p in range(joints.shape[0]):
+        frames(parents, offsets, rests, first, axes, place, straight, joints[p], placed)
+        points(placed, bones, local, world[p])
+
+
+@compiled
 def advance(translation: Floats, root: Floats, joints: Floats, delta: Floats) -> None:
     """Add `delta` (D,) to a pose in place: the root's rotation is turned from the left, all else is added to."""
     turn, before = np.empty((3, 3)), root.copy()

@@ -12,7 +12,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from ..arrays import Floats, Ints
-from ..bodies.performer import AXES, BONES, DOF_BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose, landmarks
+from ..bodies.performer import AXES, BONES, DOF_BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose
 from ..errors import MismatchError
 from .detect import Detection
 from .judge import judge
@@ -97,7 +97,11 @@ def poses_to(
 
 def bodies_of(performer: Performer, joints: Floats) -> Floats:
     """(N, 16, 3) m, the joints of poses (N, 28) with the root at 0 and upright."""
-    return np.array([landmarks(performer, Pose(np.zeros(3), np.eye(3), row)) for row in joints])
+    from ..kernels import articulated
+
+    world = np.empty((len(joints), len(LANDMARKS), 3))
+    articulated.upright(*performer.chain, np.array(joints, dtype=np.float64), *performer.marks, world)
+    return world
 
 
 def mirrored(joints: Floats) -> Floats:
