@@ -87,6 +87,18 @@ def before_scene(depth, intrinsics, planes, background, near, steep):
     return out
 
 
+def blocks(depth, step, near, steep):
+    """One depth for each block: the mean of what lies on the surface of its median."""
+    out = np.full((-(-depth.shape[0] // step), -(-depth.shape[1] // step)), np.nan, np.float32)
+    for r, c in np.ndindex(*out.shape):
+        block = depth[r * step : (r + 1) * step, c * step : (c + 1) * step]
+        there = np.sort(block[~np.isnan(block)].astype(float))
+        if len(there) and 2 * len(there) >= block.size:
+            middle = there[(len(there) - 1) // 2]
+            out[r, c] = there[np.abs(there - middle) <= near + steep * middle**2].mean()
+    return out
+
+
 def surfaces(depth, inside, near, steep):
     """Connected surfaces by flooding from each first pixel."""
     out = np.full(depth.shape, -1)
@@ -120,8 +132,11 @@ def measures(depth, labels, moved, intrinsics, count):
         at = world[own]
         box = np.stack([at.min(axis=0), at.max(axis=0)], axis=1).ravel()
         area = (at[:, 2] ** 2).sum() / (intrinsics[0] * intrinsics[1])
-        rows.append([own.sum(), area, *box, *at.mean(axis=0), moved[own].mean(), border[own].mean()])
-    return np.array(rows).reshape(count, 13)
+        three = own[:, 2:] & own[:, 1:-1] & own[:, :-2]
+        bent = np.abs(np.diff(depth.astype(float), 2, axis=1))[three]
+        rough = bent.mean() if three.any() else np.nan
+        rows.append([own.sum(), area, *box, *at.mean(axis=0), moved[own].mean(), border[own].mean(), rough])
+    return np.array(rows).reshape(count, 14)
 
 
 def gaps(depth, person, free, reach, lost=2):

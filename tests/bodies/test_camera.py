@@ -59,3 +59,10 @@ def test_images_of_another_size_are_refused():
         DepthFrame(KINECT, np.zeros((240, 320)), np.zeros((240, 320)))
     with pytest.raises(MismatchError, match="fx"):
         Camera(320, 240, 0.0, 285.0, 160.0, 120.0)
+
+
+@given(st.floats(50, 2000), st.floats(50, 500))
+def test_a_step_brings_a_camera_near_a_focal_length(fx, focal):
+    camera = Camera(640, 480, fx, fx, 320.0, 240.0)
+    ratio = camera.every(camera.step_to(focal)).fx / focal
+    assert 2 / 3 - 1e-9 <= ratio <= 1.5 + 1e-9 or (fx < focal and ratio == fx / focal)

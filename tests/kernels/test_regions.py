@@ -64,7 +64,7 @@ def test_measures_and_samples_are_those_of_the_surfaces(seed):
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, np.isfinite(depth), 0.1, 0.0, labels)
     moved = (rng.uniform(size=depth.shape) < 0.5).astype(np.uint8)
-    out = np.empty((count, 13))
+    out = np.empty((count, 14))
     regions.measures(depth, labels, moved, INTRINSICS, out)
     np.testing.assert_allclose(out, naive.measures(depth, labels, moved, INTRINSICS, count), rtol=1e-9, atol=1e-12)
     largest = int(np.argmax(out[:, 0]))
@@ -93,3 +93,12 @@ def test_gaps_are_the_twins(seed):
     regions.gaps(depth, person, free, 14.0, rim)
     np.testing.assert_array_equal(rim, naive.gaps(depth, person, free, 14.0))
     assert rim.any() or not hidden.any()
+
+
+@given(SEEDS, st.integers(2, 4), st.floats(0.1, 0.9))
+@settings(max_examples=30)
+def test_blocks_are_the_twins(seed, step, missing):
+    depth = _depth(np.random.default_rng(seed), missing)
+    out = np.empty((-(-18 // step), -(-22 // step)), np.float32)
+    regions.blocks(depth, step, 0.05, 0.004, out)
+    np.testing.assert_allclose(out, naive.blocks(depth, step, 0.05, 0.004), rtol=1e-6)

@@ -67,6 +67,13 @@ class Camera:
         width, height = -(-self.width // step), -(-self.height // step)
         return Camera(width, height, self.fx / step, self.fy / step, self.cx / step, self.cy / step)
 
+    def step_to(self, focal: float) -> int:
+        """Every how many-th pixel to look at, 1 or more, to see as finely as a focal length of `focal` px does.
+
+        Pixels on a body at a given distance depend on that alone, not on how wide the image is.
+        """
+        return max(1, round(self.fx / focal))
+
 
 KINECT = Camera(320, 240, 285.63, 285.63, 160.0, 120.0)
 """The first Kinect's depth camera at half resolution, nominal: 57 x 43 degrees."""

@@ -74,6 +74,48 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
 
 
 @compiled
+def blocks(depth: Singles, step: int, near: float, steep: float, out: Singles) -> None:
+    """One depth for each block of `step` x `step` pixels: the mean of what is measured on its nearer surface.
+
+    Parameters
+    ----------
+    depth : (H, W) m, NaN = no return.
+    step : px; blocks at the right and lower border may be smaller.
+    near, steep : what is within near + steep · z² m of a block's median is on the same surface.
+    out : (ceil(H / step), ceil(W / step)) m, written; NaN where less than half of a block is measured.
+    """
+    height, width = depth.shape
+    values = np.empty(step * step, np.float32)
+    for r in range(out.shape[0]):
+        bottom = min((r + 1) * step, height)
+        for c in range(out.shape[1]):
+            right = min((c + 1) * step, width)
+            count = 0
+            for i in range(r * step, bottom):
+                for j in range(c * step, right):
+                    values[count] = depth[i, j]
+                    count += depth[i, j] == depth[i, j]  # not NaN
+            if count == 0 or 2 * count < (bottom - r * step) * (right - c * step):
+                out[r, c] = np.nan
+                continue
+            if count == 4:  # as most are; the second of four
+                low, high = min(values[0], values[1]), max(values[0], values[1])
+                other, above = min(values[2], values[3]), max(values[2], values[3])
+                middle = min(max(low, other), min(high, above))
+            else:
+                for n in range(1, count):
+                    _insert(values, n, values[n])
+                middle = values[(count - 1) // 2]
+            slack = near + steep * middle * middle
+            total, on = np.float32(0.0), 0
+            for n in range(count):
+                same = abs(values[n] - middle) <= slack
+                total += values[n] * same
+                on += same
+            out[r, c] = total / on
+
+
+@compiled
 def _filling(depth: Singles, r: int, c: int, enough: int, jump: float, ring: Singles) -> float:
     """What fills a hole of one pixel, as `mend` says; NaN where it is no such hole.
 
@@ -252,13 +294,15 @@ def measures(depth: Singles, labels: np.ndarray, moved: Bytes, intrinsics: Float
     labels : (H, W) int32 number of the surface, -1 = none.
     moved : (H, W) 1 where something else was seen behind before.
     intrinsics : (4,) fx, fy, cx, cy.
-    out : (S, 13) written: pixels, area in m^2 as if facing the camera, least and greatest x, y, z in m, mean x, y, z,
-        share of moved pixels, share of pixels on the image's border.
+    out : (S, 14) written: pixels, area in m^2 as if facing the camera, least and greatest x, y, z in m, mean x, y, z,
+        share of moved pixels, share of pixels on the image's border; mean in m of |z - 2 z' + z''| over three pixels
+        in a row, NaN where there are none.
     """
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
     height, width = depth.shape
+    rows_of_three = np.zeros(len(out), np.int64)
     for s in range(len(out)):
-        for k in range(13):
+        for k in range(14):
             out[s, k] = 0.0
         for k in range(3):
             out[s, 2 + 2 * k], out[s, 3 + 2 * k] = np.inf, -np.inf
@@ -280,7 +324,11 @@ def measures(depth: Singles, labels: np.ndarray, moved: Bytes, intrinsics: Float
             out[s, 11] += moved[r, c]
             if r == 0 or c == 0 or r == height - 1 or c == width - 1:
                 out[s, 12] += 1.0
+            if c >= 2 and labels[r, c - 1] == s and labels[r, c - 2] == s:
+                out[s, 13] += abs(z - 2.0 * np.float64(depth[r, c - 1]) + np.float64(depth[r, c - 2]))
+                rows_of_three[s] += 1
     for s in range(len(out)):
+        out[s, 13] = out[s, 13] / rows_of_three[s] if rows_of_three[s] > 0 else np.nan
         if out[s, 0] > 0.0:
             for k in range(8, 13):
                 out[s, k] /= out[s, 0]

@@ -6,12 +6,13 @@ from typing import final
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints, Singles
-from ..bodies.camera import Camera
+from ..bodies.camera import KINECT, Camera
 from ..bodies.surface import intrinsics
 from .observation import Observation
 from .settings import TrackSettings
 
 JUMP = 0.06  # m, the least step in depth that is an edge
+USUAL = 3.0  # m, from the camera; a body farther off has too few pixels on the raster
 MARGIN = 0.45  # m about the person's pixels that are worked on: no limb gets farther between two frames
 
 
@@ -49,9 +50,12 @@ STANDARD = 400.0
 KNOWN = np.empty((0, 0), np.bool_)  # no pixel is unknown
 
 
-def raster_step(settings: TrackSettings, camera: Camera) -> int:
-    """How many pixels of a frame of this camera apart those of the raster are."""
-    return max(1, round(settings.raster * camera.width / 320.0))
+def raster_step(settings: TrackSettings, observation: Observation) -> int:
+    """How many pixels of a frame apart those of the raster are: fewer where the person is farther than `USUAL`."""
+    few = observation.depth[::8, ::8]
+    there = few[np.isfinite(few)]
+    away = float(there.mean()) if len(there) else USUAL
+    return observation.camera.step_to(KINECT.fx / settings.raster * max(1.0, away / USUAL))
 
 
 def evidence_of(observation: Observation, settings: TrackSettings, margin: float = MARGIN) -> Evidence | None:
@@ -67,7 +71,7 @@ def evidence_of(observation: Observation, settings: TrackSettings, margin: float
     -------
     On the pixels of the raster that are within the margin of the person's, h x w of them.
     """
-    seen = observation.every(raster_step(settings, observation.camera))
+    seen = observation.every(raster_step(settings, observation))
     box = _box(seen, margin)
     if box is None:
         return None

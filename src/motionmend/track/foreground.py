@@ -33,6 +33,9 @@ USUAL_AREA, ARM_AREA = 0.5, 0.06
 _REACH = 0.35  # m, between two pieces of one body
 _ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
 BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast narrower shadows or none
+# Of normal noise |z - 2 z' + z''| is the standard deviation times this on average; half as much again for what
+# neighbours share.
+_OF_BENDS = 1.5 * float(np.sqrt(np.pi / 12.0))
 _STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 
 
@@ -166,7 +169,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     regions.before_scene(depth, numbers, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
-    measures = np.empty((count, 13))
+    measures = np.empty((count, 14))
     moved = (before & np.isfinite(scene.background)).view(np.uint8)
     regions.measures(depth, labels, moved, numbers, measures)
     mask = _body(depth, labels, measures, _known(depth, labels, measures, scene.person), numbers, last)
@@ -363,7 +366,9 @@ def _likeness(measure: Floats, cloud: Floats, last: Floats | None) -> float:
     spread = np.cov(cloud.T)
     flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
     still = measure[11] < 0.5
-    if still and flat < np.hypot(NOISE_NEAR, 0.3 * NOISE_STEEP * measure[10] ** 2):  # relief and noise add as variances
+    # What the worst of cameras adds at this depth, or less where the surface itself is smoother than that.
+    noise = np.fmin(0.3 * NOISE_STEEP * measure[10] ** 2, _OF_BENDS * measure[13])
+    if still and flat < np.hypot(NOISE_NEAR, noise):  # relief and noise add as variances
         return 0.0  # a board, a table top
     score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
     score *= 1.0 + 50.0 * measure[11]  # what moves before a known background is no furniture

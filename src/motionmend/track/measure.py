@@ -6,18 +6,19 @@ from dataclasses import replace
 import numpy as np
 
 from ..bodies import anatomy
-from ..bodies.camera import DepthFrame
+from ..bodies.camera import KINECT, DepthFrame
 from ..bodies.performer import Performer, Pose
 from ..errors import MismatchError
 from .calibrate import Calibration, calibrated, size_from
 from .detect import detect
+from .fineness import evened
 from .foreground import Scene, find_person, remember, scene_of
 from .model import TrackerModel
 from .observation import Observation
 from .settings import TrackSettings
 from .tracker import start, step
 
-WIDTH = 160  # px, of the pictures that bodies are fitted to
+FINE = KINECT.fx / 2  # px, focal length of the pictures that bodies are fitted to
 SURE = 0.40  # share of wrongly explained pixels up to which a pose serves as a beginning
 
 
@@ -55,7 +56,7 @@ def measure_person(
     detections = []
     last = None
     for k, frame in enumerate(frames):
-        frame = frame.every(max(1, round(frame.camera.width / 320)))
+        frame = evened(frame)
         room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
         person = find_person(room, frame, last)
         scene = remember(room, frame, person)
@@ -63,7 +64,7 @@ def measure_person(
             continue
         last = person.place
         whole = Observation(frame.camera, person.depth, person.free, frame.time)
-        seen[k] = whole.every(max(1, round(frame.camera.width / WIDTH)))
+        seen[k] = whole.every(frame.camera.step_to(FINE))
         if model.detector is not None and k % 4 == 0:
             detections.append(detect(model.detector, replace(frame, depth=person.depth)))
     if not seen:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Floats
-from ..bodies.camera import DepthFrame
+from ..bodies.camera import KINECT, DepthFrame
 from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .detect import Detector, detect
@@ -87,8 +87,7 @@ def limb_offers(
         searched as at a start; without shapes they are not.
     most : how many.
     """
-    step = max(1, round(seen.camera.width / 80))
-    verdict = judge(performer, pose, seen.every(step))
+    verdict = judge(performer, pose, seen.every(seen.camera.step_to(KINECT.fx / 4)))
     if verdict.area < UNEXPLAINED:
         return []
     detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time), PIXELS)

@@ -22,7 +22,7 @@ class TrackSettings:
     terms : of `TERMS`; smoothness is always on.
     iterations : of Gauss-Newton, at most, each frame.
     median : radius of the median that cleans depth, px.
-    raster : every n-th pixel of the frame is worked on, at the 320 x 240 resolution.
+    raster : every n-th pixel of the frame is worked on, as fine as the Kinect's of 320 x 240.
     every : every n-th pixel of that raster is a sample of the surface.
     edge_every : every n-th row and column is looked at for observed edges.
     window, edge_window : side of the square in which the nearest point is looked for, px of the raster.

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Bools, Floats, Singles, frozen
-from ..bodies.camera import DepthFrame
+from ..bodies.camera import KINECT, DepthFrame
 from ..bodies.performer import DOFS, Performer, Pose, landmarks
 from ..bodies.surface import intrinsics
 from ..errors import UsageError
@@ -15,6 +15,7 @@ from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .evidence import Evidence, evidence_of
 from .facing import Facing, either, faces_otherwise, unlikeliness
+from .fineness import evened
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
 from .hypotheses import Hypothesis, contested
@@ -37,7 +38,6 @@ __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"
 
 FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
-WORKED = 400  # px; wider frames are worked on at every second, third, ... pixel
 SURELY_LOST = 0.52  # the same, whatever is usual
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
@@ -146,7 +146,7 @@ def start(
 
     if pose is None and model.detector is None:
         raise UsageError("a start pose was wanted: this model was fitted without a detector")
-    room = scene_of(_worked(frame)) if scene is None else scene
+    room = scene_of(evened(frame)) if scene is None else scene
     body = anatomy.average() if performer is None else performer
     return TrackState(body, room, pose, lost=pose is None, girth=Girth(body) if settings.girth else None)
 
@@ -169,7 +169,7 @@ def step(
     standard deviations grow, and the flags say `empty`; where the body is not found they say `lost`.
     """
     clock = Stages()
-    frame = _worked(frame)
+    frame = evened(frame)
     scene = scene_of(frame) if state.scene is None else state.scene
     last = None if state.pose is None else state.pose.translation
     person, scene = person_of(scene, frame, last, settings.median)
@@ -293,7 +293,7 @@ def _found(
     from .judge import judge
     from .settle import settled_readings
 
-    few = observation.every(4)
+    few = observation.every(observation.camera.step_to(KINECT.fx / 4))
     tried = []
     if state.pose is not None:
         last = (state.pose, *turned(moved_to(state.performer, state.pose, evidence, coarse), 8))
@@ -405,11 +405,6 @@ def _nobody(state: TrackState, elapsed: float, flags: tuple[str, ...], clock: St
     place = np.full((16, 3), np.nan) if state.pose is None else landmarks(state.performer, state.pose)
     std = np.full(16, np.nan) if state.pose is None else 0.15 + 0.5 * hidden
     return after, Estimate(state.pose, place, std, flags, np.ones(16, bool), seconds=clock.seconds)
-
-
-def _worked(frame: DepthFrame) -> DepthFrame:
-    """The frame at no more than about 320 x 240 pixels."""
-    return frame.every(max(1, round(frame.camera.width / 320.0)) if frame.camera.width > WORKED else 1)
 
 
 def _tones(frame: DepthFrame, settings: TrackSettings) -> Singles | None:
