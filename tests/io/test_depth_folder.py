@@ -295,3 +295,59 @@ def test_ist_colour_follows_the_person(tmp_path: Path) -> None:
 
     assert step.sum() > 300
     assert jump(seen) > 1.15 * jump(color)
+
+
+BENT = Camera(160, 120, 110.0, 112.0, 81.0, 58.0)
+LENS = [0.12, -0.05, 0.002, -0.003, 0.01]
+
+
+def _bent(rays: np.ndarray) -> np.ndarray:
+    """Where the lens shows rays (..., 2), by Brown's formula."""
+    k1, k2, p1, p2, k3 = LENS
+    x, y = rays[..., 0], rays[..., 1]
+    r2 = x * x + y * y
+    radial = 1.0 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+    across = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+    down = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+    return np.stack((across, down), axis=-1)
+
+
+def _plane(rays: np.ndarray) -> np.ndarray:
+    """Depth (..., ) m of a tilted wall along rays (..., 2) = x / z, y / z."""
+    return 3.0 / (1.0 + 0.3 * rays[..., 0] - 0.2 * rays[..., 1])
+
+
+def test_a_bent_image_is_straightened(tmp_path: Path) -> None:
+    """Each pixel of the bent image shows the wall along its own ray; read, it is a plane, and colours lie on it."""
+    at = np.stack(np.meshgrid(np.arange(160.0), np.arange(120.0)), axis=-1)
+    asked = (at - [BENT.cx, BENT.cy]) / [BENT.fx, BENT.fy]
+    rays = asked.copy()
+    for _ in range(100):
+        rays += asked - _bent(rays)
+    bent = _plane(rays).astype(np.float32)
+    color = np.repeat(np.clip(60 * bent, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+    path = tmp_path / "clip"
+    write_depth_folder(path, [DepthFrame(BENT, bent, color, 0.0)], 30.0)
+    change(path, distortion=LENS)
+    seen = read_depth(path).frame(0)
+    straight = (at - [BENT.cx, BENT.cy]) / [BENT.fx, BENT.fy]
+    there = np.isfinite(seen.depth)
+    assert there.mean() > 0.9  # what the bent image has beyond its border is in no pixel
+    # Within what the wall's slope makes of half a pixel, and a millimetre of rounding.
+    assert np.abs(seen.depth - _plane(straight))[there].max() < 0.5 * 3.0 * 0.5 / 110 * 2 + 0.001
+    assert np.abs(seen.depth - _plane(straight))[there].mean() < 0.3 * np.abs(bent - _plane(straight)).mean()
+    inside = there & (seen.color[..., 0] > 0)
+    assert np.abs(seen.color[..., 0][inside] / 60.0 - _plane(straight)[inside]).max() < 0.06
+
+
+def test_a_lens_that_bends_nothing_changes_nothing(folder: Path) -> None:
+    before = [frame.depth for frame in read_depth(folder)]
+    change(folder, distortion=[0, 0, 0, 0])
+    np.testing.assert_array_equal([frame.depth for frame in read_depth(folder)], before)
+
+
+@pytest.mark.parametrize("bend", [[0.1, 0.2], "k1", [0.1, 0.0, 0.0, None], [float("nan")] * 5, {"k1": 0.1}])
+def test_a_lens_of_other_numbers_is_refused(folder: Path, bend: object) -> None:
+    change(folder, distortion=bend)
+    with pytest.raises(FileError, match="distortion"):
+        read_depth(folder)

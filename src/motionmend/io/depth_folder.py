@@ -2,8 +2,9 @@
 
 Beyond the plain layout, camera.json may say where a colour camera beside the depth camera stands, and its images are
 then registered while they are read: `"color": {"width", "height", "fx", "fy", "cx", "cy", "R": 3 x 3, "T": [x, y, z]}`
-with a point p of the depth camera at R p + T (m) in the colour camera's axes. `"mirrored": true` says that the images
-are as in a mirror.
+with a point p of the depth camera at R p + T (m) in the colour camera's axes. `"distortion": [k1, k2, p1, p2, ...]`, of
+the depth camera or within `"color"`, is what its lens bends: images are straightened while they are read. `"mirrored":
+true` says that the images are as in a mirror.
 """
 
 import json
@@ -23,6 +24,7 @@ from ..errors import FileError, MismatchError
 from .atomic import atomic
 from .columns import read_lines
 from .depth import DepthRecording
+from .lens import Lens, lens_of
 from .png import color_pixels, png_header, png_pixels, write_depth_png
 
 _COLOR_ENDINGS = (".png", ".jpg", ".jpeg")
@@ -63,14 +65,17 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
             )
     times, fps = _times(folder, facts, len(images))
     colors, taker = _colors(folder, numbers, facts)
+    lens = _lens(camera, facts, folder / "camera.json")
+    beside = None if taker is None else _lens(taker.camera, facts["color"], folder / "camera.json")
 
     def depth_of(number: int) -> Singles:
         raw = png_pixels(images[number])
-        return np.where(raw > 0, raw * np.float32(scale), np.float32(np.nan)).astype(np.float32)
+        depth = np.where(raw > 0, raw * np.float32(scale), np.float32(np.nan)).astype(np.float32)
+        return depth if lens is None else lens.straight_depth(depth)
 
     def color_of(number: int, depth: Singles) -> Bytes | None:
         file = colors.get(numbers[number])
-        return None if file is None else _color(file, depth, camera, taker)
+        return None if file is None else _color(file, depth, camera, taker, lens if taker is None else beside)
 
     guesses: tuple[str, ...] = ()
     if numbers[0] > 1:
@@ -275,7 +280,19 @@ def _color_camera(facts: Mapping[str, Any], folder: Path) -> ColorCamera | None:
         raise FileError(f"{file}: {failure}") from None
 
 
-def _color(file: Path, depth: Singles, camera: Camera, taker: ColorCamera | None) -> Bytes:
+def _lens(camera: Camera, facts: Mapping[str, Any], file: Path) -> Lens | None:
+    bend = facts.get("distortion")
+    if bend is None:
+        return None
+    numbers = isinstance(bend, list) and all(isinstance(k, int | float) and not isinstance(k, bool) for k in bend)
+    try:
+        lens = lens_of(camera, bend if numbers else [])
+    except MismatchError as failure:
+        raise FileError(f"{file}: 'distortion': {failure}; came {str(bend)[:60]}") from None
+    return lens if any(bend) else None
+
+
+def _color(file: Path, depth: Singles, camera: Camera, taker: ColorCamera | None, lens: Lens | None) -> Bytes:
     pixels = color_pixels(file)
     wanted = camera if taker is None else taker.camera
     if pixels.shape[:2] != (wanted.height, wanted.width):
@@ -283,4 +300,5 @@ def _color(file: Path, depth: Singles, camera: Camera, taker: ColorCamera | None
             f"{file}: wanted {wanted.width} x {wanted.height} pixels, came {pixels.shape[1]} x {pixels.shape[0]}; "
             "register colour to depth, or say in camera.json under 'color' where the colour camera stands"
         )
+    pixels = pixels if lens is None else lens.straight_color(pixels)
     return pixels if taker is None else registered(pixels, depth, camera, taker)
