@@ -87,6 +87,12 @@ def before_scene(depth, intrinsics, planes, background, near, steep):
     return out
 
 
+def hiding(depth, intrinsics, planes, near, steep, closest, free):
+    """Free pixels but for those of things nearer than the person that stand clear of the planes."""
+    nowhere = np.full(depth.shape, np.nan, np.float32)
+    return free & ~(before_scene(depth, intrinsics, planes, nowhere, near, steep) & (depth < closest))
+
+
 def blocks(depth, step, near, steep):
     """One depth for each block: the mean of what lies on the surface of its median."""
     out = np.full((-(-depth.shape[0] // step), -(-depth.shape[1] // step)), np.nan, np.float32)

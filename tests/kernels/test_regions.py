@@ -43,6 +43,19 @@ def test_what_stands_before_the_scene_is_the_twins(seed):
     assert 0 < out.sum() < out.size
 
 
+@given(SEEDS, st.floats(1.9, 2.7))
+@settings(max_examples=25)
+def test_what_may_hide_the_person_is_the_twins(seed, closest):
+    rng = np.random.default_rng(seed)
+    depth = _depth(rng)
+    normal = np.column_stack([rng.normal(0, 0.2, (2, 2)), -np.ones(2)])
+    planes = np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)])
+    free = rng.uniform(size=depth.shape) < 0.7
+    wanted = naive.hiding(depth, INTRINSICS, planes, 0.015, 0.007, closest, free)
+    regions.hiding(depth, INTRINSICS, planes, 0.015, 0.007, closest, free)
+    np.testing.assert_array_equal(free, wanted)
+
+
 @given(SEEDS)
 @settings(max_examples=25)
 def test_surfaces_are_those_of_a_flood(seed):

@@ -213,6 +213,23 @@ def test_somebody_far_away_who_moves_is_found(rng):
         assert _overlap(found, alone) > 0.7
 
 
+def test_what_stands_before_the_person_may_hide_them(rng):
+    """Legs behind a table: known as the room's, it says nothing of where they are; floor and wall do."""
+    alone = picture(standing((0.0, 0.1, 2.8)))
+    whole = np.array(in_room(alone, 1.05, 4.5).depth)
+    whole[150:200, 110:210] = 2.0
+    scene, last = None, None
+    for k in range(3):
+        seen = DepthFrame(CAMERA, whole + rng.normal(0, 0.003, whole.shape).astype(np.float32), None, k / 30)
+        scene = scene_of(seen) if scene is None else scene
+        found = find_person(scene, seen, last)
+        scene, last = remember(scene, seen, found), found.place
+    assert found.found
+    assert not found.free[152:198, 112:208].any()
+    assert found.free[60:140, 5:80].mean() > 0.95  # the wall
+    assert found.free[225:, :].mean() > 0.95  # the floor
+
+
 @pytest.mark.parametrize("who", ["person", "board"])
 def test_far_away_a_person_who_stands_still_is_told_from_a_board(rng, who):
     """At 5.4 m the first Kinect's noise would hide the relief of a body; a camera with less shows it."""

@@ -223,6 +223,36 @@ def before_scene(
 
 
 @compiled
+def hiding(
+    depth: Singles, intrinsics: Floats, planes: Floats, near: float, steep: float, closest: float, free: Bools
+) -> None:
+    """Take from the free pixels those where something that stands in the room is nearer than the person.
+
+    What is behind a table is hidden by it; behind a floor or a wall nothing is.
+
+    Parameters
+    ----------
+    depth, intrinsics, planes, near, steep : as of `before_scene`.
+    closest : m, depths below this are nearer than the person.
+    free : (H, W) True where the person is not; written.
+    """
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    for r in range(depth.shape[0]):
+        for c in range(depth.shape[1]):
+            z = np.float64(depth[r, c])
+            if not (free[r, c] and z < closest):
+                continue
+            x, y = (c - cx) * z / fx, (r - cy) * z / fy
+            standing = True
+            for p in range(len(planes)):
+                along = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
+                if along + planes[p, 3] < near + steep * z * abs(along):
+                    standing = False
+                    break
+            free[r, c] = not standing
+
+
+@compiled
 def surfaces(depth: Singles, inside: Bools, near: float, steep: float, out: np.ndarray) -> int:
     """Number the connected surfaces: pixels side by side whose depths differ by less than near + steep z^2.
 

@@ -36,6 +36,7 @@ BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast nar
 # Of normal noise |z - 2 z' + z''| is the standard deviation times this on average; half as much again for what
 # neighbours share.
 _OF_BENDS = 1.5 * float(np.sqrt(np.pi / 12.0))
+_NEARER = 0.15  # m, than the person's middle is what may hide a part of them
 _STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 
 
@@ -50,7 +51,8 @@ class Foreground:
     found : False for a frame with nobody in it; `depth` is then NaN throughout.
     place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
     free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
-        recording whose background was taken away, nothing is. Dropout in a room is neither person nor free.
+        recording whose background was taken away, nothing is. Dropout in a room is neither person nor free, and so is
+        what stands in the room nearer than the person, for they may be behind it.
     rim : (H, W) True where nothing is measured either, but so narrowly between the person and something farther that
         it is a camera's loss at a step in depth: the person ends before it. None = nowhere.
     """
@@ -184,6 +186,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     y = (rows[some] - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
     free = _free(depth, before, mask, np.isfinite(person))
+    regions.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
     regions.gaps(depth, person, free, BASELINE * numbers[0], rim)
     return Foreground(person, True, middle, free, rim)
