@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.motion import Markers, Motion
-from motionmend.denoise.branches import nearest_triple, nearest_turn, steady_triple
+from motionmend.denoise.branches import nearest_triple, nearest_turn, steady_triple, steady_turn
 from motionmend.denoise.channels import from_channels, to_channels
 from motionmend.denoise.joints import root_angles, root_rotation, root_rows
 from motionmend.denoise.layout import learn_layout
@@ -123,6 +123,43 @@ def test_a_motion_that_stays_in_the_other_branch_goes_there():
     steady = steady_triple(stay, np.zeros(3), 30.0)
     assert np.abs(steady[60:600]).max() < 175.0
     np.testing.assert_allclose(steady, nearest_triple(stay, np.zeros(3)), atol=1e-9)
+
+
+@given(st.integers(0, 10**6), st.floats(20.0, 200.0))
+@settings(max_examples=20, deadline=None)
+def test_an_angle_half_a_turn_from_its_middle_does_not_leap_with_the_noise(seed, fps):
+    rng = np.random.default_rng(seed)
+    smooth = 180.0 + 8.0 * np.sin(np.linspace(0.0, 2.0 * np.pi, 60))
+    angles = (smooth + rng.normal(0.0, 3.0, 60)) + 360.0 * rng.integers(-1, 2, 60)  # any turn in any frame
+    angles[rng.random(60) < 0.1] = np.nan
+    known = np.isfinite(angles)
+    assert np.ptp(nearest_turn(angles[known], np.zeros(known.sum()))) > 180.0
+    steady = steady_turn(angles, 0.0, fps)
+    np.testing.assert_array_equal(np.isnan(steady), ~known)
+    assert np.ptp(steady[known]) < 60.0
+    turns = (steady - angles)[known] / 360.0
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
+
+
+def test_an_angle_that_stays_beyond_half_a_turn_goes_to_the_nearer_side():
+    stay = np.concatenate([np.zeros(30), np.linspace(0.0, 200.0, 10), np.full(600, 200.0), np.zeros(30)])
+    steady = steady_turn(stay, 0.0, 30.0)
+    np.testing.assert_allclose(steady[60:600], -160.0, atol=1e-9)
+    assert steady_turn(stay[:50], 0.0, 30.0).max() == pytest.approx(200.0)  # for a moment it stays where it goes
+
+
+def test_a_hinge_that_passes_half_a_turn_has_no_leap_in_its_channel(walk):
+    row = 10  # of an ankle that turns about two axes
+    q = walk.q.copy()
+    q[40:60, row] = q[:, row].mean() + np.radians(180.0 + 15.0 * np.sin(np.arange(20.0)))
+    q[30:40, row] = np.linspace(q[29, row], q[40, row], 10)
+    q[60:70, row] = np.linspace(q[59, row], q[70, row], 10)
+    turning = walk.with_q(q)
+    values = to_channels(turning, learn_layout([walk])).values
+    assert np.abs(np.diff(values[:, row])).max() < 60.0
+    channels = to_channels(turning, learn_layout([walk]))
+    back = from_channels(channels, channels.values, np.isfinite(channels.values), turning)
+    np.testing.assert_allclose(back, q, atol=1e-9)
 
 
 def test_whole_turns_in_the_file_make_no_jump_and_come_back(walk):

@@ -86,7 +86,7 @@ def adapt(
     process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
-    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    put_back: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
@@ -101,7 +101,8 @@ def adapt(
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched : (T, C) True where a sample is no outlier and what bends there may bend as it will, as at
         `poles.pole_crossings`; None = nowhere.
-    as_pose : of measured, rejected and values, what is no outlier: `as_pose.smoother_as_pose`; None = nothing.
+    put_back : of measured, rejected and values, what is no outlier: `as_pose.smoother_as_pose` and
+        `own_jumps.own_jumps`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     """
     channels = measured.shape[1]
@@ -139,8 +140,8 @@ def adapt(
             together,
             vouched,
         )
-        if as_pose is not None and values is not None:
-            back = as_pose(measured, outlier, values)
+        if put_back is not None and values is not None:
+            back = put_back(measured, outlier, values)
             if back.any():
                 vouched, outlier = vouched | back, outlier & ~back
                 mode = np.where(bends_of(back), len(FACTORS) - 1, mode)

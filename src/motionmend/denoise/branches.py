@@ -5,14 +5,41 @@ import numpy as np
 from ..arrays import Bools, Floats
 
 FLIP = 200.0  # degrees, of three angles together: two branches lie 360 apart, so that shorter steps change none
+HALF_TURN = 180.0  # degrees, of one angle: no longer step is the shorter way round
 HOLD = 1.0  # s after which it counts as much to be far from the centre as it counts once to step so far
-_TURNS = np.array([(a, 0.0, c) for a in (-360.0, 0.0, 360.0) for c in (-360.0, 0.0, 360.0)])
+_WHOLE = (-360.0, 0.0, 360.0)
+_TURNS = np.array([(a, 0.0, c) for a in _WHOLE for c in _WHOLE])
+_TURNS_OF_ONE = np.array([(a, 0.0, 0.0) for a in _WHOLE])
 
 
 def nearest_turn(angles: Floats, meant: Floats) -> Floats:
     """`angles` in degrees, each shifted by whole turns to be nearest `meant`; NaN in `meant` shifts nothing."""
     shift = 360.0 * np.round((angles - meant) / 360.0)
     return angles - np.where(np.isfinite(shift), shift, 0.0)
+
+
+def steady_turn(angles: Floats, centre: float, fps: float) -> Floats:
+    """`angles` (T,) degrees shifted by whole turns to stay about a centre without leaping there and back.
+
+    What passes half a turn from the centre leaps by a whole one if each sample is taken nearest to it, and what is
+    put between two such samples means neither. The path is that of `steady_triple`.
+
+    Parameters
+    ----------
+    angles : (T,) degrees, NaN = missing.
+    centre : degrees.
+    fps : Hz.
+    """
+    nearest = nearest_turn(angles, np.full(angles.shape, centre))
+    known = np.flatnonzero(np.isfinite(nearest))
+    if len(known) < 2 or np.abs(np.diff(nearest[known])).max() <= HALF_TURN:
+        return nearest
+    from ..kernels.branches import steadiest
+
+    alone = np.zeros((len(known), 1, 3))
+    alone[:, 0, 0] = nearest[known]
+    nearest[known] += _TURNS_OF_ONE[steadiest(alone, _TURNS_OF_ONE, np.array([centre, 0.0, 0.0]), HOLD * fps), 0]
+    return nearest
 
 
 def nearest_triple(angles: Floats, meant: Floats, counted: Bools | None = None) -> Floats:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Motion
 from ..bodies.skeleton import ROTATION, TRANSLATION, Skeleton
-from .branches import nearest_triple, nearest_turn, steady_triple
+from .branches import nearest_triple, nearest_turn, steady_triple, steady_turn
 from .pieces import pieces
 from .travel import Travel, travel, turn
 
@@ -53,10 +53,11 @@ def joint_channels(motion: Motion, centre: Floats) -> tuple[Floats, Travel | Non
     turns, moves = root_rows(skeleton)
     angles = np.flatnonzero(skeleton.dof_kind == ROTATION)
     values = q * unit(skeleton)
-    for some in pieces(motion.frames):
-        values[some, angles] = nearest_turn(values[some, angles], centre[angles])
-    for triple in triples(skeleton):
+    balls = triples(skeleton)
+    for triple in balls:
         values[:, triple] = steady_triple(values[:, triple], centre[triple], motion.fps)
+    for row in np.setdiff1d(angles, np.concatenate([turns, *balls])):
+        values[:, row] = steady_turn(values[:, row], float(centre[row]), motion.fps)
     if len(turns) != 3:
         return values, None
     up = skeleton.up

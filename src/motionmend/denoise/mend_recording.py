@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
-from ..bodies.skeleton import ROTATION
+from ..bodies.skeleton import ROTATION, Skeleton
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .as_pose import smoother_as_pose
 from .bursts import long_runs
@@ -30,6 +30,7 @@ from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
 from .outcome import brought_back, repaired_recording
 from .own_bends import first_bends, own_bends
+from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
@@ -204,10 +205,10 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
     """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    poles = as_pose = None
+    poles = put_back = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
-        as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
+        put_back = partial(_no_outliers, skeleton=recording.skeleton, columns=channels.columns)
     rounded = rounding(recording, channels.columns)
     mended = partial(
         mend_channels,
@@ -215,7 +216,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         fps=recording.fps,
         together=3 if isinstance(recording, Markers) else 1,
         poles=poles,
-        as_pose=as_pose,
+        put_back=put_back,
         rounded=rounded,
     )
 
@@ -238,6 +239,12 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         return first if own.bases is None else of_one_mind(first, mended(own, into=values))
     again = mended(own_prior(), into=values)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+
+
+def _no_outliers(measured: Floats, outlier: Bools, values: Floats, skeleton: Skeleton, columns: Ints) -> Bools:
+    """Rejected samples (T, C) that are none as a pose, or by what else is rejected."""
+    posed = smoother_as_pose(measured, outlier, values, skeleton, columns)
+    return posed | own_jumps(measured, outlier & ~posed, values, channels_that_meet(skeleton, columns))
 
 
 def _held(motion: Motion, channels: Channels) -> Bools:

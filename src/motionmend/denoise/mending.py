@@ -55,7 +55,7 @@ def mend_channels(
     process: Process | None = None,
     together: int = 1,
     poles: Callable[[Floats], Bools] | None = None,
-    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    put_back: Callable[[Floats, Bools, Floats], Bools] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
     rounded: Callable[[slice], Floats] | None = None,
@@ -71,7 +71,7 @@ def mend_channels(
     process : of clean motion, for gaps.
     together : neighbouring columns that are outliers together.
     poles : gives `poles.pole_crossings` of some frames; None = there are none.
-    as_pose : finds what is no outlier as a pose (`as_pose.smoother_as_pose`); None = there are no poses.
+    put_back : finds what was rejected and is no outlier, as `adapt` has it; None = nothing.
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
@@ -97,7 +97,7 @@ def mend_channels(
             process=process,
             together=together,
             vouched=None if poles is None else poles(padded),
-            as_pose=as_pose,
+            put_back=put_back,
             rounding=open_by,
         )
 

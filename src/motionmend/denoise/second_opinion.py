@@ -11,7 +11,7 @@ from ..numerics.risk import share_of_second
 from .adaptive import DOUBT
 from .mending import Mended
 from .repair import MUCH_MISSED
-from .support import bridged
+from .support import RARE, bridged
 
 SAID = "; what it shows of itself was believed beside it"
 WRONG = 1.5  # times its stated variance: a repair that errs by more is more wrong than it says
@@ -27,7 +27,8 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
     """Two repairs of one recording as one: each channel's mean of both, as sure as each is of it.
 
     Two repairs that take different samples for outliers err in different places. A mean is seldom much worse
-    than the better of them and often better than both.
+    than the better of them and often better than both. But outliers that are rare come one by one: where the library
+    alone rejects several on end it is the library that strays, and what was measured stays.
 
     Parameters
     ----------
@@ -40,11 +41,16 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
     In gaps the library's values, shifted by what the other says at their edges.
     """
     first, second = library.found, own.found
+    rejected = int((second.origin == Origin.REPAIRED).sum())
+    rate = rejected / max(rejected + int((second.origin == Origin.MEASURED).sum()), 1)
+    common = rate / (rate + RARE)
     for c in range(first.values.shape[1]):
         seen = (first.origin[:, c] == Origin.MEASURED) | (first.origin[:, c] == Origin.REPAIRED)
         apart = second.values[:, c] - first.values[:, c]
         one, other = (np.square(found.std[:, c].astype(np.float64)) for found in (first, second))
-        share = float(share_of_second(*(each[seen, None].sum(axis=0) for each in (one, other, np.square(apart))))[0])
+        told = float(share_of_second(*(each[seen, None].sum(axis=0) for each in (one, other, np.square(apart))))[0])
+        strays = _on_end((first.origin[:, c] == Origin.REPAIRED) & (second.origin[:, c] == Origin.MEASURED))
+        share = np.where(strays, 1.0 - common * (1.0 - told), told)
         shift = bridged(np.where(seen, share * apart, np.nan)[:, None])[:, 0]
         first.values[:, c] += shift
         both = (1.0 - share) * one + share * other + share * (1.0 - share) * np.square(apart)
@@ -130,6 +136,12 @@ def _errs(left: Floats, variance: Floats, noise: Floats) -> Floats:
     stated = variance.mean(axis=0)
     risk = (np.square(left) - (1.0 - 2.0 * own) * np.square(noise)).mean(axis=0)
     return np.asarray(stated + max(float((risk - WRONG * stated).mean()), 0.0))
+
+
+def _on_end(samples: Bools) -> Bools:
+    """(T,) True for those of the samples that have another of them beside them."""
+    padded = np.pad(samples, 1)
+    return np.asarray(samples & (padded[:-2] | padded[2:]))
 
 
 def _at_odds(library: Bools, own: Bools) -> tuple[Bools, Bools]:

@@ -1,0 +1,83 @@
+"""Rejected samples that are a recording's own: where outliers are rare, what jumps is as likely the motion.
+
+Even a clean recording holds samples that nothing before or after them explains: steps and claps seen at 30 Hz, skin
+that slips over a bone, a solver that turns two joints against each other. The search takes some of them for outliers,
+and from those it reads how common outliers are. Outliers lie anywhere, whatever the channel does else, and one by one;
+a recording's own jumps are seldom many times as sharp as its motion, and joints that meet jump together. How many of
+the rejected samples are of either kind is told by all of them together.
+"""
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..bodies.skeleton import Skeleton
+from .adaptive import OUTLIER_SPAN
+from .noise import LEAST_NOISE
+
+TAIL = 1.5  # what is sharper than the sharpest of the calm motion is x times as sharp, or more, at x ** -1.5
+FEWEST = 20  # second differences that tell how sharply a channel moves
+ROUNDS = 30
+HALF = 0.5  # sample of either kind that is taken for granted
+_NOTHING = 1e-12
+
+
+def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools) -> Bools:
+    """Rejected samples that are more likely the recording's own than outliers.
+
+    Parameters
+    ----------
+    measured : (T, C) degrees and centimetres, NaN = missing.
+    outlier : (T, C) rejected.
+    values : (T, C) the repair of an earlier round.
+    linked : (C, C) channels that jump together: `channels_that_meet`.
+
+    Returns
+    -------
+    (T, C) True where a rejected sample is no outlier. Exact zeros and half turns are: so is written what is not known.
+
+    Source
+    ------
+    Two kinds of samples, their shares found by expectation and maximisation: Dempster, Laird and Rubin, Journal of the
+    Royal Statistical Society B 39(1), 1977.
+    """
+    back = np.zeros(outlier.shape, dtype=bool)
+    bend = np.abs(values[:-2] - 2.0 * values[1:-1] + values[2:])
+    calm = ~(outlier[:-2] | outlier[1:-1] | outlier[2:])
+    # a lone sample that is off by so much bends twice as sharply
+    sharpest = np.maximum(0.5 * np.where(calm, bend, 0.0).max(axis=0, initial=0.0), LEAST_NOISE)
+    frames, channels = np.nonzero(outlier & (calm.sum(axis=0) >= FEWEST) & (measured % 180.0 != 0.0))
+    if not len(frames):
+        return back
+    width = sharpest[channels]
+    away = np.maximum(np.abs(measured[frames, channels] - values[frames, channels]) / width, 1.0)
+    # density of either kind at this size: even up to the sharpest, then a power; even over the whole span
+    likelier = TAIL / (1.0 + TAIL) * away ** -(TAIL + 1.0) / width * OUTLIER_SPAN
+    together = (outlier[frames] & linked[channels]).any(axis=1)
+    partners = linked.sum(axis=0)[channels]
+    own, joined, samples = HALF, HALF, int(np.isfinite(measured).sum())
+    for _ in range(ROUNDS):
+        rate = ((1.0 - own) * len(frames) + HALF) / (samples + 2.0 * HALF)
+        by_chance = np.clip(1.0 - (1.0 - rate) ** partners, _NOTHING, 1.0 - _NOTHING)
+        odds = own / (1.0 - own) * likelier
+        odds *= np.where(together, joined / by_chance, (1.0 - joined) / (1.0 - by_chance))
+        share = odds / (1.0 + odds)
+        own = (share.sum() + HALF) / (len(frames) + 2.0 * HALF)
+        joined = ((share * together).sum() + HALF) / (share.sum() + 2.0 * HALF)
+    back[frames, channels] = odds > 1.0
+    return back
+
+
+def channels_that_meet(skeleton: Skeleton, columns: Ints) -> Bools:
+    """(C, C) True for two channels of one joint, or of a joint and its parent.
+
+    Parameters
+    ----------
+    skeleton : of the motion.
+    columns : (C,) rows of the skeleton, -1 = a channel it does not have.
+    """
+    joint = np.where(columns >= 0, skeleton.dof_joint[columns], -1)
+    parent = np.where(joint >= 0, skeleton.parents[joint], -1)
+    above = (joint[:, None] == parent) & (joint[:, None] >= 0)
+    met: Bools = above | above.T | (joint[:, None] == joint) & (joint >= 0)
+    np.fill_diagonal(met, val=False)
+    return met

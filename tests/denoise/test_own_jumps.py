@@ -1,0 +1,124 @@
+"""What jumps in a recording by itself, and outliers."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from performers import truth
+
+import motionmend as mm
+from motionmend.bodies.motion import Origin
+from motionmend.bodies.skeleton import ROTATION
+from motionmend.denoise.own_jumps import channels_that_meet, own_jumps
+
+SEEDS = st.integers(0, 10**6)
+FRAMES, CHANNELS = 200, 12
+PAIRS = np.kron(np.eye(CHANNELS // 2, dtype=bool), np.ones((2, 2), dtype=bool)) & ~np.eye(CHANNELS, dtype=bool)
+
+
+def _moving(rng):
+    """(T, C) degrees, and how far a lone sample is off that bends as sharply as the sharpest moment (C,)."""
+    t = np.arange(FRAMES)[:, None] / 30.0
+    values = 20.0 * np.sin(2.0 * np.pi * t * rng.uniform(0.5, 1.5, CHANNELS) + rng.uniform(0.0, 6.0, CHANNELS))
+    return values, 0.5 * np.abs(np.diff(values, n=2, axis=0)).max(axis=0)
+
+
+def _jumps(rng, values, size, count, paired):
+    """Samples off by so much (C,), never two beside each other in a channel: measured, and where."""
+    frames = rng.choice(np.arange(2, FRAMES - 2, 3), count, replace=False)
+    hit = np.zeros(values.shape, dtype=bool)
+    channels = rng.integers(0, CHANNELS, count)
+    hit[frames, channels] = True
+    if paired:
+        hit[frames, channels ^ 1] = True
+    return values + np.where(hit, rng.choice([-1.0, 1.0], values.shape) * size, 0.0), hit
+
+
+@given(SEEDS, st.integers(1, 12), st.floats(1.0, 3.0))
+@settings(max_examples=40, deadline=None)
+def test_a_few_jumps_hardly_sharper_than_the_motion_are_its_own(seed, count, times):
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    measured, hit = _jumps(rng, values, times * sharpest, count, paired=False)
+    np.testing.assert_array_equal(own_jumps(measured, hit, values, PAIRS), hit)
+
+
+@given(SEEDS, st.integers(1, 60), st.floats(40.0, 80.0))
+@settings(max_examples=40, deadline=None)
+def test_what_lies_anywhere_one_by_one_is_an_outlier(seed, count, off):
+    rng = np.random.default_rng(seed)
+    values, _ = _moving(rng)
+    measured, hit = _jumps(rng, values, np.full(CHANNELS, off), count, paired=False)
+    assert not own_jumps(measured, hit, values, PAIRS).any()
+
+
+@given(SEEDS)
+@settings(max_examples=40, deadline=None)
+def test_among_many_outliers_one_more_is_likelier_one_unless_it_goes_with_another(seed):
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    measured, hit = _jumps(rng, values, np.full(CHANNELS, 50.0), 20, paired=False)
+    free = np.flatnonzero(~hit.any(axis=1) & (np.arange(FRAMES) > 5))[::7]
+    for partners, wanted in (((4,), False), ((4, 5), True)):
+        here, where = measured.copy(), hit.copy()
+        for frame in free[:4]:
+            where[frame, partners] = True
+            here[frame, partners] += 8.0 * sharpest[list(partners)]
+        back = own_jumps(here, where, values, PAIRS)
+        assert not back[hit].any()
+        assert (back[where & ~hit] == wanted).all()
+
+
+@given(SEEDS, st.permutations(range(CHANNELS)))
+@settings(max_examples=20, deadline=None)
+def test_the_order_of_the_channels_does_not_matter(seed, order):
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    measured, hit = _jumps(rng, values, 5.0 * sharpest, 15, paired=True)
+    found = own_jumps(measured, hit, values, PAIRS)
+    other = own_jumps(measured[:, order], hit[:, order], values[:, order], PAIRS[np.ix_(order, order)])
+    np.testing.assert_array_equal(other, found[:, order])
+
+
+def test_zeros_that_are_written_for_what_is_not_known_are_never_its_own(rng):
+    values, sharpest = _moving(rng)
+    measured, hit = _jumps(rng, values + 5.0, sharpest, 6, paired=True)
+    assert own_jumps(measured, hit, values + 5.0, PAIRS)[hit].all()
+    assert not own_jumps(np.where(hit, 0.0, measured), hit, values + 5.0, PAIRS).any()
+    assert not own_jumps(measured, np.zeros_like(hit), values + 5.0, PAIRS).any()
+
+
+def test_channels_of_a_joint_and_of_its_parent_and_children_meet():
+    skeleton = truth().skeleton
+    columns = np.append(np.arange(len(skeleton.dof_names)), -1)
+    met = channels_that_meet(skeleton, columns)
+    for c, row in enumerate(columns[:-1]):
+        for other, to in enumerate(columns[:-1]):
+            one, two = skeleton.dof_joint[row], skeleton.dof_joint[to]
+            assert met[c, other] == (
+                c != other and (one == two or skeleton.parents[one] == two or skeleton.parents[two] == one)
+            )
+    assert not met[-1].any()
+    assert not met[:, -1].any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_few_outliers_in_a_clean_recording_are_all_found(seed):
+    clean = truth("run", seconds=8.0)
+    bad = mm.corrupt(clean, outliers=0.0005, seed=seed)
+    found = mm.repair_without_model(bad.recording, "adaptive").origin == Origin.REPAIRED
+    joints = (clean.skeleton.dof_kind == ROTATION) & (clean.skeleton.dof_joint > 0)
+    assert (bad.outlier & joints).sum() >= 3
+    assert found[bad.outlier & joints].mean() > 0.9
+
+
+@pytest.mark.parametrize(("clip", "fps"), [("07/07_01", 30), ("05/05_14", 30), ("05/05_13", 30), ("16/16_17", 120)])
+def test_real_clean_clips_with_jumps_of_their_own_are_left_alone(data, clip, fps):
+    whole = mm.read(data / "mocap" / "amc" / f"{clip}.amc")
+    first = max(0, whole.frames // 2 - 480)
+    clean = mm.Motion(whole.skeleton, whole.q[first : first + 960 : round(whole.fps / fps)], float(fps))
+    outcome = mm.repair_without_model(clean, "adaptive")
+    joints = (clean.skeleton.dof_kind == ROTATION) & (clean.skeleton.dof_joint > 0)
+    fingers = np.array([any(part in name for part in ("hand", "finger", "thumb", "toe")) for name in clean.channels])
+    away = np.degrees(outcome.recording.q - clean.q)[:, joints & ~fingers]
+    assert np.sqrt(np.mean(np.square(away))) < 0.3
