@@ -7,7 +7,7 @@ from drawn_people import HALF, PERSON, picture, random_poses
 from motionmend.bodies.performer import BONES, Pose, advance, landmarks
 from motionmend.errors import MismatchError
 from motionmend.track import calibrate as own
-from motionmend.track.calibrate import calibrate, calibrated, size_from, stretch_of
+from motionmend.track.calibrate import UNUSUAL, Trial, calibrate, calibrated, size_from, stretch_of, unusual
 from motionmend.track.detect import Detection
 from motionmend.track.observation import Observation
 
@@ -70,14 +70,46 @@ def test_tracking_and_fitting_take_turns(rng):
 
     def follow(body):
         bodies.append(body)
-        return [(frames[k], _spoilt(body, poses[k], rng, 0.03)) for k in range(6)]
+        return Trial(frames, [_spoilt(body, poses[k], rng, 0.03) for k in range(6)], 0.1)
 
-    done = calibrated(PERSON, follow, passes=2)
-    assert len(bodies) == 2
+    done = calibrated([PERSON], follow, passes=2)
+    assert done.measured
+    assert len(bodies) == 3
     assert bodies[0] is PERSON
+    assert bodies[-1] is done.performer
     assert np.abs(done.performer.lengths / OTHER.lengths - 1)[MEASURED].mean() < 0.045
     with pytest.raises(MismatchError, match="none"):
-        calibrated(PERSON, lambda body: [])
+        calibrated([PERSON], lambda body: Trial([], [], 1.0))
+
+
+def test_a_body_that_explains_the_frames_worse_is_not_believed(rng):
+    """Whatever was fitted; what the frames were explained by best to begin with is kept."""
+    poses = random_poses(4, 15)
+    frames = _frames(OTHER, poses, rng)
+    small = PERSON.stretched(np.full((1, 3), 0.8))
+    wrong = {id(small): 0.3, id(PERSON): 0.1}
+
+    def follow(body):
+        return Trial(frames, [poses[k] for k in range(4)], wrong.get(id(body), 0.15))
+
+    done = calibrated([small, PERSON], follow)
+    assert not done.measured
+    assert done.performer is PERSON
+    assert set(done.factors.values()) == {1.0}
+
+
+def test_proportions_nobody_has_are_not_believed(rng):
+    """Legs in a tub: what stands about them is fitted well, and is nobody's."""
+    poses = random_poses(4, 15)
+    wide = np.zeros(14)
+    wide[-1] = np.log(2.2)
+    frames = _frames(PERSON.stretched(stretch_of(wide)), poses, None)
+    fitted = calibrate(PERSON, frames, [poses[k] for k in range(4)])
+    assert unusual(fitted) > UNUSUAL
+    done = calibrated([PERSON], lambda body: Trial(frames, [poses[k] for k in range(4)], 0.1))
+    assert not done.measured
+    child = PERSON.stretched(np.full((1, 3), 0.6))
+    assert unusual(calibrate(PERSON, _frames(child, poses, None), [poses[k] for k in range(4)])) < UNUSUAL
 
 
 @pytest.mark.parametrize("factor", [0.75, 1.0, 1.15])

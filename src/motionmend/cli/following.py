@@ -16,6 +16,7 @@ from ..errors import MismatchError
 
 if TYPE_CHECKING:
     from ..io.depth import DepthRecording
+    from ..track.calibrate import Calibration
     from ..track.hindsight import Moment
     from ..track.recording import Told
     from ..track.settings import TrackSettings
@@ -133,9 +134,9 @@ def follow(
     begin = perf_counter()
     if landmarks is not None and recording.mirrored:
         landmarks = landmarks * MIRROR
-    body = performer if performer is not None else _measured(model, settings, recording, landmarks)
-    fitted = performer is None and body is not None
-    body = average() if body is None else body
+    measured = None if performer is not None else _measured(model, settings, recording, landmarks)
+    fitted = measured is not None and measured.measured
+    body = performer if performer is not None else average() if measured is None else measured.performer
     pose = None if landmarks is None else _posed(model, body, landmarks)
     calibrate = perf_counter() - begin
     begin = perf_counter()
@@ -163,7 +164,7 @@ def follow(
 
 def _measured(
     model: "TrackerModel", settings: "TrackSettings", recording: "DepthRecording", landmarks: Floats | None
-) -> Performer | None:
+) -> "Calibration | None":
     """The body of who is seen first, from the first seconds in which somebody is; None when nobody ever is."""
     from ..track.measure import measure_person
 
@@ -175,7 +176,7 @@ def _measured(
         if begin == 0 and landmarks is not None:
             pose = _posed(model, average(), landmarks)
         try:
-            return measure_person(model, settings, frames, pose=pose).performer
+            return measure_person(model, settings, frames, pose=pose)
         except MismatchError:
             continue
     return None

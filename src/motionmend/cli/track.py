@@ -224,8 +224,9 @@ class Follow:
         warnings = []
         if "color" in self.terms and not recording.has_color:
             warnings.append("there is no colour: the term color does nothing")
-        if self.performer is None and self.body is None and not followed.calibrated:
-            warnings.append("lengths of an average adult were taken: give --skeleton or --body")
+        if self.performer is None and not followed.calibrated:
+            taken = "the person could not be measured, proportions of an average adult were taken: give --skeleton"
+            warnings.append(f"{taken} or --body" if self.body is None else f"{taken}; {self.body.name} has them too")
         if followed.lost > 0.1 * recording.frames:
             warnings.append(f"{followed.lost} of {recording.frames} frames without the person")
         return warnings

@@ -9,7 +9,7 @@ from ..bodies import anatomy
 from ..bodies.camera import KINECT, DepthFrame
 from ..bodies.performer import Performer, Pose
 from ..errors import MismatchError
-from .calibrate import Calibration, calibrated, size_from
+from .calibrate import Calibration, Trial, calibrated, size_from
 from .detect import detect
 from .fineness import evened
 from .foreground import Scene, find_person, remember, scene_of
@@ -19,6 +19,7 @@ from .settings import TrackSettings
 from .tracker import start, step
 
 FINE = KINECT.fx / 2  # px, focal length of the pictures that bodies are fitted to
+SAME = 0.03  # sizes whose logarithms are no farther apart are tried once
 SURE = 0.40  # share of wrongly explained pixels up to which a pose serves as a beginning
 
 
@@ -32,8 +33,8 @@ def measure_person(
 ) -> Calibration:
     """Find how long and wide the person in some frames is.
 
-    The size comes from distances between detected joints; then the frames are tracked with the body known so far and
-    the body is fitted to those that were tracked well, `passes` times.
+    The size comes from distances between detected joints, or is an adult's where that explains the frames better; then
+    they are tracked with the body known so far and the body is fitted to those that were tracked well, `passes` times.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def measure_person(
 
     Returns
     -------
-    Calibration : its performer is to be used from now on.
+    Calibration : its performer is to be used from now on. Not `measured` where no fitted body is borne out.
 
     Raises
     ------
@@ -70,9 +71,12 @@ def measure_person(
     if not seen:
         raise MismatchError("a person in the first frames was wanted, there is nobody")
     average = anatomy.average()
-    begin = average.stretched(np.full((1, 3), size_from(average, detections)))
+    size = size_from(average, detections)
+    begins = [average.stretched(np.full((1, 3), size))]
+    if abs(np.log(size)) > SAME:
+        begins.append(average)  # bent arms are detected too short
 
-    def follow(body: Performer) -> list[tuple[Observation, Pose]]:
+    def follow(body: Performer) -> Trial:
         state = start(model, settings, frames[0], body, pose)
         followed = []
         for k, frame in enumerate(frames):
@@ -82,6 +86,7 @@ def measure_person(
         good = [one for one in followed if one[0] < SURE]
         # Where nothing fits well yet, as with a child and an adult's body, the better half has to do.
         kept = good if good else sorted(followed, key=lambda one: one[0])[: (len(followed) + 1) // 2]
-        return [(frame, found) for _, frame, found in kept]
+        wrong = float(np.median([wrong for wrong, *_ in followed] + [1.0] * (len(seen) - len(followed))))
+        return Trial([one for _, one, _ in kept], [found for *_, found in kept], wrong)
 
-    return calibrated(begin, follow, passes)
+    return calibrated(begins, follow, passes)
