@@ -57,7 +57,7 @@ NOISE = 0.02  # m, of one sample
 CLUMP = 24.0  # samples tell as much as one
 _SAMPLES = 500  # of each kind in one frame
 
-UNUSUAL = 22.4  # of one in twenty people proportions are farther off (chi squared, 13 factors)
+UNUSUAL = 27.7  # of one in a hundred people proportions are farther off (chi squared, 13 factors)
 WORSE = 0.01  # share of the person's pixels that a body may explain worse than the one to begin with
 
 
@@ -229,9 +229,15 @@ def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, mos
 
 
 def unusual(calibration: Calibration) -> float:
-    """How far proportions are from the population's, in squared standard deviations; the size does not count."""
-    logs = np.log([calibration.factors[name] for name, *_ in _FACTORS]) / _SPREAD
-    return float((logs[1:] ** 2).sum())
+    """How far proportions are from the population's, in squared standard deviations; the size does not count.
+
+    What is little seen is drawn to the mean, so that fitted factors scatter less than people do.
+    """
+    names = [name for name, *_ in _FACTORS][1:]
+    logs = np.log([calibration.factors[name] for name in names])
+    spread, unsure = _SPREAD[1:], np.array([calibration.std[name] for name in names])
+    told = np.maximum(1.0 - (unsure / spread) ** 2, 0.05)
+    return float((logs**2 / (told * spread**2)).sum())
 
 
 def unmeasured(performer: Performer) -> Calibration:
