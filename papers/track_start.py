@@ -36,7 +36,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
         fives.append(helped / given)
         back = ""
         if take in DOZEN:
-            returned = _again(model, wish, scene, frames[: AFTER + COUNTED])
+            returned = _again(model, wish, scene, frames)
             again.append(returned <= 1.3 * given + 1.0)
             back = f"{returned:.2f}"
         live_given, live_alone = (
@@ -60,7 +60,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             f"Kinect's noise, the tracker's own body, given lengths; twelve motions and {DRAWN} beginnings drawn anywhere in "
             f"any clip, the camera up to 45 degrees aside. Means of the frames {AFTER} to {AFTER + COUNTED - 1} after the "
             f"start of a recording, which is looked back at from up to {LATER} frames later. Five joints: true places of head, wrists and ankles (section 3.3.2). Found again: ten frames, a second "
-            "of empty images, and the clip from its beginning.",
+            "of empty images, and the clip from its beginning; looked back at as the others are.",
         ),
         (
             Table(
@@ -97,5 +97,5 @@ def _again(model: TrackerModel, wish: TrackSettings, scene: Stage, frames: list[
     empty = [DepthFrame(KINECT, nothing, None, (10 + k) / FPS) for k in range(GONE)]
     back = [DepthFrame(KINECT, one.depth, None, (10 + GONE + k) / FPS) for k, one in enumerate(frames)]
     every = [*frames[:10], *empty, *back]
-    track = follow(model, wish, every, scene.performer, scene.poses[0])
-    return float(away(scene.joints, track.joints[10 + GONE :])[AFTER:].mean())
+    track = recorded(model, wish, every, scene.performer, scene.poses[0])  # as that of a given pose, and alone
+    return float(away(scene.joints, track.joints[10 + GONE :])[AFTER : AFTER + COUNTED].mean())
