@@ -58,6 +58,7 @@ CLUMP = 24.0  # samples tell as much as one
 _SAMPLES = 500  # of each kind in one frame
 
 UNUSUAL = 27.7  # of one in a hundred people proportions are farther off (chi squared, 13 factors)
+WELL = 0.2  # share of the person's pixels explained wrongly, up to which no other beginning is tried
 WORSE = 0.01  # share of the person's pixels that a body may explain worse than the one to begin with
 
 
@@ -196,7 +197,7 @@ def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, mos
 
     Parameters
     ----------
-    begins : bodies to begin with; the one that explains the frames best is.
+    begins : bodies to begin with: the first that explains the frames `WELL`, else the one that explains them best.
     follow : tracks the first seconds with a performer.
     passes : how often.
     most : frames used of those that `follow` gives, those with the most different poses.
@@ -210,7 +211,11 @@ def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, mos
     ------
     MismatchError : when nothing was tracked.
     """
-    found = [follow(body) for body in begins]
+    found: list[Trial] = []
+    for body in begins:
+        found.append(follow(body))
+        if found[-1].wrong < WELL:
+            break
     if not any(one.poses for one in found):
         raise MismatchError("a calibration needs frames in which the person was followed; there is none")
     best = min(range(len(found)), key=lambda k: found[k].wrong)
