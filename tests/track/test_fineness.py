@@ -41,6 +41,12 @@ def test_noise_is_averaged_out_and_outlines_stay(rng):
     assert np.isfinite(clean).sum() == pytest.approx(np.isfinite(true).sum() / 4, rel=0.04)
 
 
+@given(st.floats(100, 2000))
+def test_what_was_evened_stays(fx):
+    once = evened(DepthFrame(Camera(64, 48, fx, fx, 32.0, 24.0), np.full((48, 64), 2.0, np.float32)))
+    assert evened(once) is once
+
+
 def test_colours_are_those_of_the_block():
     color = np.zeros((480, 640, 3), np.uint8)
     color[:, 1::2] = 200

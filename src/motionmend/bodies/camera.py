@@ -68,9 +68,13 @@ class Camera:
         return Camera(width, height, self.fx / step, self.fy / step, self.cx / step, self.cy / step)
 
     def step_to(self, focal: float) -> int:
-        """Every how many-th pixel to look at, 1 or more, to see as finely as a focal length of `focal` px does.
+        """Every how many-th pixel of a row to look at, 1 or more, to see as finely as another camera.
 
-        Pixels on a body at a given distance depend on that alone, not on how wide the image is.
+        How many pixels a body at a given distance has depends on the focal length alone, not on how wide the image is.
+
+        Parameters
+        ----------
+        focal : focal length of the other camera, px.
         """
         return max(1, round(self.fx / focal))
 

@@ -29,6 +29,10 @@ def steady_turn(angles: Floats, centre: float, fps: float) -> Floats:
     angles : (T,) degrees, NaN = missing.
     centre : degrees.
     fps : Hz.
+
+    Returns
+    -------
+    (T,) degrees; the nearest turns where these never leap.
     """
     nearest = nearest_turn(angles, np.full(angles.shape, centre))
     known = np.flatnonzero(np.isfinite(nearest))

@@ -36,8 +36,8 @@ def joint_channels(motion: Motion, centre: Floats) -> tuple[Floats, Travel | Non
 
     The root's place and orientation are written in the travelling frame: its three translations become the
     offset from the smooth path in the frame's axes, its three rotations the rotation vector from the smooth
-    heading. Every other angle stays the file's own, brought to the turn nearest `centre`; of the two triples
-    that mean the same rotation of a three-DOF joint those are taken that stay about `centre` without flipping.
+    heading. Every other angle stays the file's own, shifted by whole turns to stay about `centre`; of the two
+    triples that mean the same rotation of a three-DOF joint those are taken that stay about it without flipping.
 
     Parameters
     ----------

@@ -208,7 +208,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     poles = put_back = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
-        put_back = partial(_no_outliers, skeleton=recording.skeleton, columns=channels.columns)
+        linked = channels_that_meet(recording.skeleton, channels.columns)
+        put_back = partial(_no_outliers, skeleton=recording.skeleton, columns=channels.columns, linked=linked)
     rounded = rounding(recording, channels.columns)
     mended = partial(
         mend_channels,
@@ -241,10 +242,12 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 
-def _no_outliers(measured: Floats, outlier: Bools, values: Floats, skeleton: Skeleton, columns: Ints) -> Bools:
+def _no_outliers(
+    measured: Floats, outlier: Bools, values: Floats, skeleton: Skeleton, columns: Ints, linked: Bools
+) -> Bools:
     """Rejected samples (T, C) that are none as a pose, or by what else is rejected."""
     posed = smoother_as_pose(measured, outlier, values, skeleton, columns)
-    return posed | own_jumps(measured, outlier & ~posed, values, channels_that_meet(skeleton, columns))
+    return posed | own_jumps(measured, outlier & ~posed, values, linked)
 
 
 def _held(motion: Motion, channels: Channels) -> Bools:

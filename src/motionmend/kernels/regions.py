@@ -182,6 +182,16 @@ def _ordered(x: float, y: float) -> tuple[float, float]:
 
 
 @compiled
+def _clear(x: float, y: float, z: float, planes: Floats, near: float, steep: float) -> bool:
+    """Whether a point in m lies above all planes by more than noise, as `before_scene` has it."""
+    for p in range(len(planes)):
+        along = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
+        if along + planes[p, 3] < near + steep * z * abs(along):
+            return False
+    return True
+
+
+@compiled
 def before_scene(
     depth: Singles,
     intrinsics: Floats,
@@ -212,14 +222,7 @@ def before_scene(
                 continue
             if np.float64(background[r, c]) - z < near + steep * z * z:
                 continue
-            x, y = (c - cx) * z / fx, (r - cy) * z / fy
-            clear = True
-            for p in range(len(planes)):
-                along = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
-                if along + planes[p, 3] < near + steep * z * abs(along):
-                    clear = False
-                    break
-            out[r, c] = clear
+            out[r, c] = _clear((c - cx) * z / fx, (r - cy) * z / fy, z, planes, near, steep)
 
 
 @compiled
@@ -242,14 +245,7 @@ def hiding(
             z = np.float64(depth[r, c])
             if not (free[r, c] and z < closest):
                 continue
-            x, y = (c - cx) * z / fx, (r - cy) * z / fy
-            standing = True
-            for p in range(len(planes)):
-                along = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
-                if along + planes[p, 3] < near + steep * z * abs(along):
-                    standing = False
-                    break
-            free[r, c] = not standing
+            free[r, c] = not _clear((c - cx) * z / fx, (r - cy) * z / fy, z, planes, near, steep)
 
 
 @compiled

@@ -12,8 +12,16 @@ from .foreground import JUMP_NEAR, JUMP_STEEP
 def evened(frame: DepthFrame) -> DepthFrame:
     """The frame with one pixel for each block of n x n of its own, n being what makes it about as fine as `KINECT`.
 
-    A block's depth is the mean of what is measured on its nearer surface: of pixels that nobody looks at the noise is
-    not averaged out. Its place is the block's middle.
+    A block's depth is the mean of what is measured on its nearer surface, for of pixels that nobody looks at the noise
+    is not averaged out. Its place is the block's middle.
+
+    Parameters
+    ----------
+    frame : of any camera, depth (H, W) m.
+
+    Returns
+    -------
+    Of ceil(H / n) x ceil(W / n) pixels; the frame itself where it is no finer, and so for one that was evened.
     """
     camera = frame.camera
     step = camera.step_to(KINECT.fx)

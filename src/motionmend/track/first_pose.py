@@ -118,7 +118,7 @@ def candidates(
     Parameters
     ----------
     detection : of this frame.
-    seen : the frame, coarse (`every(4)`), to judge them by.
+    seen : the frame, coarse (as fine as `judge.JUDGED`), to judge them by.
     examples : (N, 28) rad of a library, a thousand or so.
     most : how many are returned.
     """

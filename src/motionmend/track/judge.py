@@ -10,10 +10,12 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats, frozen
+from ..bodies.camera import KINECT
 from ..bodies.performer import BONES, Performer, Pose
 from ..bodies.surface import render
 from .observation import Observation
 
+JUDGED = KINECT.fx / 4  # px, focal length of frames that tell enough: the Kinect's at 80 x 60
 GATE = 0.12  # m: closer than this a pixel is explained; clothes and hands are not where the solids are
 
 
@@ -47,7 +49,7 @@ class Verdict:
 
 
 def judge(performer: Performer, pose: Pose, seen: Observation, gate: float = GATE) -> Verdict:
-    """Compare a pose with a frame, both as coarse as `seen` is (80 x 60 pixels tell enough: `seen.every(4)`).
+    """Compare a pose with a frame, both as coarse as `seen` is (`JUDGED` tells enough: `Observation.as_fine_as`).
 
     Parameters
     ----------

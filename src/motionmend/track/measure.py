@@ -56,8 +56,8 @@ def measure_person(
     seen: dict[int, Observation] = {}
     detections = []
     last = None
+    frames = [evened(frame) for frame in frames]  # once, for they are tracked several times
     for k, frame in enumerate(frames):
-        frame = evened(frame)
         room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
         person = find_person(room, frame, last)
         scene = remember(room, frame, person)
@@ -65,7 +65,7 @@ def measure_person(
             continue
         last = person.place
         whole = Observation(frame.camera, person.depth, person.free, frame.time)
-        seen[k] = whole.every(frame.camera.step_to(FINE))
+        seen[k] = whole.as_fine_as(FINE)
         if model.detector is not None and k % 4 == 0:
             detections.append(detect(model.detector, replace(frame, depth=person.depth)))
     if not seen:

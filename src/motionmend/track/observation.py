@@ -50,6 +50,10 @@ class Observation:
         """How many pixels show the person."""
         return int(np.count_nonzero(np.isfinite(self.depth)))
 
+    def as_fine_as(self, focal: float) -> "Observation":
+        """As coarse as `every` has it for a focal length of about `focal` px (`Camera.step_to`), or as it is."""
+        return self.every(self.camera.step_to(focal))
+
     def every(self, step: int) -> "Observation":
         """Every `step`-th pixel of every `step`-th row, with the camera that would have taken it."""
         if step == 1:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Floats
-from ..bodies.camera import KINECT, DepthFrame
+from ..bodies.camera import DepthFrame
 from ..bodies.performer import Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .detect import Detector, detect
 from .evidence import Evidence
 from .hypotheses import apart, asked
-from .judge import Verdict, judge
+from .judge import JUDGED, Verdict, judge
 from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
 from .model import TrackerModel
 from .observation import Observation
@@ -87,7 +87,7 @@ def limb_offers(
         searched as at a start; without shapes they are not.
     most : how many.
     """
-    verdict = judge(performer, pose, seen.every(seen.camera.step_to(KINECT.fx / 4)))
+    verdict = judge(performer, pose, seen.as_fine_as(JUDGED))
     if verdict.area < UNEXPLAINED:
         return []
     detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time), PIXELS)

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Bools, Floats, Singles, frozen
-from ..bodies.camera import KINECT, DepthFrame
+from ..bodies.camera import DepthFrame
 from ..bodies.performer import DOFS, Performer, Pose, landmarks
 from ..bodies.surface import intrinsics
 from ..errors import UsageError
@@ -290,10 +290,10 @@ def _found(
     """
     from .detect import detect
     from .first_pose import Candidate, candidates
-    from .judge import judge
+    from .judge import JUDGED, judge
     from .settle import settled_readings
 
-    few = observation.every(observation.camera.step_to(KINECT.fx / 4))
+    few = observation.as_fine_as(JUDGED)
     tried = []
     if state.pose is not None:
         last = (state.pose, *turned(moved_to(state.performer, state.pose, evidence, coarse), 8))
