@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from time import thread_time
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -182,7 +182,7 @@ class Track:
     ----------
     joints : (T, 16, 3) m. std : (T, 16) m. flags : (T,). held : (T, 16). poses : (T,), None where nobody was found.
     seconds : (T,) of the thread's time, without what looks back. iterations : (T,). wrong : (T,).
-    performer : as known at the end. behind : s of the thread's time in all for looking back.
+    performer : as known at the end. behind : s by the clock in all for looking back, on two threads.
     """
 
     joints: Floats
@@ -238,9 +238,9 @@ def recorded(
         state, estimate = step(model, settings, state, frame)
         seconds.append(thread_time() - begin)
         moments.append(moment(state, estimate))
-    begin = thread_time()
+    begin = perf_counter()
     said = list(revised(model, settings, moments))
-    behind = thread_time() - begin
+    behind = perf_counter() - begin
     return Track(
         frozen([one.landmarks for one in said]),
         frozen([one.std for one in said]),

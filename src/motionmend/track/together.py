@@ -7,16 +7,20 @@ holds a pose beside it is the line between those before and after: the most like
 Gauss-Newton (Bell 1994). Its systems are those of the frames, with bands between them.
 """
 
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
-from typing import final
+from typing import TypeVar, final
 
 import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.performer import DOFS, Performer, Pose, advance, rotation, rotation_vector
 from ..numerics.chained import chained
+from ..numerics.least_squares import System
 from .edge_term import EdgeTerm
 from .evidence import Evidence, evidence_of
 from .freespace_term import FreespaceTerm
@@ -39,7 +43,11 @@ YIELDING = 0.5  # of the weight of free space while following, where outlines ar
 HELD = 1e-3  # weight per m² and rad² of what separates a pose from where a round begins
 STIFF = 1.0  # the same of what separates it from the line between its neighbours, at `RATE`
 RATE = 30.0  # Hz; what accelerations at random make of a step has a variance that grows with the cube of its length
+THREADS, AT_ONCE = 2, 8  # that work on frames side by side, and how many frames one of them takes at a time
 LEAP = 0.1  # m and rad, the scale of Geman and McClure's weight of the same: one account of a limb may follow another
+One = TypeVar("One")
+Other = TypeVar("Other")
+Made = TypeVar("Made")
 
 
 def solved_together(
@@ -74,14 +82,15 @@ def solved_together(
     times = np.array([state.time for state in states])
     seen = np.array([state.evidence is not None for state in states])
     there = seen & np.array([pose is not None for pose in poses])
-    for first, last in _runs(there, times):
-        some = [pose for pose in poses[first:last] if pose is not None]
-        frames = [_first(model, wish, body, *pair) for pair in zip(states[first:last], some, strict=True)]
-        finer = [_closer(closer, *pair) for pair in zip(states[first:last], frames, strict=True)]
-        thinned = [_thinned(frame) for frame in finer]
-        for asked in (*[frames] * FIRST, *[thinned] * THIN, *[finer] * FULL):
-            some = _moved(body, asked, some, times[first:last])
-        out[first:last] = some
+    with ThreadPoolExecutor(min(THREADS, os.cpu_count() or 1)) as pool:
+        for first, last in _runs(there, times):
+            some = [pose for pose in poses[first:last] if pose is not None]
+            frames = _each(pool, partial(_first, model, wish, body), states[first:last], some)
+            finer = _each(pool, partial(_closer, closer), states[first:last], frames)
+            thinned = [_thinned(frame) for frame in finer]
+            for asked in (*[frames] * FIRST, *[thinned] * THIN, *[finer] * FULL):
+                some = _moved(_each(pool, partial(_system, body), asked, some), body, some, times[first:last])
+            out[first:last] = some
     return out
 
 
@@ -141,12 +150,24 @@ def _asked_of(asked: _Asked, settings: TrackSettings, evidence: Evidence) -> _As
     return _Asked(settings, evidence, terms)
 
 
-def _moved(body: Performer, frames: Sequence[_Asked], poses: Sequence[Pose], times: Floats) -> list[Pose]:
+def _each(
+    pool: ThreadPoolExecutor, task: Callable[[One, Other], Made], ones: Sequence[One], others: Sequence[Other]
+) -> list[Made]:
+    """What the task makes of each pair, in order; the kernels let threads run side by side."""
+
+    def some(first: int) -> list[Made]:
+        at = slice(first, first + AT_ONCE)
+        return [task(one, other) for one, other in zip(ones[at], others[at], strict=True)]
+
+    return [made for few in pool.map(some, range(0, len(ones), AT_ONCE)) for made in few]
+
+
+def _system(body: Performer, asked: _Asked, pose: Pose) -> System:
+    return linearized(body, asked.evidence, about(asked.terms, pose), pose, asked.settings)
+
+
+def _moved(systems: Sequence[System], body: Performer, poses: Sequence[Pose], times: Floats) -> list[Pose]:
     """One round: the poses a step further."""
-    systems = [
-        linearized(body, frame.evidence, about(frame.terms, pose), pose, frame.settings)
-        for frame, pose in zip(frames, poses, strict=True)
-    ]
     normal, right = (np.array([getattr(one, name) for one in systems]) for name in ("normal", "right"))
     bent, stiffness, share = np.zeros(right.shape), np.zeros(right.shape), np.zeros(len(times))
     way, joints = np.array([pose.translation for pose in poses]), np.array([pose.joints for pose in poses])
