@@ -193,9 +193,9 @@ def test_of_two_readings_that_explain_as_much_the_one_that_bends_as_people_do_ra
     search = library().database.search
     pose = walking(0.8, np.array([0.0, 0.05, 3.0]), 0.0)
     other = about_face(BODY, pose)
-    assert unlikeliness(search, pose, 0.2, False) < unlikeliness(search, other, 0.2, False)
-    assert unlikeliness(search, pose, 0.5, False) > unlikeliness(
-        search, other, 0.2, False
+    assert unlikeliness(search, pose, 0.2, pose) < unlikeliness(search, other, 0.2, pose)
+    assert unlikeliness(search, pose, 0.5, pose) > unlikeliness(
+        search, other, 0.2, pose
     )  # what is seen counts for more
 
 
@@ -203,5 +203,15 @@ def test_who_was_not_seen_before_is_taken_to_face_the_camera():
     none = Neighbors(np.empty((0, 28)))
     ahead, away = standing((0.0, 0.1, 3.0)), walking(0.0, np.array([0.0, 0.1, 3.0]), 180.0)
     assert faces_otherwise(ahead, away)
-    assert unlikeliness(none, ahead, 0.2, True) == 0.2 < unlikeliness(none, away, 0.2, True)
-    assert unlikeliness(none, away, 0.2, False) == 0.2
+    assert unlikeliness(none, ahead, 0.2, None) == 0.2 < unlikeliness(none, away, 0.2, None)
+    assert unlikeliness(none, away, 0.2, ahead) == 0.2
+
+
+def test_who_was_out_of_sight_for_a_moment_has_not_turned_about():
+    none = Neighbors(np.empty((0, 28)))
+    ahead, away = standing((0.0, 0.1, 3.0)), walking(0.0, np.array([0.0, 0.1, 3.0]), 180.0)
+    for pose, other in ((ahead, away), (away, ahead)):
+        ranks = [unlikeliness(none, other, 0.2, pose, gone) for gone in (0.1, 1.0, 3.0, 60.0)]
+        assert ranks == sorted(ranks, reverse=True)
+        assert ranks[0] > 0.2 == unlikeliness(none, pose, 0.2, pose, 0.1)
+        assert ranks[-1] == pytest.approx(0.2)

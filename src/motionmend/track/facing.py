@@ -28,6 +28,7 @@ SURE = 2.0  # odds (log) at which a reading is taken
 IMAGE = 20.0  # odds for a reading that explains all of the pixels more
 STRANGE = 4.0  # odds against a reading one radian (of every joint coordinate) farther from the library
 FRONT = 1.0  # odds that somebody who was not seen before faces the camera
+TURNED = 1.0  # odds against having turned about just now; they fade within a second out of sight
 WALK = 0.2  # odds for a reading that walks forward with 1 m/s
 FASTEST = 1.0  # m/s; faster tells no more
 BACKWARDS = 0.4  # m walked backwards, after which the other reading is tried
@@ -147,19 +148,23 @@ def weighed(
     return Facing(other.state, frozen(trust), there, share, odds, looks), None
 
 
-def unlikeliness(search: Neighbors, pose: Pose, wrong: float, new: bool) -> float:
+def unlikeliness(search: Neighbors, pose: Pose, wrong: float, before: Pose | None, gone: float = np.inf) -> float:
     """How a reading ranks among those of a search: its share of pixels explained wrongly and, as in `weighed`, more.
 
-    Read the wrong way round a body bends strangely, and may all the same explain a pixel more; and most who are
-    followed face the camera when they are first seen.
+    Read the wrong way round a body bends strangely, and may all the same explain a pixel more; most who are followed
+    face the camera when they are first seen; and who was out of sight for a moment has seldom turned about.
 
     Parameters
     ----------
     search : poses of the library.
     pose, wrong : the reading, and the share of pixels that it explains wrongly.
-    new : nothing is known of this person yet.
+    before : how the person was last seen; None for somebody new.
+    gone : s, since then.
     """
-    against = FRONT if new and float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+    if before is None:
+        against = FRONT if float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+    else:
+        against = TURNED * float(np.exp(-gone)) if faces_otherwise(before, pose) else 0.0
     if len(search.samples):
         against += STRANGE * _strange(search, pose, np.ones(DOFS - 6))
     return wrong + against / IMAGE

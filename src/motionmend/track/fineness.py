@@ -6,7 +6,7 @@ That depends on the focal length, in pixels, and not on how wide the image is: a
 import numpy as np
 
 from ..bodies.camera import KINECT, Camera, DepthFrame
-from .foreground import JUMP_NEAR, JUMP_STEEP
+from .surfaces import JUMP_NEAR, JUMP_STEEP
 
 
 def evened(frame: DepthFrame) -> DepthFrame:

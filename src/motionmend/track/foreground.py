@@ -7,37 +7,23 @@ farthest depth of each pixel, so that a mistake heals as soon as something farth
 """
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.camera import Camera, DepthFrame
 from ..bodies.surface import intrinsics
 from ..errors import MismatchError
+from .passers import passers, passers_pixels
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of, slack
+from .surfaces import JUMP_NEAR, STEP, hidden, joined, most_like_a_body, surfaces_of
 
 __all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "remember", "scene_of"]
 
-Labels: TypeAlias = NDArray[np.int32]
-
-# Neighbouring pixels of one limb differ by its slope and by noise, of two limbs by more than a hand's thickness.
-JUMP_NEAR, JUMP_STEEP = 0.05, 0.004
-
-# What a body may measure, in m and m^2 as seen from one side, from a seated child to a tall man in a coat.
-LONGEST, SHORTEST = 2.5, 0.55
-LARGEST, SMALLEST = 1.8, 0.04
-USUAL_AREA, ARM_AREA = 0.5, 0.06
-
-_REACH = 0.35  # m, between two pieces of one body
-_ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
 BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast narrower shadows or none
-# Of normal noise |z - 2 z' + z''| is the standard deviation times this on average; half as much again for what
-# neighbours share.
-_OF_BENDS = 1.5 * float(np.sqrt(np.pi / 12.0))
+_MISSED = 1.0  # s without the person, after which a passer is taken for them
 _NEARER = 0.15  # m, than the person's middle is what may hide a part of them
-_STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 
 
 @final
@@ -55,6 +41,8 @@ class Foreground:
         what stands in the room nearer than the person, for they may be behind it.
     rim : (H, W) True where nothing is measured either, but so narrowly between the person and something farther that
         it is a camera's loss at a step in depth: the person ends before it. None = nowhere.
+    others : (H, W) m, who else is there, NaN beside; None = nobody (`passers`).
+    stirred : share of the person's pixels with the room seen behind them before.
     """
 
     depth: Singles
@@ -62,6 +50,8 @@ class Foreground:
     place: Floats
     free: Bools
     rim: Bools | None = None
+    others: Singles | None = None
+    stirred: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", frozen(self.depth, np.float32))
@@ -69,6 +59,8 @@ class Foreground:
         object.__setattr__(self, "free", frozen(self.free, np.bool_))
         if self.rim is not None:
             object.__setattr__(self, "rim", frozen(self.rim, np.bool_))
+        if self.others is not None:
+            object.__setattr__(self, "others", frozen(self.others, np.float32))
 
 
 def clean(depth: Singles, radius: int = 1) -> Singles:
@@ -169,14 +161,14 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     numbers = intrinsics(frame.camera)
     before = np.empty(depth.shape, np.bool_)
     regions.before_scene(depth, numbers, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
-    labels = np.empty(depth.shape, np.int32)
-    count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
-    measures = np.empty((count, 14))
-    moved = (before & np.isfinite(scene.background)).view(np.uint8)
-    regions.measures(depth, labels, moved, numbers, measures)
-    mask = _body(depth, labels, measures, _known(depth, labels, measures, scene.person), numbers, last)
-    if mask is None:
-        return _nobody(np.isfinite(depth))
+    seen = surfaces_of(scene, depth, before, numbers)
+    # Beside furniture whoever comes may be the person, and so may who comes out from behind a passer.
+    strange = passers(seen, last if scene.alive and not hidden(depth, scene.person) else None)
+    main = most_like_a_body(seen, scene.alive, strange, last)
+    if main < 0 or (strange[main] and not _gone(scene, frame.time, depth)):
+        return _nobody(np.isfinite(depth), passers_pixels(seen, depth, strange, []))
+    kept = joined(main, seen, np.zeros_like(strange) if strange[main] else strange)
+    mask = seen.pixels_of(kept)
     mask |= _enclosed(depth, mask, scene, frame.camera)
     person = clean(np.where(mask, depth, np.float32(np.nan)), radius)
     rows, columns = np.nonzero(np.isfinite(person))
@@ -189,7 +181,8 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     regions.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
     regions.gaps(depth, person, free, BASELINE * numbers[0], rim)
-    return Foreground(person, True, middle, free, rim)
+    others = passers_pixels(seen, depth, strange, kept)
+    return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]))
 
 
 def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
@@ -207,8 +200,13 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     if not person.found and scene.person is not None:
         # Who was there a moment ago, and is not told apart now, has not become furniture.
         with np.errstate(invalid="ignore"):
-            seen &= ~(np.abs(depth - scene.person) < _STEP)
-    scene = replace(scene, person=person.depth) if person.found else scene
+            seen &= ~(np.abs(depth - scene.person) < STEP)
+    if person.others is not None:
+        # Nor have passers; and while they hide the person, what comes into view beside them may be the person.
+        seen &= np.isnan(person.others) & (person.found | np.isfinite(scene.background))
+    scene = replace(scene, others=person.others)
+    if person.found:
+        scene = replace(scene, person=person.depth, since=frame.time, stirred=max(scene.stirred, person.stirred))
     if not seen.any():
         return scene
     known = scene.background
@@ -227,8 +225,13 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     return replace(scene, background=farthest)
 
 
-def _nobody(free: Bools) -> Foreground:
-    return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), free)
+def _gone(scene: Scene, time: float, depth: Singles) -> bool:
+    """Whether the person has not been seen for a while though nothing hides the place where they were."""
+    return time - scene.since > _MISSED and not hidden(depth, scene.person)
+
+
+def _nobody(free: Bools, others: Singles | None = None) -> Foreground:
+    return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), free, others=others)
 
 
 def _free(depth: Singles, before: Bools, mask: Bools, person: Bools) -> Bools:
@@ -276,107 +279,3 @@ def _box(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, sli
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     box = (rows[0], rows[-1], columns[0], columns[-1]) if len(rows) else (0, -1, 0, -1)
     return about(np.array(box), shape, margin)
-
-
-def _known(depth: Singles, labels: Labels, measures: Floats, person: Singles | None) -> Floats:
-    """(S,) share of each surface that was the person's when they were last seen."""
-    if person is None:
-        return np.zeros(len(measures))
-    rows, columns = _box(np.isfinite(person), depth.shape, 0)
-    part = labels[rows, columns]
-    with np.errstate(invalid="ignore"):
-        same = (part >= 0) & (np.abs(depth[rows, columns] - person[rows, columns]) < _STEP)
-    return np.bincount(part[same], minlength=len(measures)) / np.maximum(measures[:, 0], 1.0)
-
-
-def _body(
-    depth: Singles, labels: Labels, measures: Floats, known: Floats, intrinsics: Floats, last: Floats | None
-) -> Bools | None:
-    """(H, W) True on the surface most like a body and on the pieces that hang together with it; None = nobody."""
-    size = measures[:, 1]
-    order = np.argsort(-size, kind="stable")[:24]
-    order = order[(size[order] > 0.0005) & (measures[order, 0] >= 8)]
-    clouds = _clouds(depth, labels, measures, order, intrinsics)
-    scores = {s: _likeness(measures[s], cloud, last) for s, cloud in clouds.items()}
-    main = max(scores, key=lambda s: scores[s], default=-1)
-    if main < 0 or scores[main] <= 0.0:
-        return None
-    keep = np.zeros(len(measures) + 1, bool)  # the last for pixels of no surface
-    keep[_joined(main, clouds, measures, known)] = True
-    return np.asarray(keep[labels])
-
-
-def _joined(main: int, clouds: dict[int, Floats], measures: Floats, known: Floats) -> list[int]:
-    """The surfaces that belong to a body one of which is `main`."""
-    from scipy.spatial import cKDTree
-
-    size, lows, highs = measures[:, 1], measures[:, 2:8:2], measures[:, 3:9:2]
-    kept, low, high, total = [main], lows[main], highs[main], size[main]
-    gaps = {s: np.inf for s in clouds if s != main}
-    newest = main
-    while gaps:
-        tree = cKDTree(clouds[newest])
-        for s in gaps:
-            apart = np.maximum(lows[s] - highs[newest], lows[newest] - highs[s])
-            if apart.max() < _ARM:
-                gap, _ = tree.query(clouds[s], distance_upper_bound=_ARM)
-                gaps[s] = min(gaps[s], float(np.min(gap)))
-        fitting = []
-        for s, gap in gaps.items():
-            # A limb behind or before another one is apart by less than an arm's length, and small.
-            was = known[s] > 0.5
-            arm = measures[s, 11] > 0.5 and size[s] < ARM_AREA
-            near = gap < (_ARM if arm or was else _REACH if size[s] < max(0.25 * size[main], ARM_AREA) else 0.12)
-            wide = (np.maximum(high, highs[s]) - np.minimum(low, lows[s])).max()
-            # Where the person walks over known ground, a piece that has always been there is none of theirs.
-            stays = measures[main, 11] > 0.5 > measures[s, 11] and not was
-            # Of two that are alike in size one is somebody else, unless both are halves of one: an arm across the
-            # body cuts it in two.
-            half = was or size[s] < 0.6 * size[main] or total + size[s] < USUAL_AREA
-            if near and not stays and half and total + size[s] < LARGEST and wide < LONGEST:
-                fitting.append((gap, s))
-        if not fitting:
-            break
-        newest = min(fitting)[1]
-        del gaps[newest]
-        kept.append(newest)
-        total += size[newest]
-        low, high = np.minimum(low, lows[newest]), np.maximum(high, highs[newest])
-    return kept
-
-
-def _clouds(
-    depth: Singles, labels: Labels, measures: Floats, wanted: Ints, intrinsics: Floats, most: int = 300
-) -> dict[int, Floats]:
-    """Points (N, 3) in m of each wanted surface, N at most `most`."""
-    from ..kernels import regions
-
-    slot = np.full(len(measures), -1, np.int64)
-    slot[wanted] = np.arange(len(wanted))
-    step = np.maximum(np.ceil(measures[:, 0] / most), 1).astype(np.int64)
-    points, counts = np.empty((len(wanted), most, 3)), np.zeros(len(wanted), np.int64)
-    regions.sampled(depth, labels, slot, step, intrinsics, points, counts)
-    return {int(s): points[k, : counts[k]] for k, s in enumerate(wanted)}
-
-
-def _likeness(measure: Floats, cloud: Floats, last: Floats | None) -> float:
-    """How much a surface is like a body; 0 = not at all."""
-    area = measure[1]
-    extent = measure[3:9:2] - measure[2:8:2]
-    # A person's size is bounded; of one who is partly out of view less is asked.
-    if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < SHORTEST * (measure[12] == 0):
-        return 0.0
-    spread = np.cov(cloud.T)
-    flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
-    still = measure[11] < 0.5
-    # What the worst of cameras adds at this depth, or less where the surface itself is smoother than that.
-    noise = np.fmin(0.3 * NOISE_STEEP * measure[10] ** 2, _OF_BENDS * measure[13])
-    if still and flat < np.hypot(NOISE_NEAR, noise):  # relief and noise add as variances
-        return 0.0  # a board, a table top
-    score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
-    score *= 1.0 + 50.0 * measure[11]  # what moves before a known background is no furniture
-    score /= 1.0 + (measure[10] / 4.0) ** 2  # who is filmed stands in front
-    if last is not None and np.isfinite(last).all():
-        gap = float(np.min(np.linalg.norm(cloud - last, axis=1)))
-        score *= 0.1 + 0.9 / (1.0 + (gap / 0.5) ** 2)
-    return float(score)

@@ -6,7 +6,8 @@ from ..arrays import Floats
 from ..bodies.camera import DepthFrame
 from ..bodies.surface import intrinsics
 from .evidence import listed, middle
-from .foreground import LARGEST, SMALLEST, Foreground, Scene, about, find_person, mended, remember
+from .foreground import Foreground, Scene, about, find_person, mended, remember
+from .surfaces import LARGEST, SMALLEST
 
 CLOSING = 5  # px; dropout inside the person is narrower
 

@@ -12,6 +12,7 @@ from ..bodies.camera import Camera, DepthFrame
 # 2012); three standard deviations, and the width of a depth step of its 11 bits.
 NOISE_NEAR, NOISE_STEEP = 0.015, 0.007
 
+STIRRED = 0.15  # share of a body's pixels with the room seen behind them before, from which on it is no furniture
 PLANE_AREA = 1.3  # m^2, of a floor or a wall: more than a person's front
 BEYOND = 0.02  # share of the points that may lie behind a floor or a wall
 
@@ -27,17 +28,30 @@ class Scene:
         of a point above the plane.
     background : (H, W) float32 m, the farthest surface seen at each pixel, NaN where none was.
     person : (H, W) float32 m, who was last seen, NaN beside; None before anybody was.
+    others : (H, W) float32 m, who else was in the last frame, NaN beside; None = nobody (`passers`).
+    alive : whether who was last seen has moved before the background, and so is no furniture.
     """
 
     planes: Floats
     background: Singles
     person: Singles | None = None
+    others: Singles | None = None
+    since: float = float("nan")
+    stirred: float = 0.0
+    vouched: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", frozen(self.planes))
         object.__setattr__(self, "background", frozen(self.background, np.float32))
         if self.person is not None:
             object.__setattr__(self, "person", frozen(self.person, np.float32))
+        if self.others is not None:
+            object.__setattr__(self, "others", frozen(self.others, np.float32))
+
+    @property
+    def alive(self) -> bool:
+        """Whether who was last seen is surely no furniture: that stays where it is."""
+        return self.vouched or self.stirred > STIRRED
 
 
 def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:

@@ -39,6 +39,9 @@ __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"
 FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 SURELY_LOST = 0.52  # the same, whatever is usual
+BODY = 0.2  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
+UNPROVEN = 0.25  # share of pixels explained wrongly, up to which a body that was lost is found
+LETS_GO = 0.02  # share of a lost frame in what is usual; after some time less will do
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
 EVERY = 4  # frames at least between two looks of the detector for limbs
@@ -276,6 +279,11 @@ def is_lost(state: TrackState, wrong: float) -> bool:
     return wrong > min(max(LOST, 2.0 * usual), SURELY_LOST)
 
 
+def is_unproven(state: TrackState, wrong: float) -> bool:
+    """Whether a pose of a body that was lost explains so much less than is usual that it is looked for on."""
+    return bool(np.isfinite(state.wrong)) and wrong > max(UNPROVEN, 2.0 * state.wrong)
+
+
 def _found(
     model: TrackerModel,
     settings: TrackSettings,
@@ -314,7 +322,8 @@ def _found(
     ways = settled_readings(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
     if not ways or ways[0].cost > 1.5 * LOST:
         return []
-    ways.sort(key=lambda way: unlikeliness(model.database.search, way.pose, way.cost, state.pose is None))
+    gone = float(state.hidden.min())
+    ways.sort(key=lambda way: unlikeliness(model.database.search, way.pose, way.cost, state.pose, gone))
     best = ways[0].pose
     return [best, *[way.pose for way in ways[1:] if faces_otherwise(best, way.pose)][:1]]
 
@@ -341,7 +350,7 @@ def _tracked(
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
-    lost = is_lost(state, wrong) and settings.search
+    lost = settings.search and (is_lost(state, wrong) or ((state.lost or recovered) and is_unproven(state, wrong)))
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed
@@ -361,11 +370,15 @@ def _tracked(
         clock.lap("girth")
     # A pose that fits worse than usual says little of what is usual.
     share = 0.1 if wrong < 1.2 * state.wrong and not unclaimed else 0.02
+    share = LETS_GO if lost else share
     running = wrong if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
+    assert state.scene is not None
+    scene = replace(state.scene, vouched=not lost and running < BODY, stirred=0.0 if lost else state.scene.stirred)
     after = replace(
         state,
+        scene=scene,
         performer=performer,
         girth=girth,
         pose=pose,
@@ -373,7 +386,7 @@ def _tracked(
         trust=frozen(trust),
         hidden=frozen(hidden),
         lost=lost,
-        wrong=state.wrong if lost else running,
+        wrong=running,
         hypothesis=None if lost or recovered else state.hypothesis,
         before=before,
     )

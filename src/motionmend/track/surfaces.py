@@ -1,0 +1,210 @@
+"""The connected surfaces of a depth image, which of them is most like a body, and which hang together with it."""
+
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Bools, Floats, Ints, Singles
+from .room import NOISE_NEAR, NOISE_STEEP, Scene
+
+Labels: TypeAlias = NDArray[np.int32]
+
+# Neighbouring pixels of one limb differ by its slope and by noise, of two limbs by more than a hand's thickness.
+JUMP_NEAR, JUMP_STEEP = 0.05, 0.004
+
+# What a body may measure, in m and m^2 as seen from one side, from a seated child to a tall man in a coat.
+LONGEST, SHORTEST = 2.5, 0.55
+LARGEST, SMALLEST = 1.8, 0.04
+USUAL_AREA, ARM_AREA = 0.5, 0.06
+
+STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
+MOVES = 50.0  # times more like a person is what is before a known background
+STRANGE = 0.02  # of its likeness that a passer's surface keeps
+_REACH = 0.35  # m, between two pieces of one body
+_ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
+_HIDES = 0.15  # m, nearer than the person was
+_COVERED = 0.5  # share of the person's pixels with something nearer before them, from which on they are hidden
+# Of normal noise |z - 2 z' + z''| is the standard deviation times this on average; half as much again for what
+# neighbours share.
+_OF_BENDS = 1.5 * float(np.sqrt(np.pi / 12.0))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """S connected surfaces of one frame.
+
+    Attributes
+    ----------
+    labels : (H, W) number of the surface, -1 = none.
+    measures : (S, 14) of each, see `regions.measures`.
+    clouds : points (N, 3) in m of those large enough to count.
+    likeness : of the same, how much each is like a body by its shape; 0 = not at all.
+    known, elsewhere : (S,) share of each that was the person's when they were last seen, and a passer's just now.
+    """
+
+    labels: Labels
+    measures: Floats
+    clouds: dict[int, Floats]
+    likeness: dict[int, float]
+    known: Floats
+    elsewhere: Floats
+
+    def pixels_of(self, some: list[int]) -> Bools:
+        """(H, W) True on some of them."""
+        keep = np.zeros(len(self.measures) + 1, bool)  # the last for pixels of no surface
+        keep[some] = True
+        return np.asarray(keep[self.labels])
+
+
+def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats) -> Surfaces:
+    """The surfaces of what is before the room.
+
+    Parameters
+    ----------
+    scene : the room as known so far.
+    depth : (H, W) m.
+    before : (H, W) True where something is nearer than floor, walls and the background.
+    intrinsics : (4,) fx, fy, cx, cy in px.
+    """
+    from ..kernels import regions
+
+    labels = np.empty(depth.shape, np.int32)
+    count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
+    measures = np.empty((count, 14))
+    moved = (before & np.isfinite(scene.background)).view(np.uint8)
+    regions.measures(depth, labels, moved, intrinsics, measures)
+    size = measures[:, 1]
+    order = np.argsort(-size, kind="stable")[:24]
+    order = order[(size[order] > 0.0005) & (measures[order, 0] >= 8)]
+    clouds = _clouds(depth, labels, measures, order, intrinsics)
+    likeness = {s: _likeness(measures[s], cloud) for s, cloud in clouds.items()}
+    known, elsewhere = (_shared(depth, labels, measures[:, 0], there) for there in (scene.person, scene.others))
+    return Surfaces(labels, measures, clouds, likeness, known, elsewhere)
+
+
+def most_like_a_body(seen: Surfaces, alive: bool, strange: Bools, last: Floats | None) -> int:
+    """The surface that is most likely the person, or the largest piece of them; -1 = nobody is there.
+
+    Parameters
+    ----------
+    seen : the surfaces.
+    alive : whether who was last seen is no furniture.
+    strange : (S,) those of passers.
+    last : (3,) m, where the person was, if known.
+    """
+    best, most = -1, 0.0
+    for s, like in seen.likeness.items():
+        # What moves before a known background is no furniture, nor is who did so before.
+        moves = max(seen.measures[s, 11], seen.known[s]) if alive else seen.measures[s, 11]
+        score = like * (1.0 + MOVES * moves) * (STRANGE if strange[s] else 1.0)
+        if last is not None and np.isfinite(last).all():
+            gap = float(np.min(np.linalg.norm(seen.clouds[s] - last, axis=1)))
+            score *= 0.1 + 0.9 / (1.0 + (gap / 0.5) ** 2)
+        if score > most:
+            best, most = s, float(score)
+    return best
+
+
+def hidden(depth: Singles, person: Singles | None) -> bool:
+    """Whether something stands before the place where the person was last seen.
+
+    Parameters
+    ----------
+    depth : (H, W) m. person : (H, W) m, NaN beside; None = never seen.
+    """
+    if person is None:
+        return False
+    there = np.isfinite(person)
+    with np.errstate(invalid="ignore"):
+        return bool(np.mean(depth[there] < person[there] - _HIDES) > _COVERED)
+
+
+def joined(main: int, seen: Surfaces, strange: Bools) -> list[int]:
+    """The surfaces that belong to a body one of which is `main`, those of somebody else (S,) left out."""
+    from scipy.spatial import cKDTree
+
+    clouds, measures, known = seen.clouds, seen.measures, seen.known
+    size, lows, highs = measures[:, 1], measures[:, 2:8:2], measures[:, 3:9:2]
+    kept, low, high, total = [main], lows[main], highs[main], size[main]
+    gaps = {s: np.inf for s in clouds if s != main and not strange[s]}
+    newest = main
+    while gaps:
+        tree = cKDTree(clouds[newest])
+        for s in gaps:
+            apart = np.maximum(lows[s] - highs[newest], lows[newest] - highs[s])
+            if apart.max() < _ARM:
+                gap, _ = tree.query(clouds[s], distance_upper_bound=_ARM)
+                gaps[s] = min(gaps[s], float(np.min(gap)))
+        fitting = []
+        for s, gap in gaps.items():
+            # A limb behind or before another one is apart by less than an arm's length, and small.
+            was = known[s] > 0.5
+            arm = measures[s, 11] > 0.5 and size[s] < ARM_AREA
+            near = gap < (_ARM if arm or was else _REACH if size[s] < max(0.25 * size[main], ARM_AREA) else 0.12)
+            wide = (np.maximum(high, highs[s]) - np.minimum(low, lows[s])).max()
+            # Where the person walks over known ground, a piece that has always been there is none of theirs.
+            stays = measures[main, 11] > 0.5 > measures[s, 11] and not was
+            # Of two that are alike in size one is somebody else, unless both are halves of one: an arm across the
+            # body cuts it in two.
+            half = was or size[s] < 0.6 * size[main] or total + size[s] < USUAL_AREA
+            if near and not stays and half and total + size[s] < LARGEST and wide < LONGEST:
+                fitting.append((gap, s))
+        if not fitting:
+            break
+        newest = min(fitting)[1]
+        del gaps[newest]
+        kept.append(newest)
+        total += size[newest]
+        low, high = np.minimum(low, lows[newest]), np.maximum(high, highs[newest])
+    return kept
+
+
+def _clouds(
+    depth: Singles, labels: Labels, measures: Floats, wanted: Ints, intrinsics: Floats, most: int = 300
+) -> dict[int, Floats]:
+    """Points (N, 3) in m of each wanted surface, N at most `most`."""
+    from ..kernels import regions
+
+    slot = np.full(len(measures), -1, np.int64)
+    slot[wanted] = np.arange(len(wanted))
+    step = np.maximum(np.ceil(measures[:, 0] / most), 1).astype(np.int64)
+    points, counts = np.empty((len(wanted), most, 3)), np.zeros(len(wanted), np.int64)
+    regions.sampled(depth, labels, slot, step, intrinsics, points, counts)
+    return {int(s): points[k, : counts[k]] for k, s in enumerate(wanted)}
+
+
+def _shared(depth: Singles, labels: Labels, pixels: Floats, before: Singles | None) -> Floats:
+    """(S,) share of each surface, of so many pixels (S,), that lies where something was before, (H, W) m."""
+    if before is None:
+        return np.zeros(len(pixels))
+    there = np.isfinite(before)
+    rows, columns = np.flatnonzero(there.any(axis=1)), np.flatnonzero(there.any(axis=0))
+    if not len(rows):
+        return np.zeros(len(pixels))
+    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    part = labels[box]
+    with np.errstate(invalid="ignore"):
+        same = (part >= 0) & (np.abs(depth[box] - before[box]) < STEP)
+    return np.asarray(np.bincount(part[same], minlength=len(pixels)) / np.maximum(pixels, 1.0))
+
+
+def _likeness(measure: Floats, cloud: Floats) -> float:
+    """How much a surface is like a body by its shape and place; 0 = not at all."""
+    area = measure[1]
+    extent = measure[3:9:2] - measure[2:8:2]
+    # A person's size is bounded; of one who is partly out of view less is asked.
+    if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < SHORTEST * (measure[12] == 0):
+        return 0.0
+    spread = np.cov(cloud.T)
+    flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
+    still = measure[11] < 0.5
+    # What the worst of cameras adds at this depth, or less where the surface itself is smoother than that.
+    noise = np.fmin(0.3 * NOISE_STEEP * measure[10] ** 2, _OF_BENDS * measure[13])
+    if still and flat < np.hypot(NOISE_NEAR, noise):  # relief and noise add as variances
+        return 0.0  # a board, a table top
+    score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
+    score /= 1.0 + (measure[10] / 4.0) ** 2  # who is filmed stands in front
+    return float(score)
