@@ -104,6 +104,10 @@ def test_a_frame_without_the_person_is_left_open_and_said_to_be(
     assert {counts["left_open"] for counts in beside["channels"].values()} == {4}
     assert beside["runs"]["Head"]["left_open"] == [[20, 4]]
     assert json.loads(ran.out)["counts"]["left_open"] == 4 * len(sensor.names)
+    assert cli("report", tmp_path / "seen.csv", tmp_path / "o.csv", "-o", tmp_path / "o.html").code == 0
+    page = (tmp_path / "o.html").read_text("utf-8")
+    assert "o.csv: made from" in page
+    assert f'class="left_open"><b>{4 * len(sensor.names)}</b>' in page
 
 
 def test_recordings_come_out_as_denoise_makes_them(cli: Command, takes: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """`motionmend report`."""
 
 import base64
+import json
 import re
 from pathlib import Path
 
@@ -22,6 +23,15 @@ def test_a_page_with_what_is_known_of_a_repair(cli: Command, library: Path, tmp_
     page = (tmp_path / "sub" / "page.html").read_text("utf-8")
     assert page.startswith("<!DOCTYPE html>") or page.startswith("<!doctype html>")
     assert "amc.mend" in page
+    assert "clean.amc: repaired from" in page
+    # Every sample's origin is drawn, as on the page that --report writes.
+    done = json.loads((tmp_path / "clean.mend.json").read_text())["counts"]
+    assert sum(done[kind] for kind in ("repaired", "filled")) > 0
+    for kind, count in done.items():
+        assert re.search(rf'class="{kind}"><b>{count:,}</b>', page)
+    shown = json.loads(re.search(r'type="application/json"[^>]*>(.*?)</script>', page, re.S)[1])
+    assert [one["repaired"] for one in shown["recordings"]] == [False, True]
+    assert [one["before"] for one in shown["recordings"]] == [True, False]
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert cli("report", *files, "-o", tmp_path / "again.html").code == 0
     assert (tmp_path / "again.html").read_text("utf-8") == page

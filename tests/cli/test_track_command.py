@@ -118,7 +118,16 @@ def test_a_frame_without_the_person_is_said_to_be_so(cli: Command, studio: Path,
     assert table.frames == FRAMES
     assert not table.present[5:7].any()
     assert table.present[:5].all()
-    assert json.loads((tmp_path / "o.mend.json").read_text())["runs"]["empty"] == [[5, 2]]
+    beside = json.loads((tmp_path / "o.mend.json").read_text())
+    assert beside["runs"]["empty"] == [[5, 2]]
+    assert all(runs["left_open"] == [[5, 2]] for runs in beside["joint_runs"].values())
+    for name, counts in beside["channels"].items():
+        for kind in ("filled", "left_open"):
+            assert sum(run[1] for run in beside["joint_runs"][name].get(kind, [])) == counts[kind]
+    assert cli("report", tmp_path / "o.csv", "-o", tmp_path / "o.html").code == 0
+    page = (tmp_path / "o.html").read_text("utf-8")
+    assert "o.csv: tracked from" in page
+    assert f'class="left_open"><b>{beside["counts"]["left_open"]}</b>' in page
 
 
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:

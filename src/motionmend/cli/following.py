@@ -4,12 +4,13 @@ from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Bools, Floats, frozen
+from ..arrays import Bools, Bytes, Floats, frozen
 from ..bodies.anatomy import average
+from ..bodies.motion import Origin
 from ..bodies.performer import LANDMARKS, Performer, Pose, Poses
 from ..bodies.postures import Postures
 from ..errors import MismatchError
@@ -83,23 +84,31 @@ class Followed:
             flag: [list(run) for run in mask_runs(np.array([flag in flags for flags in self.flags]))] for flag in said
         }
 
-    def counts(self) -> dict[str, dict[str, int]]:
-        """For each joint, the frames in which it is measured, filled (out of sight or unsure), or left open."""
+    @property
+    def origin(self) -> Bytes:
+        """(T, 16) of `Origin`: measured, filled (out of sight or unsure), or left open."""
         from ..track.recording import UNSURE
 
-        there = self.postures.present
         std = self.postures.std
-        unsure = np.zeros_like(there) if std is None else ~(np.nan_to_num(std, nan=np.inf) < UNSURE)
-        filled = there & (self.held | unsure)
+        unsure = np.zeros(self.held.shape, bool) if std is None else ~(np.nan_to_num(std, nan=np.inf) < UNSURE)
+        found = np.where(self.held | unsure, Origin.FILLED, Origin.MEASURED)
+        return np.where(self.postures.present, found, Origin.LEFT_OPEN).astype(np.uint8)
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """For each joint, in how many frames it is of which `Origin`."""
+        origin = self.origin
         return {
-            name: {
-                "measured": int((there & ~filled)[:, j].sum()),
-                "repaired": 0,
-                "filled": int(filled[:, j].sum()),
-                "left_open": int((~there)[:, j].sum()),
-            }
+            name: {kind.name.lower(): int((origin[:, j] == kind).sum()) for kind in Origin}
             for j, name in enumerate(self.postures.names)
         }
+
+    def joint_runs(self) -> dict[str, dict[str, list[list[Any]]]]:
+        """For each joint the stretches in which it is not measured, as `provenance.runs_of` tells them, m."""
+        from .provenance import runs_of
+
+        std = np.full(self.held.shape, np.nan) if self.postures.std is None else self.postures.std
+        runs = {name: runs_of(self.origin[:, j], std[:, j]) for j, name in enumerate(self.postures.names)}
+        return {name: found for name, found in runs.items() if found}
 
 
 def follow(

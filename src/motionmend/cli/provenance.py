@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats
-from ..bodies.motion import Motion, Origin, Repaired
+from ..bodies.motion import Markers, Motion, Origin, Repaired
 from ..bodies.skeleton import ROTATION
 from .findings import labels
 
@@ -49,13 +49,52 @@ class Runs(Mapping[str, dict[str, list[list[Any]]]]):
 
     def __getitem__(self, name: str) -> dict[str, list[list[Any]]]:
         column = self._columns[name]
-        return _runs(self._repaired.origin[:, column], _std(self._repaired, column))
+        return runs_of(self._repaired.origin[:, column], _std(self._repaired, column))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
 
     def __len__(self) -> int:
         return len(self._columns)
+
+
+def repaired_from(said: Mapping[str, Any], recording: Motion | Markers) -> Repaired[Any] | None:
+    """What was done to a recording, as the .mend.json beside it says; None where that tells of no single sample.
+
+    Parameters
+    ----------
+    said : what `provenance` or the tracker wrote. Deviations of measured samples are not in it, and NaN here.
+    recording : that was written with it.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError : when it is not of this form.
+    """
+    runs = said["joint_runs"] if "joint_runs" in said else said.get("runs")
+    if runs is None:
+        return None
+    columns = {name: c for c, name in enumerate(labels(recording.channels))}
+    origin = np.zeros((recording.frames, len(columns)), np.uint8)
+    std = np.full(origin.shape, np.nan, np.float32)
+    scale = _scale(recording)
+    for name, kinds in runs.items():
+        for kind, stretches in kinds.items():
+            for first, frames, *sure in stretches:
+                at = slice(first, first + frames), columns[name]
+                origin[at] = Origin[kind.upper()]
+                std[at] = np.asarray(sure[0]) / scale[columns[name]] if sure else np.nan
+    cost = said["cost"] if isinstance(said["cost"], list) else []
+    return Repaired(
+        recording,
+        origin,
+        std,
+        np.where(origin == Origin.MEASURED, 1.0, 0.0),
+        str(said["method"]),
+        int(said["iterations"]),
+        np.asarray(cost, np.float64),
+        bool(said["converged"]),
+        tuple(str(line) for line in said["warnings"]),
+    )
 
 
 def mask_runs(mask: Bools) -> list[tuple[int, int]]:
@@ -68,13 +107,17 @@ def _counts(origin: Bytes) -> dict[str, int]:
     return {o.name.lower(): int((origin == o).sum()) for o in Origin}
 
 
-def _units(repaired: Repaired[Any]) -> tuple[Floats, list[str]]:
-    """Per channel: what a standard deviation is multiplied with to be written, and the unit it has then."""
-    recording = repaired.recording
+def _scale(recording: Motion | Markers) -> Floats:
+    """Per channel: what a standard deviation is multiplied with to be written, degrees for rad."""
     if not isinstance(recording, Motion):
-        return np.ones(len(recording.channels)), ["m"] * len(recording.channels)
-    turns = recording.skeleton.dof_kind == ROTATION
-    return np.where(turns, np.degrees(1.0), 1.0), ["deg" if turn else "m" for turn in turns]
+        return np.ones(len(recording.channels))
+    return np.where(recording.skeleton.dof_kind == ROTATION, np.degrees(1.0), 1.0)
+
+
+def _units(repaired: Repaired[Any]) -> tuple[Floats, list[str]]:
+    """The same of a repair, and the unit that each deviation has then."""
+    scale = _scale(repaired.recording)
+    return scale, ["m" if factor == 1.0 else "deg" for factor in scale]
 
 
 def _std(repaired: Repaired[Any], column: int) -> Floats:
@@ -105,7 +148,13 @@ def _noise(repaired: Repaired[Any], names: list[str]) -> dict[str, dict[str, Any
     }
 
 
-def _runs(origin: Bytes, std: Floats) -> dict[str, list[list[Any]]]:
+def runs_of(origin: Bytes, std: Floats) -> dict[str, list[list[Any]]]:
+    """Of one channel the stretches that were not measured, by origin: [first frame, number of frames, deviations].
+
+    Parameters
+    ----------
+    origin : (T,) of `Origin`. std : (T,) in the unit they are written in.
+    """
     found: dict[str, list[list[Any]]] = {}
     for kind in (Origin.REPAIRED, Origin.FILLED, Origin.LEFT_OPEN):
         for first, frames in mask_runs(origin == kind):

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -12,7 +12,7 @@ from .options import Debug, Files, Force, Rate, SkeletonFile
 from .output import exit_code, say
 
 if TYPE_CHECKING:
-    from ..bodies.motion import Markers, Motion
+    from ..bodies.motion import Markers, Motion, Repaired
 
 
 def report(
@@ -41,12 +41,15 @@ def report(
     drawn, failures, refused = read_drawable(rest, fps, skeleton, debug) if rest or not depth else ([], [], [])
     shown: list[tuple[str, Motion | Markers]] = []
     facts: dict[str, str] = {}
+    repaired: Repaired[Any] | None = None  # of several the last, for the page has one line of samples' origins
     for one in drawn:
         try:
-            facts |= _facts_beside(one.path)
+            said, done = _said_beside(one.path, one.recording)
         except FileError as error:
             failures.append(failed(one.path, error, debug))
             continue
+        facts |= said
+        repaired = done or repaired
         shown.append((one.name, one.recording))
     tables = {one.name: one.joints for one in drawn if one.joints is not None}
     pictures: list[tuple[str, bytes]] = []
@@ -58,7 +61,7 @@ def report(
     if not shown:
         raise FileError(f"{out} not written: none of the recordings given can be shown")
     out.parent.mkdir(parents=True, exist_ok=True)
-    html_report(out, shown, facts=facts, pictures=pictures)
+    html_report(out, shown, repaired=repaired, facts=facts, pictures=pictures)
     say(f"{len(shown)} recording{'s'[: len(shown) != 1]}: {out}")
     return exit_code(failures, refused)
 
@@ -72,28 +75,33 @@ def _is_depth(path: Path) -> bool:
     return looks_like_depth_folder(path)
 
 
-def _facts_beside(path: Path) -> dict[str, str]:
-    """What NAME.mend.json says about a recording's repair, as lines for the page; empty when there is none."""
+def _said_beside(path: Path, recording: "Motion | Markers") -> "tuple[dict[str, str], Repaired[Any] | None]":
+    """What NAME.mend.json says about a recording: lines for the page, and what became of every sample."""
+    from .provenance import repaired_from
+
     stem = path.with_suffix("")
     for beside in (stem.with_name(stem.name + ".mend.json"), path.with_name(path.name + ".mend.json")):
         if beside.is_file():
             break
     else:
-        return {}
+        return {}, None
     try:
         said = json.loads(beside.read_text("utf-8-sig"))
         if said["output"] != path.name:  # of a recording of the same name in another format
-            return {}
-        counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in said["counts"].items())
-        model = said["model"]
-        return {
-            f"{path.name}: repaired from": str(said["input"]),
-            f"{path.name}: method": str(said["method"]),
-            f"{path.name}: samples": counts,
-            **({f"{path.name}: model": f"{model['file']}, SHA-256 {model['sha256']}"} if model else {}),
-            **{f"{path.name}: warning {n}": str(line) for n, line in enumerate(said["warnings"], start=1)},
+            return {}, None
+        counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in said.get("counts", {}).items())
+        model, done = said.get("model"), repaired_from(said, recording)
+        made = "made" if "steps" in said else "tracked" if "lost" in said else "repaired" if done else "corrected"
+        told = {} if done else {f"warning {n}": str(line) for n, line in enumerate(said["warnings"], start=1)}
+        facts = {
+            f"{made} from": str(said["input"]),
+            **({"method": str(said["method"])} if said["method"] and not done else {}),
+            **({"samples": counts} if counts else {}),
+            **({"model": f"{model['file']}, SHA-256 {model['sha256']}"} if model else {}),
+            **told,
         }
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        return {f"{path.name}: {name}": line for name, line in facts.items()}, done
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise FileError(
             f"{beside}: a .mend.json as `motionmend denoise` writes it was wanted ({error!r}): move it away"
         ) from None

@@ -257,6 +257,7 @@ class Follow:
             "channels": counts,
             "std": _std(followed),
             "runs": followed.runs(),
+            "joint_runs": followed.joint_runs(),
             "iterations": followed.iterations,
             "cost": {name: float(f"{value:.6g}") for name, value in sorted(followed.cost.items())},
             "converged": followed.converged,
