@@ -39,8 +39,9 @@ __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"
 FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 SURELY_LOST = 0.52  # the same, whatever is usual
-BODY = 0.2  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
+BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
 UNPROVEN = 0.25  # share of pixels explained wrongly, up to which a body that was lost is found
+PROBATION = 1.0  # s, in which it has to prove itself
 LETS_GO = 0.02  # share of a lost frame in what is usual; after some time less will do
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
@@ -58,6 +59,7 @@ class TrackState:
     pose : of the last frame; None while nobody was ever found. velocity : (34,) per second.
     trust : (28,) in [0, 1] how well the last frame showed each joint coordinate.
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
+    found : s since the body was found anew after it had been lost.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
     facing : what is known of front and back.
@@ -76,6 +78,7 @@ class TrackState:
     trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
     hidden: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
     lost: bool = True
+    found: float = float("inf")
     wrong: float = float("nan")
     searched: int = 0
     facing: Facing = field(default_factory=Facing)
@@ -150,6 +153,7 @@ def start(
     if pose is None and model.detector is None:
         raise UsageError("a start pose was wanted: this model was fitted without a detector")
     room = scene_of(evened(frame)) if scene is None else scene
+    room = room if pose is None else replace(room, vouched=True)  # who is pointed at is the person
     body = anatomy.average() if performer is None else performer
     return TrackState(body, room, pose, lost=pose is None, girth=Girth(body) if settings.girth else None)
 
@@ -350,7 +354,8 @@ def _tracked(
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
-    lost = settings.search and (is_lost(state, wrong) or ((state.lost or recovered) and is_unproven(state, wrong)))
+    found = 0.0 if recovered or state.lost else state.found + elapsed
+    lost = settings.search and (is_lost(state, wrong) or (found < PROBATION and is_unproven(state, wrong)))
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed
@@ -375,7 +380,8 @@ def _tracked(
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
     assert state.scene is not None
-    scene = replace(state.scene, vouched=not lost and running < BODY, stirred=0.0 if lost else state.scene.stirred)
+    vouched = not lost and (state.scene.vouched or running < BODY)
+    scene = replace(state.scene, vouched=vouched, stirred=0.0 if lost else state.scene.stirred)
     after = replace(
         state,
         scene=scene,
@@ -386,6 +392,7 @@ def _tracked(
         trust=frozen(trust),
         hidden=frozen(hidden),
         lost=lost,
+        found=found,
         wrong=running,
         hypothesis=None if lost or recovered else state.hypothesis,
         before=before,
