@@ -40,7 +40,7 @@ FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
 SURELY_LOST = 0.52  # the same, whatever is usual
 BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
-UNPROVEN = 0.25  # share of pixels explained wrongly, up to which a body that was lost is found
+UNPROVEN = 0.2  # share of pixels explained wrongly, up to which a body that was lost is found
 PROBATION = 1.0  # s, in which it has to prove itself
 LETS_GO = 0.02  # share of a lost frame in what is usual; after some time less will do
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
@@ -285,7 +285,7 @@ def is_lost(state: TrackState, wrong: float) -> bool:
 
 def is_unproven(state: TrackState, wrong: float) -> bool:
     """Whether a pose of a body that was lost explains so much less than is usual that it is looked for on."""
-    return bool(np.isfinite(state.wrong)) and wrong > max(UNPROVEN, 2.0 * state.wrong)
+    return bool(np.isfinite(state.wrong)) and wrong > max(UNPROVEN, 1.5 * state.wrong)
 
 
 def _found(
