@@ -18,7 +18,7 @@ from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
 from motionmend.io import write
 from motionmend.io.body_file import read_body
-from motionmend.io.depth import read_depth, turned_round
+from motionmend.io.depth import quarter_turned, read_depth, turned_round
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import read_joint_table, write_joint_table
 from motionmend.track.recording import in_hindsight
@@ -170,6 +170,21 @@ def test_a_mirrored_recording_keeps_the_persons_left_and_right(cli: Command, stu
         assert ran.code == 0
     one, other = (read_joint_table(tmp_path / name).positions for name in ("m.csv", "p.csv"))
     np.testing.assert_allclose(one * flip, other, atol=1e-3)
+
+
+def test_a_camera_on_its_side_gives_the_same_joints_turned(cli: Command, studio: Path, tmp_path: Path) -> None:
+    write_depth_folder(tmp_path / "take", (quarter_turned(frame) for frame in read_depth(studio / "take")), FPS)
+    camera = json.loads((tmp_path / "take/camera.json").read_text())
+    (tmp_path / "take/camera.json").write_text(json.dumps({**camera, "up": "right"}))
+    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # rows: (x, y, z) becomes (-y, x, z)
+    first = read_joint_table(studio / "start.csv")
+    write_joint_table(tmp_path / "start.csv", first.with_positions(first.positions @ turn))
+    given = ["-m", studio / "m.mend", "--skeleton", studio / "clip.asf"]
+    for place, start, out in ((tmp_path, tmp_path, "t.csv"), (studio, studio, "p.csv")):
+        ran = cli("track", place / "take", *given, "--start", start / "start.csv", "-o", tmp_path / out)
+        assert ran.code == 0
+    one, other = (read_joint_table(tmp_path / name).positions for name in ("t.csv", "p.csv"))
+    np.testing.assert_allclose(one, other @ turn, atol=1e-3)
 
 
 @pytest.mark.parametrize("form", ["bvh", "amc"])

@@ -179,6 +179,42 @@ def test_a_mirrored_recording_is_turned_round(folder: Path) -> None:
         read_depth(folder)
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize(
+    ("up", "ceiling"), [("top", (0, -1)), ("left", (-1, 0)), ("bottom", (0, 1)), ("right", (1, 0))]
+)
+def test_a_camera_on_its_side_is_turned_upright(
+    folder: Path, up: str, ceiling: tuple[int, int], mirrored: bool
+) -> None:
+    """The same points, turned by `axes`; what lies towards the ceiling is up then, and colour goes along."""
+    change(folder, mirrored=mirrored, up=up)
+    read = read_depth(folder)
+    seen, true = read.frame(1), read.true_frame(1)
+    one, other = (np.asarray(frame.camera.points(frame.depth)).reshape(-1, 3) for frame in (seen, true))
+    one, other = (points[np.isfinite(points).all(axis=1)] for points in (one, other))
+    back = other @ read.axes.T
+    np.testing.assert_allclose(back[np.lexsort(back.round(6).T)], one[np.lexsort(one.round(6).T)], atol=1e-6)
+    np.testing.assert_allclose(read.axes @ np.array([0.0, -1.0, 0.0]), [*ceiling, 0.0], atol=1e-12)
+    np.testing.assert_allclose(read.axes.T @ read.axes, np.eye(3), atol=1e-12)
+    assert np.linalg.det(read.axes) == pytest.approx(-1.0 if mirrored else 1.0)
+    assert seen.color is not None
+    assert true.color is not None
+    tints = [
+        {
+            (round(float(z), 5), *color.tolist())
+            for z, color in zip(frame.depth.ravel(), colors.reshape(-1, 3), strict=True)
+        }
+        for frame, colors in ((seen, seen.color), (true, true.color))
+    ]
+    assert {tint for tint in tints[0] if tint[0] == tint[0]} == {tint for tint in tints[1] if tint[0] == tint[0]}
+
+
+def test_a_side_that_no_image_has_is_refused(folder: Path) -> None:
+    change(folder, up="north")
+    with pytest.raises(FileError, match="top, left, bottom, right"):
+        read_depth(folder)
+
+
 def test_what_looks_like_a_depth_folder(folder: Path) -> None:
     assert looks_like_depth_folder(folder)
     assert not looks_like_depth_folder(folder.parent)

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..track.settings import TrackSettings
     from ..track.tracker import Estimate, TrackerModel
 
-MIRROR = np.array([-1.0, 1.0, 1.0])
 WINDOW = 3.0  # s, looked at to measure the person
 MEASURED_FPS = 15.0  # Hz, of the frames looked at
 
@@ -141,8 +140,8 @@ def follow(
 
     cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
     begin = perf_counter()
-    if landmarks is not None and recording.mirrored:
-        landmarks = landmarks * MIRROR
+    if landmarks is not None:
+        landmarks = landmarks @ recording.axes
     measured = None if performer is not None else _measured(model, settings, recording, landmarks)
     fitted = measured is not None and measured.measured
     body = performer if performer is not None else average() if measured is None else measured.performer
@@ -229,8 +228,7 @@ class _Log:
         tracked = self.told.tracked(recording.times, self.performer, steady=steady)
         if steady:
             self.stages["smoothing"] = perf_counter() - begin
-        # Mirrored: back to where they are in the images; names stay the person's own.
-        joints = tracked.joints * MIRROR if recording.mirrored else tracked.joints
+        joints = tracked.joints @ recording.axes.T  # back to where they are in the images; names stay the person's own
         return Followed(
             Postures(LANDMARKS, joints, recording.times, std=tracked.std),
             tracked.poses,

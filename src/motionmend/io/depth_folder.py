@@ -4,7 +4,8 @@ Beyond the plain layout, camera.json may say where a colour camera beside the de
 then registered while they are read: `"color": {"width", "height", "fx", "fy", "cx", "cy", "R": 3 x 3, "T": [x, y, z]}`
 with a point p of the depth camera at R p + T (m) in the colour camera's axes. `"distortion": [k1, k2, p1, p2, ...]`, of
 the depth camera or within `"color"`, is what its lens bends: images are straightened while they are read. `"mirrored":
-true` says that the images are as in a mirror.
+true` says that the images are as in a mirror, `"up": "left"` (or `"right"`, `"bottom"`) that the camera lies on its side
+or hangs upside down: where in its images the ceiling is.
 """
 
 import json
@@ -23,7 +24,7 @@ from ..bodies.registration import ColorCamera, registered
 from ..errors import FileError, MismatchError
 from .atomic import atomic
 from .columns import read_lines
-from .depth import DepthRecording
+from .depth import UP, DepthRecording
 from .lens import Lens, lens_of
 from .png import color_pixels, png_header, png_pixels, write_depth_png
 
@@ -85,7 +86,10 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
     mirrored = facts.get("mirrored", False)
     if not isinstance(mirrored, bool):
         raise FileError(f"{folder / 'camera.json'}: wanted 'mirrored' as true or false, came {str(mirrored)[:40]!r}")
-    return DepthRecording(folder, camera, times, fps, depth_of, color_of, bool(colors), mirrored, guesses)
+    up = facts.get("up", UP[0])
+    if up not in UP:
+        raise FileError(f"{folder / 'camera.json'}: wanted 'up' as one of {', '.join(UP)}, came {str(up)[:40]!r}")
+    return DepthRecording(folder, camera, times, fps, depth_of, color_of, bool(colors), mirrored, up, guesses)
 
 
 def write_depth_folder(
