@@ -179,13 +179,12 @@ def test_a_mirrored_recording_is_turned_round(folder: Path) -> None:
         read_depth(folder)
 
 
+CEILING = {"top": (0, -1, 0), "left": (-1, 0, 0), "bottom": (0, 1, 0), "right": (1, 0, 0)}
+
+
 @pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize(
-    ("up", "ceiling"), [("top", (0, -1)), ("left", (-1, 0)), ("bottom", (0, 1)), ("right", (1, 0))]
-)
-def test_a_camera_on_its_side_is_turned_upright(
-    folder: Path, up: str, ceiling: tuple[int, int], mirrored: bool
-) -> None:
+@pytest.mark.parametrize("up", CEILING)
+def test_a_camera_on_its_side_is_turned_upright(folder: Path, up: str, mirrored: bool) -> None:
     """The same points, turned by `axes`; what lies towards the ceiling is up then, and colour goes along."""
     change(folder, mirrored=mirrored, up=up)
     read = read_depth(folder)
@@ -194,19 +193,17 @@ def test_a_camera_on_its_side_is_turned_upright(
     one, other = (points[np.isfinite(points).all(axis=1)] for points in (one, other))
     back = other @ read.axes.T
     np.testing.assert_allclose(back[np.lexsort(back.round(6).T)], one[np.lexsort(one.round(6).T)], atol=1e-6)
-    np.testing.assert_allclose(read.axes @ np.array([0.0, -1.0, 0.0]), [*ceiling, 0.0], atol=1e-12)
+    np.testing.assert_allclose(read.axes @ np.array([0.0, -1.0, 0.0]), CEILING[up], atol=1e-12)
     np.testing.assert_allclose(read.axes.T @ read.axes, np.eye(3), atol=1e-12)
     assert np.linalg.det(read.axes) == pytest.approx(-1.0 if mirrored else 1.0)
     assert seen.color is not None
     assert true.color is not None
     tints = [
-        {
-            (round(float(z), 5), *color.tolist())
-            for z, color in zip(frame.depth.ravel(), colors.reshape(-1, 3), strict=True)
-        }
-        for frame, colors in ((seen, seen.color), (true, true.color))
+        {(float(z), *tint) for z, tint in zip(depth.ravel(), color.reshape(-1, 3).tolist(), strict=True) if z > 0}
+        for depth, color in ((seen.depth, seen.color), (true.depth, true.color))
     ]
-    assert {tint for tint in tints[0] if tint[0] == tint[0]} == {tint for tint in tints[1] if tint[0] == tint[0]}
+    assert len(tints[0]) > 50
+    assert tints[0] == tints[1]
 
 
 def test_a_side_that_no_image_has_is_refused(folder: Path) -> None:
