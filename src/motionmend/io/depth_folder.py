@@ -4,8 +4,8 @@ Beyond the plain layout, camera.json may say where a colour camera beside the de
 then registered while they are read: `"color": {"width", "height", "fx", "fy", "cx", "cy", "R": 3 x 3, "T": [x, y, z]}`
 with a point p of the depth camera at R p + T (m) in the colour camera's axes. `"distortion": [k1, k2, p1, p2, ...]`, of
 the depth camera or within `"color"`, is what its lens bends: images are straightened while they are read. `"mirrored":
-true` says that the images are as in a mirror; `"up": "left"`, `"right"` or `"bottom"`, where in its images the ceiling is,
-that the camera lies on its side or hangs upside down.
+true` says that the images are as in a mirror; `"up": "left"`, `"right"` or `"bottom"`, where in its images the ceiling
+is, that the camera lies on its side or hangs upside down.
 """
 
 import json
