@@ -246,6 +246,7 @@ class CorrectorModel:
     ) -> tuple[CorrectorState, Corrected]:
         """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known, and the
         state after it and the `latest` frame that came."""
+        state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None])
         since, at = time - state.shown.time, (sight.rows, sight.earlier)
@@ -297,9 +298,9 @@ class CorrectorModel:
             nothing = np.zeros((0, len(postures.names)))
             return replace(postures, std=nothing, reliability=nothing)
         with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
+            postures = postures.with_positions(believable(postures.positions))
             if method in FILTERS:
                 return by_filter(postures, method)
-            postures = postures.with_positions(believable(postures.positions))
             if look_ahead is not None:
                 return self._as_live(postures, online, look_ahead)
             if method == "default":
