@@ -13,6 +13,7 @@ from ..errors import MismatchError, UsageError
 from ..kernels import bones
 from ..numerics.factors import Factors
 from ..numerics.local_gp import Mixture
+from .alarm import alarmed
 from .anatomy import anatomy, following
 from .classic import FILTERS, Samples
 from .joining import inward, joined, outward
@@ -72,12 +73,13 @@ class Corrector:
         kept = np.linspace(0, len(samples) - 1, min(len(samples), KEPT)).astype(int)
         some = samples[:: max(len(samples) // 500, 1)]
         moved = some + following(body.names, paired) @ processes.predict(shape_features(some, body))[0]
+        factors, detector = learned_factors(taught, good, body), usual_unsteadiness(taught, good, body)
         return CorrectorModel(
             self,
             body.names,
             standard,
-            learned_factors(taught, good, body),
-            usual_unsteadiness(taught, good, body),
+            factors,
+            alarmed(Watcher(body, standard, factors, detector), taught, good),
             processes,
             np.append(bone_lengths(moved, body).mean(axis=0), np.nan),
             paired,
