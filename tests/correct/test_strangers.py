@@ -90,6 +90,13 @@ def test_who_was_out_of_sight_for_a_moment_did_not_fail(model: CorrectorModel, l
     assert np.linalg.norm(model.correct(recording(frames)).positions - wanted, axis=2)[after].mean() < 0.02
 
 
+def test_who_comes_late_is_met_where_they_are(model: CorrectorModel) -> None:
+    """Empty frames before somebody comes say nothing of where that is, nor that their joints fail."""
+    frames = sensed(truth("walk", 64, 2.0), 64) + np.array([0.5, 0.0, 3.0])
+    wanted, frames[:3] = model.correct(recording(frames)).positions, np.nan
+    assert np.linalg.norm(model.correct(recording(frames)).positions - wanted, axis=2)[3:].max() < 0.05
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_joints_that_are_there_stay_there_whatever_others_lack(model: CorrectorModel, seed: int) -> None:
     """Sides that are changed back bring joints to where the sensor has none; those that hang on them are kept."""

@@ -173,7 +173,7 @@ def look(
     before = sight.followed
     if away > PATIENCE:
         before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
-    elif sight.time is not None and sight.seen < sight.time:  # who was out of sight did not fail
+    elif sight.time is not None and sight.seen != sight.time:  # who was out of sight did not fail
         before = replace(before, failing=begin(watcher.factors).failing)
     turned = trunk_turned(rows, sight.direction, away, body)
     none = np.zeros(len(rows), dtype=np.bool_)
