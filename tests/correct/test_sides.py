@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy
 from motionmend.correct.normalise import Standard, bone_lengths
-from motionmend.correct.sides import about_turn, faces_away, knees_ahead, toes_ahead
+from motionmend.correct.sides import about_turn, faces_away, gone_along, knees_ahead, toes_ahead
 from motionmend.numerics.factors import Factors
 
 BODY = anatomy(KINECT20.names)
@@ -51,3 +51,22 @@ def test_however_strange_a_posture_knees_do_not_bend_backwards_nor_toes_point_th
         factors = Factors(taught, np.zeros((len(taught), 3, 1)), np.ones(1), np.full(len(taught), 1e-4))
         usual = Standard(bone_lengths(taught[None], BODY)[0], taught)
         assert faces_away(factors, usual, BODY, postures) is away
+
+
+@given(st.integers(0, 100), st.booleans())
+@settings(max_examples=30)
+def test_limbs_that_change_places_with_the_trunk_are_those_that_jump(seed: int, otherwise: bool) -> None:
+    """Legs that stand together too: a frame's step is less than what lies between them."""
+    rng = np.random.default_rng(seed)
+    last = standing(0.05) * [0.4, 1.0, 1.0]
+    limbs = np.setdiff1d(BODY.pairs[rng.random(len(BODY.pairs)) < 0.5], BODY.across)
+    rows = last + rng.normal(0.0, 0.01, last.shape)
+    rows[limbs] = rows[BODY.mirror[limbs]]
+    told = np.full(len(rows), otherwise)
+    missing = BODY.names.index("HandLeft")
+    rows[missing] = np.nan
+    found = gone_along(rows, last, told, BODY)
+    known = np.setdiff1d(BODY.pairs, [*BODY.across.ravel(), missing, BODY.mirror[missing]])
+    np.testing.assert_array_equal(np.flatnonzero(found[known]), np.flatnonzero(np.isin(known, limbs)))
+    assert (found[BODY.across] == otherwise).all()
+    assert (found[[missing, BODY.mirror[missing]]] == otherwise).all()

@@ -48,6 +48,21 @@ def changed(positions: Any, pairs: Ints) -> Any:
     return other
 
 
+def gone_along(rows: Floats, last: Floats, sides: Bools, body: Anatomy) -> Bools:
+    """(J,) joints of limbs that changed places together with a trunk that did: those that are nearer to where the other
+    was a frame ago; `sides` (J,) as otherwise told where that is not known.
+
+    Parameters
+    ----------
+    rows, last : (J, 3) m, where the sensor has limbs now, and where they were.
+    """
+    stayed = np.sqrt(((rows - last) ** 2).sum(axis=1))
+    went = np.sqrt(((rows - last[body.mirror]) ** 2).sum(axis=1))
+    closer = (stayed + stayed[body.mirror]) - (went + went[body.mirror])
+    loose = np.isfinite(closer) & ~np.isin(np.arange(len(rows)), body.across)
+    return np.where(loose, closer > 0.0, sides)
+
+
 def confused_until_now(
     factors: Factors, usual: Standard, body: Anatomy, posture: Floats, pairs: Ints, seconds: float
 ) -> bool:

@@ -13,7 +13,7 @@ from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
-from .sides import changed, confused_limbs, confused_until_now, faces_away, trunk_turned
+from .sides import changed, confused_limbs, confused_until_now, faces_away, gone_along, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
@@ -197,6 +197,8 @@ def look(
     sides, unsure = kernel.crossed(
         rows, sight.rows, standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror
     )
+    if len(turned) and away <= PATIENCE and (turned != sight.swapped[body.across[:, 0]]).all():
+        sides = gone_along(rows, sight.rows, sides, body)
     if np.count_nonzero(sides):
         limbs = body.pairs[sides[body.pairs[:, 0]]]
         met = float(before.met[sides].max())
