@@ -16,7 +16,8 @@ from .reliability import Detector
 from .watching import Watcher, fresh, look
 
 SELDOM = 0.001  # of the joints that go well show more evidence than
-AT_MOST = 0.7  # as a log-likelihood ratio of failing, where the constant serves
+AT_MOST = -0.4  # as a log-likelihood ratio of failing, where the constant serves
+WORTH = 1.5  # of what they show less, by so much less is a sign of failing: where little is shown, so it is by failures
 FEW = 5.0  # movements that tell half of how joints go well in others
 LOOKED = 3000  # frames that are asked, about
 PASSAGE = 90  # of one recording, at least
@@ -30,7 +31,7 @@ def alarmed(watcher: Watcher, taught: Sequence[Lesson], good: Sequence[Bools]) -
     weights = np.array(watcher.detector.weights)
     if len(shown):
         sure = movements(taught) / (movements(taught) + FEW)
-        weights[-1] += sure * max(AT_MOST - float(np.quantile(shown, 1.0 - SELDOM)), 0.0)
+        weights[-1] += sure * WORTH * max(AT_MOST - float(np.quantile(shown, 1.0 - SELDOM)), 0.0)
     return replace(watcher.detector, weights=weights)
 
 
