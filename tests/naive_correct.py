@@ -236,7 +236,13 @@ def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, di
     return usual, size, now, turn, origin, scale, (rows - origin) @ turn.T / scale
 
 
-def crossed(standard, place, place_cov, mean, own, noise, before, mirror):
+def leapt(rows, before, seconds):
+    """Whether the middle joint went farther than anybody does."""
+    step = (rows - before)[np.isfinite(rows - before).all(axis=1)]
+    return len(step) > 0 and bool(np.linalg.norm(np.median(step, axis=0)) > 0.4 + 6.0 * max(seconds, 0.0))
+
+
+def crossed(rows, last, standard, place, place_cov, mean, own, noise, before, mirror):
     """Which pairs stand in each other's place."""
     expected, variance = place + mean + own, np.trace(place_cov, axis1=1, axis2=2) / 3.0 + noise
     swapped, unsure = np.zeros(len(mean), dtype=bool), False
@@ -246,6 +252,10 @@ def crossed(standard, place, place_cov, mean, own, noise, before, mirror):
 
     for left, right in enumerate(mirror):
         if right <= left:
+            continue
+        pair = [left, right]
+        stayed, went = (np.linalg.norm(rows[pair] - last[there], axis=1).sum() for there in (pair, pair[::-1]))
+        if not before[left] and stayed <= went:
             continue
         over = far(left, right) + far(right, left)
         ratio = 0.5 * (far(left, left) + far(right, right) - over)
@@ -284,7 +294,7 @@ def given_back(given, rows, swapped, turn, origin, scale, upright, moved, std, f
     here = (scale * moved @ turn + origin) @ upright
     old = np.where((to_model >= 0)[:, None], given[to_model], np.nan)
     seen = np.isfinite(rows).all(axis=1)
-    placed = given + spread @ np.where(seen[:, None], here - np.nan_to_num(old), 0.0)
+    placed = given + spread @ np.where(seen[:, None], np.nan_to_num(here - old), 0.0)
     have = to_model >= 0
     placed[to_model[have]] = here[have] if (seen & have).any() else np.nan
     trust = np.where(seen & ~swapped, 1.0 - failing, 0.0)

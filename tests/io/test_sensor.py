@@ -14,7 +14,9 @@ from scipy.io import savemat
 from sensor_files import azure, ntu, places_of, standing, table, uiprmd
 
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UIPRMD22, UTDMHAD20, JointSet
+from motionmend.bodies.postures import Postures
 from motionmend.errors import FileError, UsageError
+from motionmend.io.joint_table import write_joint_table
 from motionmend.io.sensor import SENSOR_ENDINGS, kind_of, looks_like_sensor, read_postures
 from motionmend.io.sensor_source import warnings_of
 from motionmend.io.uiprmd import joints_in_room, read_uiprmd_markers
@@ -356,3 +358,17 @@ def test_a_gzip_of_any_text_is_read(tmp_path: Path) -> None:
     packed = tmp_path / "b.csv.gz"
     packed.write_bytes(gzip.compress(path.read_bytes()))
     np.testing.assert_array_equal(read_postures(packed).positions, read_postures(path).positions)
+
+
+@pytest.mark.parametrize("nobody", [0.0, np.nan])
+def test_a_recording_of_nobody_is_refused(tmp_path: Path, nobody: float) -> None:
+    empty = np.full((4, len(KINECT20.names), 3), nobody)
+    write_joint_table(tmp_path / "empty.csv", Postures(KINECT20.names, empty, np.arange(4) / 30.0))
+    with pytest.raises(FileError, match="nobody is in it"):
+        read_postures(tmp_path / "empty.csv")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("times", [[0.0], [0.0, 0.0, 0.0], [2.0, 1.0, 0.0]])
+def test_times_that_do_not_rise_have_no_rate(times: list[float]) -> None:
+    assert np.isnan(Postures(("head",), np.ones((len(times), 1, 3)), np.array(times)).fps)

@@ -65,6 +65,21 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     assert got[3][7] == 1.0
 
 
+@given(
+    st.integers(0, 50),
+    st.floats(0.0, 1.2),
+    st.sampled_from([-1.0, 0.0, 0.03, 0.1, np.inf]),
+    st.sampled_from([0, 3, JOINTS]),
+)
+@settings(max_examples=60, deadline=None)
+def test_who_leaps_is_told_as_by_the_twin(seed: int, far: float, seconds: float, missing: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows, way = some_posture(rng, missing), rng.normal(size=3)
+    before = rows - far * way / np.linalg.norm(way) + rng.normal(0.0, 0.02, rows.shape)
+    before[rng.permutation(JOINTS)[:4]] += 3.0  # some joints fail
+    assert sighting.leapt(rows, before, seconds) == naive.leapt(rows, before, seconds)
+
+
 def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
     postures = np.stack([some_posture(np.random.default_rng(seed)) for seed in range(7)])
     postures[1, 3], postures[1, 5, 1] = 0.0, np.inf
@@ -115,7 +130,8 @@ def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread:
     ]
     standard[rng.permutation(JOINTS)[:missing]] = np.nan
     cov = np.tile(np.eye(3) * spread**2, (JOINTS, 1, 1))
-    told = (standard, place, cov, mean, own, noise, rng.uniform(size=JOINTS) < 0.3, BODY.mirror)
+    last = standard[np.where(rng.uniform(size=JOINTS) < 0.5, BODY.mirror, np.arange(JOINTS))]
+    told = (standard, last, standard, place, cov, mean, own, noise, rng.uniform(size=JOINTS) < 0.3, BODY.mirror)
     got, wanted = sighting.crossed(*told), naive.crossed(*told)
     np.testing.assert_array_equal(got[0], wanted[0])
     assert got[1] == wanted[1]
@@ -147,6 +163,9 @@ def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
     lost = np.setdiff1d(np.arange(JOINTS), to_model)
     given_rows = some_posture(rng, missing)
     rows = np.where((to_model >= 0)[:, None], given_rows[to_model], np.nan)
+    rows[np.flatnonzero(to_model >= 0)[:4]] = rng.normal(size=(4, 3))  # sides changed back: where the sensor has none
+    given_rows = given_rows.copy()
+    given_rows[to_model[np.flatnonzero(to_model >= 0)[:2]]] = np.nan
     own = np.zeros((JOINTS, JOINTS))
     own[to_model[to_model >= 0], np.flatnonzero(to_model >= 0)] = 1.0
     spread = following(BODY.names, ~np.isin(np.arange(JOINTS), lost)) @ own

@@ -67,8 +67,9 @@ class Postures:
 
     @property
     def fps(self) -> float:
-        """Frames per second, Hz: one over the median step of `times`; NaN for fewer than two frames."""
-        return float(1.0 / np.median(np.diff(self.times))) if self.frames > 1 else float("nan")
+        """Hz: one over the median step of `times`; NaN for fewer than two frames, or times that do not rise."""
+        step = float(np.median(np.diff(self.times))) if self.frames > 1 else 0.0
+        return 1.0 / step if step > 0.0 else float("nan")
 
     def with_positions(self, positions: Floats) -> "Postures":
         """The same recording with other positions (T, J, 3) in metres; all else stays as it was."""

@@ -27,6 +27,7 @@ class Anatomy:
     trunk : (J,) joints of the trunk.
     upper, lower : joints that lie above and below one another in a person who stands or sits.
     legs : (L, 3) hip, knee and ankle.
+    feet : (F, 2) ankle and foot.
     """
 
     names: tuple[str, ...]
@@ -38,6 +39,7 @@ class Anatomy:
     upper: Ints
     lower: Ints
     legs: Ints
+    feet: Ints
 
     @cached_property
     def near(self) -> Ints:
@@ -83,6 +85,7 @@ def anatomy(names: Sequence[str]) -> Anatomy:
     bones = [(int(p), k) for k, p in enumerate(above) if p >= 0]
     across = [(place[f"l_{one}"], place[f"r_{one}"]) for one in ACROSS if {f"l_{one}", f"r_{one}"} <= place.keys()]
     legs = [_places(place, *(f"{side}_{one}" for one in ("hip", "knee", "ankle"))) for side in "lr"]
+    feet = [_places(place, *(f"{side}_{one}" for one in ("ankle", "foot"))) for side in "lr"]
     trunk = np.array([meaning in TRUNK for meaning in meant], dtype=np.bool_)
     return Anatomy(
         tuple(names),
@@ -94,6 +97,7 @@ def anatomy(names: Sequence[str]) -> Anatomy:
         _places(place, "head", "neck", "neck_base", "l_shoulder", "r_shoulder"),
         _places(place, "pelvis", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle"),
         np.array([leg for leg in legs if len(leg) == 3], dtype=np.int64).reshape(-1, 3),
+        np.array([foot for foot in feet if len(foot) == 2], dtype=np.int64).reshape(-1, 2),
     )
 
 

@@ -13,6 +13,7 @@ from ..errors import MismatchError, UsageError
 from ..kernels import bones
 from ..numerics.factors import Factors
 from ..numerics.local_gp import Mixture
+from .alarm import alarmed
 from .anatomy import anatomy, following
 from .classic import FILTERS, Samples
 from .joining import inward, joined, outward
@@ -72,12 +73,13 @@ class Corrector:
         kept = np.linspace(0, len(samples) - 1, min(len(samples), KEPT)).astype(int)
         some = samples[:: max(len(samples) // 500, 1)]
         moved = some + following(body.names, paired) @ processes.predict(shape_features(some, body))[0]
+        factors, detector = learned_factors(taught, good, body), usual_unsteadiness(taught, good, body)
         return CorrectorModel(
             self,
             body.names,
             standard,
-            learned_factors(taught, good, body),
-            usual_unsteadiness(taught, good, body),
+            factors,
+            alarmed(Watcher(body, standard, factors, detector), taught, good),
             processes,
             np.append(bone_lengths(moved, body).mean(axis=0), np.nan),
             paired,
@@ -246,6 +248,7 @@ class CorrectorModel:
     ) -> tuple[CorrectorState, Corrected]:
         """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known, and the
         state after it and the `latest` frame that came."""
+        state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None])
         since, at = time - state.shown.time, (sight.rows, sight.earlier)
@@ -297,9 +300,9 @@ class CorrectorModel:
             nothing = np.zeros((0, len(postures.names)))
             return replace(postures, std=nothing, reliability=nothing)
         with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
+            postures = postures.with_positions(believable(postures.positions))
             if method in FILTERS:
                 return by_filter(postures, method)
-            postures = postures.with_positions(believable(postures.positions))
             if look_ahead is not None:
                 return self._as_live(postures, online, look_ahead)
             if method == "default":

@@ -19,9 +19,11 @@ def judged_again(sights: Sequence[Sight]) -> Floats:
 
 
 def gaps_between(sights: Sequence[Sight]) -> Floats:
-    """(T,) s since the frame before, 0 for the first; a clock that goes back stands still."""
+    """(T,) s since the frame before, 0 for the first; a clock that goes back stands still. Infinite where nothing of
+    what was before is known of: after a long break, or of somebody else."""
     times = np.array([one.time for one in sights], dtype=np.float64)
-    return np.maximum(np.diff(times, prepend=times[0]), 0.0)
+    gaps = np.maximum(np.diff(times, prepend=times[0]), 0.0)
+    return np.where((gaps > PATIENCE) | np.array([one.other for one in sights]), np.inf, gaps)
 
 
 def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> tuple[Floats, Floats]:

@@ -24,6 +24,10 @@ LEAST_STRANGE = 0.3  # standard metres; offsets less than this are learned in an
 
 MISFITS = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # standard metres, of people not seen in training
 HELD_OUT = 60  # frames of each third of the recordings that are looked at
+UNSEEN = 0.1  # standard metres, of a coordinate in movements of which none was shown
+MOVEMENT_SECONDS = 2.5  # in which one is shown
+MOVING = 0.9  # share of joints and bones that are steadier than those that move much
+RESTING = 5.0  # movements after which a quarter of what is usual of a joint is still that of those that move
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +147,8 @@ def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anato
     """Factors of the sensor's postures and of the same people in a mirror, from frames in which all joints go well.
 
     What factors leave open is larger in people who were not seen in training: as large as makes the joints of some of
-    the recordings likeliest, each from all others, given factors of the rest.
+    the recordings likeliest, each from all others, given factors of the rest. Recordings that are all alike know
+    nothing of other movements: what those may hold shrinks only with the time that was shown.
 
     Raises
     ------
@@ -154,8 +159,9 @@ def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anato
         raise MismatchError(
             "wanted frames in which the sensor has all joints near the truth, came none: check the pairs' offsets"
         )
+    unseen = UNSEEN**2 / (1.0 + movements(taught))
     if len(taught) < 3:
-        return replace(whole, noise=whole.noise + MISFITS[3] ** 2)
+        return replace(whole, noise=whole.noise + max(MISFITS[3] ** 2, unseen))
     scores = np.zeros(len(MISFITS))
     for apart in np.array_split(np.arange(len(taught)), 3):  # recordings of one person mostly stand together
         rest = [k for k in range(len(taught)) if k not in apart]
@@ -166,7 +172,13 @@ def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anato
         some = frames[np.linspace(0, len(frames) - 1, min(len(frames), HELD_OUT)).astype(int)]
         for m, misfit in enumerate(MISFITS):
             scores[m] += _likelihood(replace(known, noise=known.noise + misfit**2), some)
-    return replace(whole, noise=whole.noise + MISFITS[int(np.argmax(scores))] ** 2)
+    return replace(whole, noise=whole.noise + max(MISFITS[int(np.argmax(scores))] ** 2, unseen))
+
+
+def movements(taught: Sequence[Lesson]) -> float:
+    """How many movements may have been shown in the time that was."""
+    seconds = [float(np.minimum(np.maximum(np.diff(one.times), 0.0), STEP_SECONDS).sum()) for one in taught]
+    return sum(seconds) / MOVEMENT_SECONDS
 
 
 def _complete(one: Lesson, well: Bools) -> Bools:
@@ -216,11 +228,20 @@ def usual_unsteadiness(taught: Sequence[Lesson], good: Sequence[Bools], body: An
         size = np.sqrt((bent**2).sum(axis=2))
         jerk.append(np.where(well[2:], size, np.nan))
     off, sizes_ = np.concatenate(spread), np.concatenate(jerk)
+    shown = movements(taught)
     return Detector(
         np.array([2.0, 0.5, 0.7, 0.7, 1.5, 1.0, 4.0, -0.5, -11.0]),
-        np.maximum(_filled(_medians(np.abs(off)) / 0.6745), 0.01),
-        np.maximum(_filled(_medians(sizes_)), 0.001),
+        _as_unsteady(np.maximum(_filled(_medians(np.abs(off)) / 0.6745), 0.01), shown),
+        _as_unsteady(np.maximum(_filled(_medians(sizes_)), 0.001), shown),
     )
+
+
+def _as_unsteady(usual: Floats, shown: float) -> Floats:
+    """Usual sizes (N,) of joints or bones, the less of their own the less was shown: what rested may yet move, and is
+    then as unsteady as what moved."""
+    moving = float(np.quantile(usual, MOVING)) if len(usual) else 0.0
+    share = (RESTING / (RESTING + shown)) ** 2
+    return np.sqrt((1.0 - share) * usual**2 + share * moving**2)
 
 
 def _medians(values: Floats) -> Floats:

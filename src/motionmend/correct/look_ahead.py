@@ -85,6 +85,7 @@ def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats
     own = sights[0].followed.own
     values = less_own(factors, sights, np.broadcast_to(own, (len(sights), *own.shape)))
     gaps = np.maximum(np.diff(np.array([_time(one) for one in sights]), prepend=waiting.time), 0.0)
+    gaps = np.where([one.other for one in sights], np.inf, gaps)
     beliefs: list[Belief] = []
     before = waiting.belief
     for t, gap in enumerate(gaps):

@@ -168,7 +168,7 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     came = int(np.argmax(np.isfinite(rows[:GLIMPSE]).any(axis=(1, 2))))
     known = float(postures.times[came])  # which side is which is asked of all frames, not of one
     begun = replace(begun, lengths=last.lengths, followed=met, seen=known)
-    confused = _confused_before(glimpse, len(rows)) ^ glimpse[came].swapped ^ _confused_throughout(watcher, glimpse)
+    confused = _confused_at_first(glimpse, came, len(rows)) ^ _confused_throughout(watcher, glimpse)
     sights = _watched(watcher, joining, begun, rows, postures, confused)
     return joining, [replace(one, swapped=one.swapped ^ was) for one, was in zip(sights, confused, strict=True)]
 
@@ -184,11 +184,33 @@ def _confused_throughout(watcher: Watcher, sights: Sequence[Sight]) -> Bools:
     return confused ^ confused_limbs(factors, standard, body, postures, ENOUGH)
 
 
-def _confused_before(sights: Sequence[Sight], frames: int) -> Bools:
-    """(T, J) joints whose sides were confused until a later frame showed it."""
-    righted = np.zeros((frames, len(sights[0].righted)), dtype=np.bool_)
-    righted[: len(sights)] = [one.righted for one in sights]
-    return np.asarray(np.logical_or.accumulate(righted[::-1], axis=0)[::-1] & ~righted)
+def _confused_at_first(sights: Sequence[Sight], came: int, frames: int) -> Bools:
+    """(T, J) joints whose sides were confused from the frame in which somebody came until they changed, or somebody
+    else was there: by that frame itself, or as a later one showed.
+
+    Parameters
+    ----------
+    came : the first frame with somebody.
+    frames : T, of which the sights are the first.
+    """
+    changed = np.stack([one.swapped for one in sights])
+    behind = np.zeros(
+        changed.shape, dtype=np.bool_
+    )  # confused until a later frame showed it, as long as nothing changed
+    for t in range(len(sights) - 1, 0, -1):
+        if not sights[t].other:
+            behind[t - 1] = sights[t].righted | (behind[t] & (changed[t] == changed[t - 1]))
+    confused = changed ^ behind
+    alike = np.logical_and.accumulate(confused[came:] == confused[came], axis=0)
+    others = [t for t, one in enumerate(sights) if one.other and t > came]
+    found = np.zeros((frames, changed.shape[1]), dtype=np.bool_)
+    found[: len(sights)] = confused[came]
+    found[came : len(sights)] &= alike
+    if others:
+        found[others[0] :] = False
+    else:
+        found[len(sights) :] = confused[came] & alike[-1]
+    return found
 
 
 def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight], Floats, Placement]:

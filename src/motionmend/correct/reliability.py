@@ -102,10 +102,12 @@ def chain_backward(forecasts: Floats, filtered: Floats, seconds: Floats) -> Floa
     Parameters
     ----------
     forecasts, filtered : (T, J) of `Followed`: `forecast` and `failing`.
-    seconds : (T,) since the frame before.
+    seconds : (T,) since the frame before; infinite where the two frames say nothing of each other.
     """
     smoothed = np.array(filtered)
     for t in range(len(filtered) - 2, -1, -1):
+        if not np.isfinite(seconds[t + 1]):
+            continue
         out = 1.0 - np.exp(-seconds[t + 1] / FAILING_SECONDS)
         into = 1.0 - np.exp(-seconds[t + 1] / HONEST_SECONDS)
         stays = filtered[t] * (

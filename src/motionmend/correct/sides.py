@@ -48,6 +48,21 @@ def changed(positions: Any, pairs: Ints) -> Any:
     return other
 
 
+def gone_along(rows: Floats, last: Floats, sides: Bools, body: Anatomy) -> Bools:
+    """(J,) joints of limbs that changed places together with a trunk that did: those that are nearer to where the other
+    was a frame ago; `sides` (J,) as otherwise told where that is not known.
+
+    Parameters
+    ----------
+    rows, last : (J, 3) m, where the sensor has limbs now, and where they were.
+    """
+    stayed = np.sqrt(((rows - last) ** 2).sum(axis=1))
+    went = np.sqrt(((rows - last[body.mirror]) ** 2).sum(axis=1))
+    closer = (stayed + stayed[body.mirror]) - (went + went[body.mirror])
+    loose = np.isfinite(closer) & ~np.isin(np.arange(len(rows)), body.across)
+    return np.where(loose, closer > 0.0, sides)
+
+
 def confused_until_now(
     factors: Factors, usual: Standard, body: Anatomy, posture: Floats, pairs: Ints, seconds: float
 ) -> bool:
@@ -99,10 +114,10 @@ def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: F
 def faces_away(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, least: float = REVISED) -> bool:
     """Whether all sides are exchanged, as when a back is taken for a front; parameters as of `confused_limbs`.
 
-    Never where knees bend ahead as given: a body that faced the other way would bend them backwards, however little the
-    posture is like learned ones.
+    Never where knees bend or toes point ahead as given: a body that faced the other way would have them backwards,
+    however little the posture is like learned ones.
     """
-    if knees_ahead(postures, body) > BENT:
+    if knees_ahead(postures, body) > BENT or toes_ahead(postures, body) > 0.0:
         return False
     return _likelier(factors, usual, body, postures, about_turn(postures, body)) > least
 
@@ -120,6 +135,15 @@ def knees_ahead(postures: Floats, body: Anatomy) -> float:
         return 0.0
     most = np.take_along_axis(ahead, np.argmax(np.abs(ahead), axis=1)[:, None], axis=1)
     return float(np.median(most))
+
+
+def toes_ahead(postures: Floats, body: Anatomy) -> float:
+    """m, in the median of postures (T, J, 3) in standard form, by which feet lie before their ankles in the mean, below
+    0 behind them; 0 without feet."""
+    ahead = np.moveaxis(postures[:, body.feet, 2], 2, 0)
+    mean = (ahead[1] - ahead[0]).mean(axis=1) if len(body.feet) else np.zeros(0)
+    mean = mean[np.isfinite(mean)]
+    return float(np.median(mean)) if mean.size else 0.0
 
 
 def about_turn(postures: Floats, body: Anatomy) -> Floats:

@@ -13,7 +13,7 @@ from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
-from .sides import changed, confused_limbs, confused_until_now, faces_away, trunk_turned
+from .sides import changed, confused_limbs, confused_until_now, faces_away, gone_along, trunk_turned
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
@@ -42,6 +42,7 @@ class Sight:
     seen : s, of the last frame in which somebody was; -inf before that.
     rows : (J, 3) m, the frame's positions upright, NaN = missing.
     earlier : (J, 3) m, those of the frame before.
+    latest : (J, 3) m, those of the last frame in which somebody was.
     placement : of this frame alone.
     direction : (2,) where the trunk points from right to left.
     lengths : (2, B) trusted lengths summed in m, and how many.
@@ -49,6 +50,7 @@ class Sight:
     swapped : (J,) joints whose sides were changed back.
     righted : (J,) joints whose sides, as this frame shows, were confused until now.
     refused : the frame says so little that it was not judged.
+    other : somebody else is where a moment ago somebody was.
     """
 
     upright: Floats | None
@@ -56,6 +58,7 @@ class Sight:
     seen: float
     rows: Floats
     earlier: Floats
+    latest: Floats
     placement: Placement
     direction: Floats
     lengths: Floats
@@ -63,6 +66,7 @@ class Sight:
     swapped: Bools
     righted: Bools
     refused: bool
+    other: bool = False
 
     @property
     def scale(self) -> float:
@@ -77,6 +81,7 @@ def fresh(watcher: Watcher) -> Sight:
         None,
         None,
         -np.inf,
+        np.full((joints, 3), np.nan),
         np.full((joints, 3), np.nan),
         np.full((joints, 3), np.nan),
         Placement(np.eye(3)[None], np.zeros((1, 3)), np.ones(1)),
@@ -161,10 +166,15 @@ def look(
         turn_up = upright(rows[None], body) if seen else None
     if turn_up is not None:
         rows = rows @ turn_up.T
+    other = bool(kernel.leapt(rows, sight.latest, time - sight.seen))
+    if other:
+        sight = replace(fresh(watcher), upright=turn_up)
     seconds, away = 0.0 if sight.time is None else max(time - sight.time, 0.0), time - sight.seen
     before = sight.followed
     if away > PATIENCE:
         before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
+    elif sight.time is not None and sight.seen != sight.time:  # who was out of sight did not fail
+        before = replace(before, failing=begin(watcher.factors).failing)
     turned = trunk_turned(rows, sight.direction, away, body)
     none = np.zeros(len(rows), dtype=np.bool_)
     swapped, righted = none, none
@@ -184,7 +194,11 @@ def look(
             standard, swapped = changed(standard, limbs), swapped ^ hung
     known = watcher.factors
     forecast, ahead = process.forecast(known, before.belief, seconds)
-    sides, unsure = kernel.crossed(standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror)
+    sides, unsure = kernel.crossed(
+        rows, sight.rows, standard, *ahead, known.mean, before.own, known.noise, sight.swapped, body.mirror
+    )
+    if len(turned) and away <= PATIENCE and (turned != sight.swapped[body.across[:, 0]]).all():
+        sides = gone_along(rows, sight.rows, sides, body)
     if np.count_nonzero(sides):
         limbs = body.pairs[sides[body.pairs[:, 0]]]
         met = float(before.met[sides].max())
@@ -211,12 +225,14 @@ def look(
         NO_STATES if states is None else states,
     )
     followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, raw, *signs)
+    anyone = bool(np.count_nonzero(np.isfinite(rows)))
     return Sight(
         turn_up,
         time,
-        time if np.count_nonzero(np.isfinite(rows)) else sight.seen,
+        time if anyone else sight.seen,
         rows,
         sight.rows,
+        rows if anyone else sight.latest,
         Placement(placed[0][None], placed[1][None], np.array([placed[2]])),
         direction,
         kernel.counted(sight.lengths, lengths, followed.failing, body.bones),
@@ -224,6 +240,7 @@ def look(
         swapped,
         righted,
         unsure or bool(followed.failing.sum() > len(rows) - 3.0),
+        other,
     )
 
 

@@ -63,7 +63,7 @@ def read_postures(path: str | os.PathLike[str], *, fps: float | None = None) -> 
     if kind in _OTHERS:
         raise FileError(f"{file}: wanted joints as a sensor gives them, came {_OTHERS[kind]}")
     postures = _read(file, kind, fps)
-    if not postures.present.any():
+    if not (postures.present & postures.positions.any(axis=2)).any():  # zeros are what recorders write for nobody
         raise FileError(f"{file}: nobody is in it: no joint has a position in any of {postures.frames} frames")
     if fps is None or np.allclose(np.diff(postures.times), 1.0 / fps, rtol=1e-4):
         return postures

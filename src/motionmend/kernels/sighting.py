@@ -16,6 +16,7 @@ SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it 
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
+LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
 
@@ -214,6 +215,8 @@ def _length(rows: Floats, one: int, other: int) -> float:
 
 @compiled
 def crossed(
+    rows: Floats,
+    last: Floats,
     standard: Floats,
     place: Floats,
     place_cov: Floats,
@@ -225,8 +228,11 @@ def crossed(
 ) -> Any:
     """Which pairs of joints stand where the other one is expected (J,), and whether it could not be told for some.
 
+    Sides are confused from one frame to the next: a pair that went on as it went is not, wherever it is expected.
+
     Parameters
     ----------
+    rows, last : (J, 3) m, where the sensor has the joints, and where they were a frame ago, NaN = missing.
     standard : (J, 3) what the sensor says, in standard form, NaN = missing.
     place, place_cov : (J, 3), (J, 3, 3) deviations that the frames before let expect.
     mean, own, noise : (J, 3), (J, 3), (J,) of all people, this person's own, and what stays open.
@@ -244,6 +250,9 @@ def crossed(
         right = mirror[left]
         if right <= left:
             continue
+        stayed = _apart(rows, last, left, left) + _apart(rows, last, right, right)
+        if not before[left] and stayed <= _apart(rows, last, left, right) + _apart(rows, last, right, left):
+            continue
         straight = _far(standard, expected, variance, left, left) + _far(standard, expected, variance, right, right)
         over = _far(standard, expected, variance, left, right) + _far(standard, expected, variance, right, left)
         ratio = 0.5 * (straight - over)
@@ -254,6 +263,14 @@ def crossed(
         elif ratio > 0.5 * SURE:
             unsure = True
     return swapped, unsure
+
+
+@compiled
+def _apart(rows: Floats, last: Floats, one: int, there: int) -> float:
+    square = 0.0
+    for d in range(3):
+        square += (rows[one, d] - last[there, d]) ** 2
+    return sqrt(square)
 
 
 @compiled
@@ -377,8 +394,9 @@ def given_back(
         if seen:
             anyone = anyone or to_model[j] >= 0
             trust[j] = 0.0 if swapped[j] else 1.0 - failing[j]
-            for d in range(3):
-                shift[j, d] = here[j, d] - given[to_model[j], d]
+            for d in range(3):  # whose sides were changed back may have come where the sensor has no joint
+                step = here[j, d] - given[to_model[j], d]
+                shift[j, d] = step if isfinite(step) else 0.0
     for n in range(count):
         whole = isfinite(given[n, 0]) and isfinite(given[n, 1]) and isfinite(given[n, 2])
         deviation[n] = reliable[n] = 0.0
@@ -415,3 +433,31 @@ def turned_around(rows: Floats, before: Floats, across: Ints) -> Bools:
         size = hypot(x, z)
         found[p] = size > WIDE and x * before[0] + z * before[1] < OPPOSED * size * hypot(before[0], before[1])
     return found
+
+
+@compiled
+def leapt(rows: Floats, before: Floats, seconds: float) -> bool:
+    """Whether the middle joint is farther from where it was than anybody goes in that time.
+
+    Parameters
+    ----------
+    rows, before : (J, 3) m, NaN = missing.
+    seconds : between them.
+    """
+    joints = rows.shape[0]
+    apart, square = np.empty(joints), 0.0
+    for d in range(3):
+        known = 0
+        for j in range(joints):
+            step = rows[j, d] - before[j, d]
+            if isfinite(step):
+                at = known
+                while at > 0 and apart[at - 1] > step:  # a handful: by insertion
+                    apart[at] = apart[at - 1]
+                    at -= 1
+                apart[at] = step
+                known += 1
+        if known == 0:
+            return False
+        square += (0.5 * (apart[(known - 1) // 2] + apart[known // 2])) ** 2
+    return sqrt(square) > LEAP + FASTEST * max(seconds, 0.0)

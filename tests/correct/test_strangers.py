@@ -1,0 +1,128 @@
+"""What was not shown: movements, restless sensors, somebody else."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from sensed_people import error, fitted, pair, recording, sensed, truth
+
+from motionmend.arrays import Floats
+from motionmend.bodies.joint_sets import KINECT25, correspondence, mirrored
+from motionmend.bodies.postures import Postures
+from motionmend.correct import Corrector, CorrectorModel, Pair
+from motionmend.evaluate.sensor_failures import fail
+
+
+@pytest.fixture(scope="module")
+def model() -> CorrectorModel:
+    return fitted()
+
+
+def live(model: CorrectorModel, frames: Floats, times: Floats) -> Floats:
+    state = model.start(model.names)
+    found = []
+    for t, frame in zip(times, frames, strict=True):
+        state, one = model.step(state, frame, None, float(t))
+        found.append(one.positions)
+    return np.stack(found)
+
+
+@pytest.mark.parametrize("taught", ["walk", "reach"])
+@pytest.mark.parametrize("count", [1, 3])
+def test_who_was_taught_one_movement_makes_no_other_worse(taught: str, count: int) -> None:
+    """Three repetitions all alike say no more of other movements than one does."""
+    little = Corrector(points=100).fit([pair(taught, seed) for seed in range(count)])
+    for action in ("walk", "reach", "jump"):
+        true = truth(action, 40)
+        raw = recording(sensed(true, 40))
+        assert error(little.correct(raw), true) < error(raw, true)
+
+
+def test_limbs_of_a_restless_sensor_are_found_failing_too() -> None:
+    """Bones and jerk that are usual there hide what would be evidence elsewhere."""
+    noise, names = 0.02, ("walk", "reach", "jump", "run")
+    pairs = []
+    for seed in range(4):
+        for action in names:
+            true = truth(action, seed, 3.0)
+            pairs.append(Pair(recording(sensed(true, seed, noise)), recording(true)))
+    restless = Corrector(points=100).fit(pairs)
+    raw, found = [], []
+    for seed, action in enumerate(names):
+        true = truth(action, 50, 4.0)
+        failed = fail(recording(sensed(true, 50, noise)), seed=seed, swaps=0.0, states=False)
+        for kept, postures in ((raw, failed.postures), (found, restless.correct(failed.postures))):
+            kept.append(np.linalg.norm(postures.positions - true, axis=2)[failed.affected].mean())
+    assert np.mean(found) < 0.55 * np.mean(raw)
+
+
+@pytest.mark.parametrize("lost", [0, 5])
+def test_somebody_else_is_met_as_a_stranger(model: CorrectorModel, lost: int) -> None:
+    """A metre to the side from one frame to the next, or half a second on, is nobody who was there."""
+    first, second = (sensed(truth(action, 60, 2.0), 60) for action in ("walk", "reach"))
+    turn = Rotation.from_euler("y", 170.0, degrees=True).as_matrix()
+    second = 1.1 * (second - second[0, 0]) @ turn.T + first[-1, 0] + [3.0, 0.1, 0.5]
+    frames = np.concatenate([first, np.full((lost, *first.shape[1:]), np.nan), second])
+    times = np.arange(len(frames)) / 30.0
+    met = slice(len(first) + lost, None)
+    alone = live(model, second, times[met])
+    np.testing.assert_allclose(live(model, frames, times)[met], alone, atol=1e-9)
+    ahead, calm = (
+        model.correct(Postures(model.names, one, times[: len(one)]), look_ahead=3) for one in (frames, first)
+    )
+    np.testing.assert_allclose(ahead.positions[: len(first) - 3], calm.positions[:-3], atol=1e-9)
+    assert np.linalg.norm(ahead.positions[met] - alone, axis=2).mean() < 0.01
+    both = model.correct(Postures(model.names, frames, times)).positions
+    apart = [model.correct(recording(one)).positions for one in (first, second)]
+    assert np.linalg.norm(both[: len(first)] - apart[0], axis=2).mean() < 0.02
+    assert np.linalg.norm(both[met] - apart[1], axis=2).mean() < 0.02
+
+
+@pytest.mark.parametrize("lost", [6, 15])
+def test_who_was_out_of_sight_for_a_moment_did_not_fail(model: CorrectorModel, lost: int) -> None:
+    """Nobody stays where they were lost: a walker comes into sight a metre on."""
+    frames = sensed(truth("walk", 61, 3.0), 61) + np.linspace([0.0, 0.0, 0.0], [6.0, 0.0, 0.0], 90)[:, None]
+    times = np.arange(len(frames)) / 30.0
+    wanted = model.correct(recording(frames)).positions
+    gap, after = slice(40, 40 + lost), slice(40 + lost, None)
+    at_once = live(model, frames, times)
+    frames[gap] = np.nan
+    assert np.linalg.norm(live(model, frames, times) - at_once, axis=2)[after].mean() < 0.02
+    assert np.linalg.norm(model.correct(recording(frames)).positions - wanted, axis=2)[after].mean() < 0.02
+
+
+def test_who_comes_late_is_met_where_they_are(model: CorrectorModel) -> None:
+    """Empty frames before somebody comes say nothing of where that is, nor that their joints fail."""
+    frames = sensed(truth("walk", 64, 2.0), 64) + np.array([0.5, 0.0, 3.0])
+    wanted, frames[:3] = model.correct(recording(frames)).positions, np.nan
+    assert np.linalg.norm(model.correct(recording(frames)).positions - wanted, axis=2)[3:].max() < 0.05
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_joints_that_are_there_stay_there_whatever_others_lack(model: CorrectorModel, seed: int) -> None:
+    """Sides that are changed back bring joints to where the sensor has none; those that hang on them are kept."""
+    names, rng = KINECT25.names, np.random.default_rng(seed)
+    frames = sensed(truth("walk", 62, 2.0), 62)[:, np.maximum(correspondence(model.names, names), 0)]
+    frames = frames[:, mirrored(names)]
+    frames[1:][rng.random((len(frames) - 1, len(names))) < 0.2] = np.nan
+    found = model.correct(Postures(names, frames, np.arange(len(frames)) / 30.0)).positions
+    assert np.isfinite(found[np.isfinite(frames)]).all()
+
+
+@pytest.mark.parametrize("exchanged", [15, 30])
+def test_who_comes_with_the_sides_exchanged_is_right_when_they_are(model: CorrectorModel, exchanged: int) -> None:
+    """That a recording begins with a back taken for a front says nothing of how it goes on."""
+    right = sensed(truth("run", 36, 3.0), 36)
+    frames = right.copy()
+    frames[:exchanged] = right[:exchanged, mirrored(model.names)]
+    apart = model.correct(recording(frames)).positions - model.correct(recording(right)).positions
+    assert np.linalg.norm(apart, axis=2).mean() < 0.02
+
+
+@pytest.mark.parametrize("method", ["default", "ridge", "one-euro", "savgol", "kalman"])
+def test_what_is_no_person_moves_nobody(model: CorrectorModel, method: str) -> None:
+    """Frames of zeros between others are those of an empty room, for filters too."""
+    frames = sensed(truth("walk", 63, 2.0), 63)
+    frames[20:24] = 0.0
+    found = model.correct(recording(frames), method=method).positions
+    there = np.delete(np.arange(len(frames)), np.arange(20, 24))
+    assert np.linalg.norm(found - frames, axis=2)[there].max() < 0.5
