@@ -13,6 +13,7 @@ from .as_pose import smoother_as_pose
 from .bursts import long_runs
 from .channels import Channels, to_channels
 from .digits import rounding, shaken
+from .displaced import displaced
 from .filling import fill_gaps
 from .filtered import Filtered
 from .hedge import filled_both_ways
@@ -94,10 +95,19 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     """
     outcome = _mended_once(recording, known)
     still = in_noise(held(recording), outcome, recording)
-    if not still.any():
+    away = _elsewhere(recording, outcome) & ~still
+    if not still.any() and not away.any():
         return outcome
     del outcome  # of a long recording only one is held at once
-    return told(_mended_once(without(recording, still), known), still)
+    return told(_mended_once(without(recording, still | away), known), still, away)
+
+
+def _elsewhere(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
+    """(T, C) measured samples of markers that are not in their place; of angles nobody can tell."""
+    if not isinstance(recording, Markers):
+        return np.zeros(outcome.origin.shape, dtype=bool)
+    believed = outcome.origin[..., None] == Origin.MEASURED
+    return displaced(np.where(believed, recording.positions, np.nan), recording.fps)
 
 
 def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
