@@ -122,3 +122,17 @@ def test_real_clean_clips_with_jumps_of_their_own_are_left_alone(data, clip, fps
     fingers = np.array([any(part in name for part in ("hand", "finger", "thumb", "toe")) for name in clean.channels])
     away = np.degrees(outcome.recording.q - clean.q)[:, joints & ~fingers]
     assert np.sqrt(np.mean(np.square(away))) < 0.3
+
+
+def test_what_is_left_as_its_own_leap_is_said_and_where():
+    clean = truth("walk", seconds=8.0)
+    channel = clean.channels[np.flatnonzero(clean.skeleton.dof_joint == 3)[0]]
+    q = clean.q.copy()
+    q[[40, 120, 190], clean.channels.index(channel)] += np.radians(8.0)
+    outcome = mm.repair_without_model(clean.with_q(q))
+    left = np.degrees(np.abs(outcome.recording.q - q))[[40, 120, 190], clean.channels.index(channel)] < 0.5
+    said = [warning for warning in outcome.warnings if "leap like outliers" in warning]
+    assert len(said) == int(left.any())
+    assert all(f"{channel} ({left.sum()})" in sentence for sentence in said)
+    noisy = mm.corrupt(clean, noise=np.radians(2.0), outliers=0.05, seed=1).recording
+    assert not any("leap like" in warning for warning in mm.repair_without_model(noisy).warnings)
