@@ -26,7 +26,7 @@ LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home
 ALONE = 0.5  # of its guides that may be elsewhere at the time; else it is a limb that moves as never before
 SURE = 3.0  # deviations of the filling
 AT_ONCE = 0.3  # of how far it is away it leaps at either end: a posture never seen before is reached by and by
-SHORTEST = 0.05  # s; who is away for less in all is found among the outliers
+SHORTEST, FRAMES = 0.05, 2  # s and frames; who is away for no more in all is found among the outliers
 _TIMES_USUAL = 3.0  # times the median error from which samples tell little
 _LEAST_USUAL = 1e-4  # m
 _RIDGE = 0.01  # of the variance of what the guides do
@@ -73,7 +73,7 @@ def _displaced(positions: Floats, fps: float) -> Bools:
             ends = [start] * (start > 0) + [stop - 1] * (stop < len(seen))
             if (away[ends, marker] < AT_ONCE**2 * away[start:stop, marker].mean()).any():
                 found[start:stop, marker] = False
-    found[:, found.sum(axis=0) <= SHORTEST * fps] = False
+    found[:, found.sum(axis=0) <= max(SHORTEST * fps, FRAMES)] = False
     return found
 
 
