@@ -239,7 +239,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
         as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
-        own_leaps = partial(own_jumps, linked=channels_that_meet(recording.skeleton, channels.columns))
+        linked = channels_that_meet(recording.skeleton, channels.columns)
+        own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
     rounded = rounding(recording, channels.columns)
     mended = partial(
         mend_channels,
