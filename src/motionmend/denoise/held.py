@@ -123,7 +123,7 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
     ----------
     outcome : of the recording without them.
     still : samples that were held.
-    away : samples of markers that were `displaced`.
+    away : samples of markers that were `displaced`, or of a root that was `thrown`.
     """
     lost = still | away
     origin: Bytes = np.where(lost & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(np.uint8)
@@ -135,10 +135,16 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
         )
     if away.any():
         said.append(
-            f"{int(away.sum())} samples of markers that leapt away from where those about them have them were taken as "
-            f"missing: {_named(outcome.recording, away)}"
+            f"{int(away.sum())} samples of {_what(outcome.recording)} were taken as missing: "
+            f"{_named(outcome.recording, away)}"
         )
     return replace(outcome, origin=origin, warnings=tuple(said))
+
+
+def _what(recording: Motion | Markers) -> str:
+    if isinstance(recording, Motion):
+        return "a root that leapt away and back, as no body can,"
+    return "markers that leapt away from where those about them have them"
 
 
 def _named(recording: Motion | Markers, samples: Bools) -> str:

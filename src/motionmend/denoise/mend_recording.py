@@ -35,6 +35,7 @@ from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
+from .thrown_root import thrown
 from .untaught import with_untaught
 
 CENTIMETRES = 100.0
@@ -104,9 +105,9 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
 
 
 def _elsewhere(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
-    """(T, C) measured samples of markers that are not in their place; of angles nobody can tell."""
-    if not isinstance(recording, Markers):
-        return np.zeros(outcome.origin.shape, dtype=bool)
+    """(T, C) measured samples of markers that are not in their place, and of a root that is not."""
+    if isinstance(recording, Motion):
+        return thrown(recording)
     believed = outcome.origin[..., None] == Origin.MEASURED
     return displaced(np.where(believed, recording.positions, np.nan), recording.fps)
 
