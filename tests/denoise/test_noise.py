@@ -229,3 +229,19 @@ def test_some_that_are_not_are_taken_for_noise(rng, rate):
 def test_missing_samples_and_none_at_all_overlook_nothing():
     nowhere = np.full((30, 4), np.nan)
     assert overlooked(nowhere, np.zeros((30, 4)), np.zeros((30, 4), dtype=bool), np.ones(4)) == 1.0
+
+
+@given(st.integers(0, 10**6), st.integers(5, 10), st.sampled_from([0.1, 1.0, 5.0]))
+@settings(max_examples=30, deadline=None)
+def test_a_few_frames_tell_by_all_channels_together(seed, frames, noise):
+    """No channel has enough of them to tell for itself: a tenth of a degree was supposed, whatever they showed."""
+    rng = np.random.default_rng(seed)
+    smooth = np.arange(frames)[:, None] * rng.normal(0.0, 3.0, 60)
+    found = first_noise(smooth + noise * rng.standard_normal((frames, 60)))
+    assert np.ptp(found) == 0.0
+    assert 0.5 * noise < found[0] < 2.0 * noise
+
+
+def test_hardly_any_samples_tell_nothing():
+    assert (first_noise(np.zeros((3, 4))) > 0.0).all()
+    assert (first_noise(np.full((10, 4), np.nan)) > 0.0).all()

@@ -27,6 +27,13 @@ def test_steps_are_found_through_noise(ratio, seed, unit):
     assert 0.3 < np.median(np.sqrt(found)) / unit < 2.0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_who_hardly_moves_is_found_through_noise_of_hundreds_of_steps(seed):
+    """Lags of an eighth of a second still show noise alone, which passed for bends twice to four times as sharp."""
+    found = np.diag(first_bends(walks(1.0, 200.0, seed=seed), 120.0))
+    assert 0.3 < np.median(np.sqrt(found)) < 1.75
+
+
 def test_outliers_and_gaps_hardly_change_it():
     rng = np.random.default_rng(3)
     measured = walks(1.0, 10.0)

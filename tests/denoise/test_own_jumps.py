@@ -12,7 +12,7 @@ from motionmend.bodies.skeleton import ROTATION
 from motionmend.denoise.own_jumps import channels_that_meet, own_jumps
 
 SEEDS = st.integers(0, 10**6)
-FRAMES, CHANNELS = 200, 12
+FRAMES, CHANNELS, FPS = 200, 12, 30.0
 PAIRS = np.kron(np.eye(CHANNELS // 2, dtype=bool), np.ones((2, 2), dtype=bool)) & ~np.eye(CHANNELS, dtype=bool)
 
 
@@ -40,7 +40,7 @@ def test_a_few_jumps_hardly_sharper_than_the_motion_are_its_own(seed, count, tim
     rng = np.random.default_rng(seed)
     values, sharpest = _moving(rng)
     measured, hit = _jumps(rng, values, times * sharpest, count, paired=False)
-    np.testing.assert_array_equal(own_jumps(measured, hit, values, PAIRS), hit)
+    np.testing.assert_array_equal(own_jumps(measured, hit, values, PAIRS, FPS), hit)
 
 
 @given(SEEDS, st.integers(1, 60), st.floats(40.0, 80.0))
@@ -49,7 +49,7 @@ def test_what_lies_anywhere_one_by_one_is_an_outlier(seed, count, off):
     rng = np.random.default_rng(seed)
     values, _ = _moving(rng)
     measured, hit = _jumps(rng, values, np.full(CHANNELS, off), count, paired=False)
-    assert not own_jumps(measured, hit, values, PAIRS).any()
+    assert not own_jumps(measured, hit, values, PAIRS, FPS).any()
 
 
 @given(SEEDS)
@@ -58,13 +58,16 @@ def test_among_many_outliers_one_more_is_likelier_one_unless_it_goes_with_anothe
     rng = np.random.default_rng(seed)
     values, sharpest = _moving(rng)
     measured, hit = _jumps(rng, values, np.full(CHANNELS, 50.0), 20, paired=False)
-    free = np.flatnonzero(~hit.any(axis=1) & (np.arange(FRAMES) > 5))[::7]
+    # one by one: what follows within a moment is a burst
+    near = np.append(np.flatnonzero(hit[:, 4:6].any(axis=1)), -FRAMES)
+    apart = np.abs(np.arange(FRAMES)[:, None] - near).min(axis=1) > 8
+    free = np.flatnonzero(~hit.any(axis=1) & apart & (np.arange(FRAMES) % 20 == 10))
     for partners, wanted in (((4,), False), ((4, 5), True)):
         here, where = measured.copy(), hit.copy()
         for frame in free[:4]:
             where[frame, partners] = True
             here[frame, partners] += 8.0 * sharpest[list(partners)]
-        back = own_jumps(here, where, values, PAIRS)
+        back = own_jumps(here, where, values, PAIRS, FPS)
         assert not back[hit].any()
         assert (back[where & ~hit] == wanted).all()
 
@@ -75,17 +78,32 @@ def test_the_order_of_the_channels_does_not_matter(seed, order):
     rng = np.random.default_rng(seed)
     values, sharpest = _moving(rng)
     measured, hit = _jumps(rng, values, 5.0 * sharpest, 15, paired=True)
-    found = own_jumps(measured, hit, values, PAIRS)
-    other = own_jumps(measured[:, order], hit[:, order], values[:, order], PAIRS[np.ix_(order, order)])
+    found = own_jumps(measured, hit, values, PAIRS, FPS)
+    other = own_jumps(measured[:, order], hit[:, order], values[:, order], PAIRS[np.ix_(order, order)], FPS)
     np.testing.assert_array_equal(other, found[:, order])
+
+
+@given(SEEDS, st.integers(12, 40))
+@settings(max_examples=20, deadline=None)
+def test_a_burst_in_linked_channels_is_no_jump_of_its_own(seed, length):
+    """Channels of joints that meet jump together where a limb is lost, too, but then for more than a moment."""
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    hit = np.zeros(values.shape, dtype=bool)
+    hit[80 : 80 + length, 4:6] = rng.random((length, 2)) < 0.8
+    measured = values + np.where(hit, rng.choice([-1.0, 1.0], values.shape) * 6.0 * sharpest, 0.0)
+    assert own_jumps(measured, hit, values, PAIRS, FPS).mean(where=hit) < 0.1
+    for frame in np.flatnonzero(hit[:, 4:6].all(axis=1))[:1]:
+        alone = hit & (np.arange(FRAMES) == frame)[:, None]
+        np.testing.assert_array_equal(own_jumps(measured, alone, values, PAIRS, FPS), alone)
 
 
 def test_zeros_that_are_written_for_what_is_not_known_are_never_its_own(rng):
     values, sharpest = _moving(rng)
     measured, hit = _jumps(rng, values + 5.0, sharpest, 6, paired=True)
-    assert own_jumps(measured, hit, values + 5.0, PAIRS)[hit].all()
-    assert not own_jumps(np.where(hit, 0.0, measured), hit, values + 5.0, PAIRS).any()
-    assert not own_jumps(measured, np.zeros_like(hit), values + 5.0, PAIRS).any()
+    assert own_jumps(measured, hit, values + 5.0, PAIRS, FPS)[hit].all()
+    assert not own_jumps(np.where(hit, 0.0, measured), hit, values + 5.0, PAIRS, FPS).any()
+    assert not own_jumps(measured, np.zeros_like(hit), values + 5.0, PAIRS, FPS).any()
 
 
 def test_channels_of_a_joint_and_of_its_parent_and_children_meet():
@@ -122,3 +140,17 @@ def test_real_clean_clips_with_jumps_of_their_own_are_left_alone(data, clip, fps
     fingers = np.array([any(part in name for part in ("hand", "finger", "thumb", "toe")) for name in clean.channels])
     away = np.degrees(outcome.recording.q - clean.q)[:, joints & ~fingers]
     assert np.sqrt(np.mean(np.square(away))) < 0.3
+
+
+def test_what_is_left_as_its_own_leap_is_said_and_where():
+    clean = truth("walk", seconds=8.0)
+    channel = clean.channels[np.flatnonzero(clean.skeleton.dof_joint == 3)[0]]
+    q = clean.q.copy()
+    q[[40, 120, 190], clean.channels.index(channel)] += np.radians(8.0)
+    outcome = mm.repair_without_model(clean.with_q(q))
+    left = np.degrees(np.abs(outcome.recording.q - q))[[40, 120, 190], clean.channels.index(channel)] < 0.5
+    said = [warning for warning in outcome.warnings if "leap like outliers" in warning]
+    assert len(said) == int(left.any())
+    assert all(f"{channel} ({left.sum()})" in sentence for sentence in said)
+    noisy = mm.corrupt(clean, noise=np.radians(2.0), outliers=0.05, seed=1).recording
+    assert not any("leap like" in warning for warning in mm.repair_without_model(noisy).warnings)

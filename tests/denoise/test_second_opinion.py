@@ -16,6 +16,7 @@ from motionmend.denoise.second_opinion import REACH, SAID, of_one_cloud, of_one_
 from motionmend.denoise.support import RARE
 
 SEEDS = st.integers(0, 10**6)
+ONES, NONE = np.ones(2), np.zeros(2)
 
 
 def _mended(rng, origin, missed=9.0):
@@ -23,7 +24,9 @@ def _mended(rng, origin, missed=9.0):
     spread, weights = rng.uniform(0.5, 2, shape), rng.random(shape)
     said = ("Missed",)
     found = ChannelRepair(rng.normal(0, 10, shape), spread, weights, origin, 3, np.empty(0), True, said)
-    return Mended(found, rng.uniform(1, 2, shape[1]), np.zeros(shape[1]), missed)
+    return Mended(
+        found, rng.uniform(1, 2, shape[1]), np.zeros(shape[1]), missed, np.zeros(shape[1], int), np.zeros(shape[1])
+    )
 
 
 def _two(seed):
@@ -86,7 +89,7 @@ def test_what_only_the_library_rejects_on_end_stays_as_measured_where_outliers_a
     moved = []
     for its in (rare, common):
         one, other = (
-            Mended(ChannelRepair(v, spread, spread, o, 3, np.empty(0), True), np.ones(2), np.zeros(2), 9.0)
+            Mended(ChannelRepair(v, spread, spread, o, 3, np.empty(0), True), ONES, NONE, 9.0, NONE.astype(int), NONE)
             for v, o in ((strayed, origin), (measured, its))
         )
         moved.append(_joined(one, other).found.values[:, 0])
@@ -146,7 +149,8 @@ def _copied(mended):
 
 def _repair_of(values, std, origin, noise):
     found = ChannelRepair(values, np.full(values.shape, std), origin == Origin.MEASURED, origin, 3, np.empty(0), True)
-    return Mended(replace(found, warnings=("Missed",)), np.full(values.shape[1], noise), np.zeros(values.shape[1]), 9.0)
+    none = np.zeros(values.shape[1])
+    return Mended(replace(found, warnings=("Missed",)), none + noise, none, 9.0, none.astype(np.int64), none)
 
 
 def _two_of_markers(seed, bias=0.0, frames=300, noise=1.0):

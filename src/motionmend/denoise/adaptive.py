@@ -64,6 +64,7 @@ class Adapted:
     rate : (C,) share of outliers.
     supported : what the library says, or without one the straight lines across gaps.
     unseen_bends : (C,) mean variance of the second differences that the samples leave open.
+    leaps : how far samples leap that were rejected at first, and then taken for the recording's own; 0 elsewhere.
     steps : of conjugate gradients, all rounds together.
     """
 
@@ -74,6 +75,7 @@ class Adapted:
     rate: Floats
     supported: Support
     unseen_bends: Floats
+    leaps: Floats
     steps: int
 
 
@@ -86,7 +88,8 @@ def adapt(
     process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
-    put_back: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
@@ -101,13 +104,14 @@ def adapt(
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     vouched : (T, C) True where a sample is no outlier and what bends there may bend as it will, as at
         `poles.pole_crossings`; None = nowhere.
-    put_back : of measured, rejected and values, what is no outlier: `as_pose.smoother_as_pose` and
-        `own_jumps.own_jumps`; None = nothing.
+    as_pose : of measured, rejected and values, what is no outlier for the pose: `as_pose.smoother_as_pose`; None =
+        nothing.
+    own_leaps : of the same, what leaps like the recording itself: `own_jumps.own_jumps`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     """
     channels = measured.shape[1]
     present = np.isfinite(measured)
-    nowhere = np.zeros(measured.shape, dtype=bool)
+    nowhere, leaps = np.zeros(measured.shape, dtype=bool), np.zeros(measured.shape)
     vouched = nowhere if vouched is None else vouched
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
@@ -140,8 +144,11 @@ def adapt(
             together,
             vouched,
         )
-        if put_back is not None and values is not None:
-            back = put_back(measured, outlier, values)
+        if values is not None:
+            back = nowhere if as_pose is None else as_pose(measured, outlier, values)
+            if own_leaps is not None:
+                own = own_leaps(measured, outlier & ~back, values)
+                leaps, back = np.where(own, np.abs(measured - values), leaps), back | own
             if back.any():
                 vouched, outlier = vouched | back, outlier & ~back
                 mode = np.where(bends_of(back), len(FACTORS) - 1, mode)
@@ -179,7 +186,7 @@ def adapt(
         )
         steps += taken
     return Adapted(
-        values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, steps
+        values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, leaps, steps
     )
 
 

@@ -80,7 +80,7 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
     with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
         work = _work(positions, seen, fps, library)
         for marker in np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0)):
-            for start, stop in _runs(~seen[:, marker]):
+            for start, stop in runs(~seen[:, marker]):
                 _fill_gap(work, int(marker), start, stop)
         _calibrate(work)
         work.places, work.std = hedged(work.places, work.std, positions)
@@ -340,7 +340,7 @@ def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:
     left, moved = seen.copy(), []
     gappy = np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0))
     for turn, marker in enumerate(_thinned(gappy, MOVED)):
-        gaps = sorted(_runs(~seen[:, marker]), key=lambda gap: gap[0] - gap[1])
+        gaps = sorted(runs(~seen[:, marker]), key=lambda gap: gap[0] - gap[1])
         start, stop = gaps[turn % max(1, min(3, len(gaps)))]
         length = stop - start
         shown = np.concatenate([[0], np.cumsum(seen[:, marker])])
@@ -384,7 +384,7 @@ def _parts_of_gap(visible: Bools, least: int) -> list[tuple[int, int]]:
     return list(pairwise(edges))
 
 
-def _runs(wanted: Bools) -> list[tuple[int, int]]:
+def runs(wanted: Bools) -> list[tuple[int, int]]:
     """(start, stop) of the runs of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

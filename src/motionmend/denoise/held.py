@@ -116,16 +116,38 @@ def without(recording: Recording, still: Bools) -> Recording:
     return recording.with_positions(np.where(still[..., None], np.nan, recording.positions))
 
 
-def told(outcome: Repaired[Recording], still: Bools) -> Repaired[Recording]:
-    """The repair of a recording `without` these samples (T, C): they were recorded, so they are repaired, and said."""
-    if not still.any():
-        return outcome
-    origin: Bytes = np.where(still & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(
-        np.uint8
-    )
-    names = [outcome.recording.channels[c] for c in np.flatnonzero(still.any(axis=0))]
-    said = (
-        f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were taken as "
-        f"missing: {', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
-    )
-    return replace(outcome, origin=origin, warnings=(*outcome.warnings, said))
+def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Recording]:
+    """The repair of a recording `without` these samples (T, C): they were recorded, so they are repaired, and said.
+
+    Parameters
+    ----------
+    outcome : of the recording without them.
+    still : samples that were held.
+    away : samples of markers that were `displaced`, or of a root that was `thrown`.
+    """
+    lost = still | away
+    origin: Bytes = np.where(lost & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(np.uint8)
+    said = list(outcome.warnings)
+    if still.any():
+        said.append(
+            f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were taken "
+            f"as missing: {_named(outcome.recording, still)}"
+        )
+    if away.any():
+        said.append(
+            f"{int(away.sum())} samples of {_what(outcome.recording)} were taken as missing: "
+            f"{_named(outcome.recording, away)}"
+        )
+    return replace(outcome, origin=origin, warnings=tuple(said))
+
+
+def _what(recording: Motion | Markers) -> str:
+    if isinstance(recording, Motion):
+        return "a root that leapt away and back, as no body can,"
+    return "markers that leapt away from where those about them have them"
+
+
+def _named(recording: Motion | Markers, samples: Bools) -> str:
+    """The names of the channels that have any of these samples (T, C), the first of them."""
+    names = [recording.channels[c] for c in np.flatnonzero(samples.any(axis=0))]
+    return f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"

@@ -7,12 +7,13 @@ import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
-from ..bodies.skeleton import ROTATION, Skeleton
+from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .as_pose import smoother_as_pose
 from .bursts import long_runs
 from .channels import Channels, to_channels
 from .digits import rounding, shaken
+from .displaced import displaced
 from .filling import fill_gaps
 from .filtered import Filtered
 from .hedge import filled_both_ways
@@ -34,6 +35,7 @@ from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
+from .thrown_root import thrown
 from .untaught import with_untaught
 
 CENTIMETRES = 100.0
@@ -42,6 +44,7 @@ OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
+SAID = 6  # channels that a warning names at most
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
 
@@ -94,18 +97,27 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     """
     outcome = _mended_once(recording, known)
     still = in_noise(held(recording), outcome, recording)
-    if not still.any():
+    away = _elsewhere(recording, outcome) & ~still
+    if not still.any() and not away.any():
         return outcome
     del outcome  # of a long recording only one is held at once
-    return told(_mended_once(without(recording, still), known), still)
+    return told(_mended_once(without(recording, still | away), known), still, away)
+
+
+def _elsewhere(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
+    """(T, C) measured samples of markers that are not in their place, and of a root that is not."""
+    if isinstance(recording, Motion):
+        return thrown(recording)
+    believed = outcome.origin[..., None] == Origin.MEASURED
+    return displaced(np.where(believed, recording.positions, np.nan), recording.fps)
 
 
 def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     if isinstance(recording, Motion):
         of_motion, seen = _of_motion(recording, known)
 
-        def motion_alone(beside: Motion, _: Ints) -> Repaired[Motion]:
-            return _of_motion(beside, _of_itself(beside))[0]
+        def motion_alone(beside: Motion, asked: Ints) -> Repaired[Motion]:
+            return _of_motion(beside, _of_itself(beside), asked)[0]
 
         return within_body_limits(with_untaught(recording, of_motion, known.layout, motion_alone), seen)
     assert isinstance(recording, Markers)
@@ -177,14 +189,33 @@ def _with_labels(
     return right, channels, mended, swaps
 
 
-def _of_motion(motion: Motion, known: Knowledge) -> tuple[Repaired[Motion], Floats]:
-    """A motion's repair, and (D, 2) degrees between which the clips lie, NaN = not known."""
+def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> tuple[Repaired[Motion], Floats]:
+    """A motion's repair, and (D, 2) degrees between which the clips lie, NaN = not known.
+
+    What leaps is said of the channels that are asked for, or of all.
+    """
     way_back, mended = _channels_of_motion(motion, known)
     here, done = way_back.columns >= 0, np.full((motion.q.shape[1], 2), np.nan)
     done[way_back.columns[here]] = _seen(motion, way_back, known)[here]
     values = brought_back(motion, way_back, mended.found)
-    mended = replace(mended, found=mended.found.but_for_values())
-    return repaired_recording(motion, known.layout, way_back, mended.found, "adaptive", mended.noise, values), done
+    said = (*mended.found.warnings, *_leaping(mended, way_back, known.layout, asked))
+    found = replace(mended.found.but_for_values(), warnings=said)
+    return repaired_recording(motion, known.layout, way_back, found, "adaptive", mended.noise, values), done
+
+
+def _leaping(mended: Mended, channels: Channels, layout: Layout, asked: Ints | None) -> tuple[str, ...]:
+    """The sentence that says which samples look like outliers and were left; none where there are none."""
+    leaps = mended.leaps if asked is None else np.where(np.isin(channels.columns, asked), mended.leaps, 0)
+    far = np.argsort(-mended.farthest, kind="stable")
+    far = far[leaps[far] > 0]
+    if not len(far):
+        return ()
+    named = ", ".join(f"{layout.names[c]} ({leaps[c]})" for c in far[:SAID])
+    return (
+        f"{int(leaps.sum())} samples leap like outliers, by up to {mended.farthest[far[0]]:.0f} degrees or cm, and "
+        "were left as measured, for outliers are rare here and the recording may leap so itself: "
+        f"{named}{', ...' if len(far) > SAID else ''}",
+    )
 
 
 def _channels_of_motion(motion: Motion, known: Knowledge) -> tuple[Channels, Mended]:
@@ -205,11 +236,12 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
     """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    poles = put_back = None
+    poles = as_pose = own_leaps = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
+        as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
         linked = channels_that_meet(recording.skeleton, channels.columns)
-        put_back = partial(_no_outliers, skeleton=recording.skeleton, columns=channels.columns, linked=linked)
+        own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
     rounded = rounding(recording, channels.columns)
     mended = partial(
         mend_channels,
@@ -217,7 +249,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         fps=recording.fps,
         together=3 if isinstance(recording, Markers) else 1,
         poles=poles,
-        put_back=put_back,
+        as_pose=as_pose,
+        own_leaps=own_leaps,
         rounded=rounded,
     )
 
@@ -240,14 +273,6 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         return first if own.bases is None else of_one_mind(first, mended(own, into=values))
     again = mended(own_prior(), into=values)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
-
-
-def _no_outliers(
-    measured: Floats, outlier: Bools, values: Floats, skeleton: Skeleton, columns: Ints, linked: Bools
-) -> Bools:
-    """Rejected samples (T, C) that are none as a pose, or by what else is rejected."""
-    posed = smoother_as_pose(measured, outlier, values, skeleton, columns)
-    return posed | own_jumps(measured, outlier & ~posed, values, linked)
 
 
 def _held(motion: Motion, channels: Channels) -> Bools:

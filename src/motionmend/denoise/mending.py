@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Origin
 from .adaptive import Adapted, adapt
 from .likeliest_gaps import Process
@@ -25,6 +25,7 @@ BLOCK = 68.0  # s repaired at once; longer recordings go in blocks, so that memo
 AT_ONCE = 2  # blocks, each on a core of its own as far as there are
 MARGIN = 2.0  # s of the neighbours that a block sees on each side
 LEAST_FRAMES = 24  # fewer are set among missing frames
+FAR = 1.0  # degrees or cm; what leaps by less nobody would miss
 NEAR = 2 / 3  # s: a sample missing further from anything seen has no support
 
 
@@ -38,12 +39,16 @@ class Mended:
     noise : (C,) standard deviations, channel units; the median over blocks.
     unseen_bends : (C,) mean variance of second differences that the samples leave open; the mean over blocks.
     missed : root mean square of what the library misses, channel units; 0 without a library.
+    leaps : (C,) samples that look like outliers and were taken for leaps of the recording's own, `FAR` or farther.
+    farthest : (C,) of these leaps, channel units.
     """
 
     found: ChannelRepair
     noise: Floats
     unseen_bends: Floats
     missed: float
+    leaps: Ints
+    farthest: Floats
 
 
 def mend_channels(
@@ -55,7 +60,8 @@ def mend_channels(
     process: Process | None = None,
     together: int = 1,
     poles: Callable[[Floats], Bools] | None = None,
-    put_back: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
     rounded: Callable[[slice], Floats] | None = None,
@@ -71,7 +77,7 @@ def mend_channels(
     process : of clean motion, for gaps.
     together : neighbouring columns that are outliers together.
     poles : gives `poles.pole_crossings` of some frames; None = there are none.
-    put_back : finds what was rejected and is no outlier, as `adapt` has it; None = nothing.
+    as_pose, own_leaps : find what was rejected and is no outlier, as `adapt` has them; None = nothing.
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
@@ -86,6 +92,7 @@ def mend_channels(
     std = np.empty(measured.shape if deviations else (0, measured.shape[1]), np.float32)
     origin = np.empty(measured.shape, np.uint8)
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
+    leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
 
     def block(part: tuple[Floats, Floats | None]) -> Adapted:
         padded, open_by = part
@@ -97,7 +104,8 @@ def mend_channels(
             process=process,
             together=together,
             vouched=None if poles is None else poles(padded),
-            put_back=put_back,
+            as_pose=as_pose,
+            own_leaps=own_leaps,
             rounding=open_by,
         )
 
@@ -117,6 +125,8 @@ def mend_channels(
         origin[core] = np.where(present[own], kind, Origin.FILLED)
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
+        leaps += (adapted.leaps[own] >= FAR).sum(axis=0)
+        farthest = np.maximum(farthest, adapted.leaps[own].max(axis=0, initial=0.0))
         size = core.stop - core.start
         if prior.bases is not None:
             missed += size * missed_by(adapted.supported, present & ~adapted.outlier, adapted.values) ** 2
@@ -136,7 +146,7 @@ def mend_channels(
         else ()
     )
     found = ChannelRepair(values, std, origin == Origin.MEASURED, origin, steps, np.empty(0), True, warnings=said)
-    return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed)
+    return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed, leaps, farthest)
 
 
 def _at_once(task: Callable[[Item], Adapted], items: Iterator[Item], count: int) -> Iterator[tuple[Item, Adapted]]:

@@ -15,7 +15,7 @@ _CAUTION = 0.47
 _PER_FREEDOM = 6.0  # samples that say as much of the noise by their quantiles as one residual would
 _NOTHING = 1e-12
 QUIETER = 0.5  # than usual: moments that tell little of how noisy a channel is else
-_UNTOLD = 0.1  # degrees or cm: too short a recording is changed by no more
+_UNTOLD = 0.1  # degrees or cm, where too few samples tell anything
 FEWEST = 8  # differences that tell anything
 CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
@@ -44,12 +44,15 @@ def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
 
     Returns
     -------
-    (C,) in channel units; a channel with too few samples takes the median of the others.
+    (C,) in channel units; a channel with too few samples takes the median of the others, or if all have what they say
+    together.
     """
     quiet, loud = _told_by((_QUIET, _LOUD), measured, loudness)
     told = np.isfinite(quiet)
-    if not told.any():
-        return np.full(measured.shape[1], _UNTOLD)
+    if not told.any():  # a moment: what all channels say together has to do
+        together = np.diff(measured, n=3, axis=0).ravel()
+        quiet = _size_by((_QUIET,), np.abs(together[np.isfinite(together)]) / np.sqrt(20.0))
+        return np.full(measured.shape[1], np.fmax(quiet[0], LEAST_NOISE) if np.isfinite(quiet[0]) else _UNTOLD)
     apart = loud[told] / np.maximum(quiet[told], _NOTHING)
     apart = np.maximum(apart, np.median(apart))
     # quantiles q of noise that shares its samples with so many spoilt ones are those at q / (1 - share) of its own
@@ -66,12 +69,17 @@ def _told_by(quantiles: tuple[float, ...], measured: Floats, loudness: Floats | 
     if loudness is not None:
         louder = _third_louder(loudness)
         third = np.where(louder > QUIETER, third / louder, np.nan)
-    noise = np.full((len(quantiles), measured.shape[1]), np.nan)
+    noise = np.empty((len(quantiles), measured.shape[1]))
     for c in range(measured.shape[1]):
-        known = third[np.isfinite(third[:, c]), c]
-        if len(known) >= FEWEST:
-            noise[:, c] = np.quantile(known, quantiles) / _size(quantiles)
+        noise[:, c] = _size_by(quantiles, third[np.isfinite(third[:, c]), c])
     return noise
+
+
+def _size_by(quantiles: tuple[float, ...], third: Floats) -> Floats:
+    """(Q,) standard deviation of white noise by quantiles of scaled third differences (N,); NaN where too few."""
+    if len(third) < FEWEST:
+        return np.full(len(quantiles), np.nan)
+    return np.asarray(np.quantile(third, quantiles) / _size(quantiles))
 
 
 def _third_louder(loudness: Floats) -> Floats:

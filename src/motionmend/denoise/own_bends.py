@@ -13,7 +13,7 @@ _QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
 LEAST_SHARE = 0.02  # of the variance of second differences that is taken for motion at least
 MOSTLY_MOTION = 0.5  # of the variance of second differences from which they tell of motion
 GROWS = 2.0  # times that those of motion are larger over two frames than over one; those of noise are not
-LONGEST = 0.07  # s, lag beyond which nothing is asked any more: steps of motion are not independent for longer
+LONGEST = 0.15  # s, lag beyond which nothing is asked any more: steps of motion are not independent for longer
 COUPLED = 0.9  # of the correlations that a recording's own few frames show
 
 

@@ -8,6 +8,7 @@ the rejected samples are of either kind is told by all of them together.
 """
 
 import numpy as np
+from scipy.ndimage import binary_closing, binary_opening
 
 from ..arrays import Bools, Floats, Ints
 from ..bodies.skeleton import Skeleton
@@ -17,11 +18,12 @@ from .noise import LEAST_NOISE
 TAIL = 1.5  # what is sharper than the sharpest of the calm motion is x times as sharp, or more, at x ** -1.5
 FEWEST = 20  # second differences that tell how sharply a channel moves
 ROUNDS = 30
+HOLE, LONGEST = 0.2, 0.25  # s; rejected samples no further apart than the one are a burst if they last for the other
 HALF = 0.5  # sample of either kind that is taken for granted
 _NOTHING = 1e-12
 
 
-def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools) -> Bools:
+def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, fps: float) -> Bools:
     """Rejected samples that are more likely the recording's own than outliers.
 
     Parameters
@@ -30,10 +32,12 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools) -
     outlier : (T, C) rejected.
     values : (T, C) the repair of an earlier round.
     linked : (C, C) channels that jump together: `channels_that_meet`.
+    fps : Hz.
 
     Returns
     -------
     (T, C) True where a rejected sample is no outlier. Exact zeros and half turns are: so is written what is not known.
+    So are bursts: of linked channels, too, for a whole limb may be lost.
 
     Source
     ------
@@ -63,8 +67,15 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools) -
         share = odds / (1.0 + odds)
         own = (share.sum() + HALF) / (len(frames) + 2.0 * HALF)
         joined = ((share * together).sum() + HALF) / (share.sum() + 2.0 * HALF)
-    back[frames, channels] = odds > 1.0
+    back[frames, channels] = (odds > 1.0) & ~_bursts(outlier, fps)[frames, channels]
     return back
+
+
+def _bursts(outlier: Bools, fps: float) -> Bools:
+    """(T, C) True where rejected samples come in long bursts, with others between them or not."""
+    hole, length = (max(2, round(seconds * fps) + 1) for seconds in (HOLE, LONGEST))
+    joined = binary_closing(np.pad(outlier, ((hole, hole), (0, 0))), np.ones((hole, 1), dtype=np.bool_))[hole:-hole]
+    return np.asarray(binary_opening(joined, np.ones((length, 1), dtype=np.bool_)))
 
 
 def channels_that_meet(skeleton: Skeleton, columns: Ints) -> Bools:

@@ -116,7 +116,8 @@ def _said_as_one(library: Mended, own: Mended) -> Mended:
         iterations=library.found.iterations + own.found.iterations,
         warnings=tuple(said + SAID for said in library.found.warnings),
     )
-    return replace(library, found=found, noise=0.5 * (library.noise + own.noise))
+    noise = 0.5 * (library.noise + own.noise)
+    return replace(library, found=found, noise=noise, leaps=own.leaps, farthest=own.farthest)
 
 
 def _errs(left: Floats, variance: Floats, noise: Floats) -> Floats:

@@ -1,0 +1,158 @@
+"""Markers away from their place for a while: at a reflection, at another marker, where a tracker went wrong.
+
+Such a stretch is smooth, and longer than any outlier: only its ends, where the marker leaps away and back, and the
+markers about it tell. Where a marker leaps, its stretches between leaps are compared with where the others have it most
+of the time. Those that are elsewhere are hidden, filled from the markers about them, and believed again where the
+filling comes out where they were.
+"""
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from ..numerics.robust import ESTIMATORS
+from .cloud import distance_change
+from .filling import LEAST_FRAMES, fill_gaps, runs
+from .pieces import PIECE, blocks
+from .repair import interpolated
+from .segment_frame import ANCHORS, segment_frame, within
+
+BESIDE = 2.0  # s of a long recording that a piece sees of its neighbours
+LEAPS = 4.0  # times a marker's usual surprise from frame to frame, from which it may have leapt
+LEAST = 0.02  # m; no leap is shorter
+GUIDES, FEWEST = 8, 3  # markers that tell where one is to be, and how many of them have to
+LOOKED, LEARNED = 300, 800  # frames that tell which they are, and how
+ELSEWHERE = 3.0  # times as far from where they have it as usual
+LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home there
+ALONE = 0.5  # of its guides that may be elsewhere at the time; else it is a limb that moves as never before
+SURE = 3.0  # deviations of the filling
+AT_ONCE = 0.3  # of how far it is away it leaps at either end: a posture never seen before is reached by and by
+SHORTEST, FRAMES = 0.05, 2  # s and frames; who is away for no more in all is found among the outliers
+_TIMES_USUAL = 3.0  # times the median error from which samples tell little
+_LEAST_USUAL = 1e-4  # m
+_RIDGE = 0.01  # of the variance of what the guides do
+_ROUNDS = 12
+
+
+def displaced(positions: Floats, fps: float) -> Bools:
+    """Samples of markers that are not in their place.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) m, NaN = missing or known to be wrong.
+    fps : Hz.
+
+    Returns
+    -------
+    (T, M) True where a marker was seen elsewhere.
+    """
+    found = np.zeros(positions.shape[:2], dtype=bool)
+    for own, seen in blocks(len(positions), PIECE, round(BESIDE * fps)):
+        found[own] = _displaced(positions[seen], fps)[own.start - seen.start : own.stop - seen.start]
+    return found
+
+
+def _displaced(positions: Floats, fps: float) -> Bools:
+    seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
+    found = np.zeros(seen.shape, dtype=bool)
+    stretches = _elsewhere(positions, seen) if len(seen) >= 2 * LEAST_FRAMES else []
+    if not stretches:
+        return found
+    hidden = ~seen
+    for marker, _, start, stop in stretches:
+        hidden[start:stop, marker] = True
+    filled = fill_gaps(np.where(hidden[..., None], np.nan, positions), fps)
+    noise = np.fmax.reduce(np.where(hidden, np.nan, filled.std), axis=0)
+    away = np.where(seen & filled.filled, np.square(positions - filled.values).sum(axis=2), np.nan)
+    doubt = 3.0 * (np.square(filled.std) + np.square(noise))
+    for marker, guides, start, stop in stretches:
+        here = start + np.flatnonzero(np.isfinite(away[start:stop, marker]))
+        if len(here) and hidden[start:stop, guides].mean() <= ALONE:
+            found[here, marker] = away[here, marker].mean() > max(SURE**2 * doubt[here, marker].mean(), LEAST**2)
+    for marker in np.flatnonzero(found.any(axis=0)).tolist():
+        for start, stop in runs(found[:, marker]):
+            ends = [start] * (start > 0) + [stop - 1] * (stop < len(seen))
+            if (away[ends, marker] < AT_ONCE**2 * away[start:stop, marker].mean()).any():
+                found[start:stop, marker] = False
+    found[:, found.sum(axis=0) <= max(SHORTEST * fps, FRAMES)] = False
+    return found
+
+
+def _elsewhere(positions: Floats, seen: Bools) -> list[tuple[int, Ints, int, int]]:
+    """Marker, its guides, start and stop of the stretches between leaps and gaps that may be elsewhere."""
+    frames, markers = seen.shape
+    leaps = _leaps(positions)
+    leaping = np.flatnonzero(leaps.any(axis=0))
+    if not len(leaping):
+        return []
+    unsteady = distance_change(positions[:: max(1, frames // LOOKED)])
+    np.fill_diagonal(unsteady, np.inf)
+    # only of those that guide: gaps are bridged by lines
+    places = interpolated(positions.reshape(frames, -1), np.zeros(3 * markers)).reshape(positions.shape)
+    found = []
+    for marker in leaping.tolist():
+        order = np.argsort(unsteady[marker], kind="stable")
+        guides = order[np.isfinite(unsteady[marker, order])][:GUIDES]
+        if len(guides) < FEWEST:
+            continue
+        there = seen[:, marker]
+        edges = np.flatnonzero(leaps[:, marker] | (np.diff(there, prepend=there[0])))
+        away = _away(places, marker, guides, unsteady[marker, guides], there, edges)
+        limit = max(0.5 * LEAST, ELSEWHERE * float(np.median(away[there])))
+        for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), frames], strict=True):
+            here = away[start:stop][there[start:stop]]
+            if len(here) and stop - start <= LONGEST * frames and np.median(here) > limit:
+                found.append((marker, guides, start, stop))
+    return found
+
+
+def _leaps(positions: Floats) -> Bools:
+    """(T, M) True in the frames to which a marker may have leapt."""
+    steps = np.diff(positions, axis=0)
+    about = np.full((2, *steps.shape), np.nan)  # the steps before and after each
+    about[0, 1:], about[1, :-1] = steps[:-1], steps[1:]
+    known = np.isfinite(about)
+    mean = np.where(known, about, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    surprise = np.sqrt(np.square(steps - mean).sum(axis=2))
+    usual = np.nanmedian(np.where(np.isfinite(surprise).any(axis=0), surprise, 0.0), axis=0)
+    leaps = np.zeros(positions.shape[:2], dtype=bool)
+    leaps[1:] = np.nan_to_num(surprise) > np.maximum(LEAST, LEAPS * usual)
+    return leaps
+
+
+def _away(places: Floats, marker: int, guides: Ints, unsteady: Floats, seen: Bools, edges: Ints) -> Floats:
+    """(T,) m from where its guides have a marker most of the time.
+
+    How it moves with them is learned from changes between the edges of its stretches, so that no leap tells of it.
+    """
+    frame = segment_frame(places[:: max(1, len(places) // LOOKED)], guides[:ANCHORS], unsteady[:ANCHORS])
+    inside = within(places[:, [*guides, marker]], *frame.at(places))
+    mine, others = inside[:, -1], inside[:, :-1].reshape(len(places), -1)
+    some = np.flatnonzero(seen)
+    some = some[:: max(1, len(some) // LEARNED)]
+    stretch = np.searchsorted(edges, some, side="right")
+    x, y = _about_means(others[some], stretch), _about_means(mine[some], stretch)
+    ridge = _RIDGE * len(some) * max(float(others[some].var(axis=0).mean()), _LEAST_USUAL**2) * np.eye(x.shape[1])
+    slope: Floats = np.zeros((x.shape[1], 3))
+    for _ in range(_ROUNDS):
+        weighted = x * _belief(y - x @ slope)[:, None]
+        slope = np.asarray(np.linalg.solve(weighted.T @ x + ridge, weighted.T @ y), dtype=np.float64)
+    rest = mine - others @ slope
+    home: Floats = np.asarray(np.median(rest[some], axis=0), dtype=np.float64)
+    for _ in range(_ROUNDS):
+        weight = _belief(rest[some] - home)
+        home = np.asarray(weight @ rest[some] / weight.sum(), dtype=np.float64)
+    return np.asarray(np.sqrt(np.square(rest - home).sum(axis=1)))
+
+
+def _belief(errors: Floats) -> Floats:
+    """(N,) Welsch's weights of errors (N, 3) m, by their median."""
+    size = np.sqrt(np.square(errors).sum(axis=1))
+    usual = max(float(np.median(size)), _LEAST_USUAL)
+    return np.asarray(ESTIMATORS["welsch"].weight(size / (_TIMES_USUAL * usual), 1.0))
+
+
+def _about_means(values: Floats, group: Ints) -> Floats:
+    """(N, F) values less the mean of their group (N,), which never falls."""
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    length = np.diff([*starts, len(group)])
+    return np.asarray(values - (np.add.reduceat(values, starts, axis=0) / length[:, None]).repeat(length, axis=0))

@@ -1,0 +1,123 @@
+"""Markers that leap away from their place for a while and back."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from performers import markers_model, truth
+from scipy.spatial.transform import Rotation
+
+from motionmend.bodies.motion import Origin
+from motionmend.denoise import displaced as room
+from motionmend.denoise import repair_without_model
+from motionmend.denoise.displaced import displaced
+from motionmend.samples import markers
+
+SEEDS = st.integers(0, 10**6)
+FPS = 60.0
+ACTIONS = ("walk", "run", "jump", "reach", "turn")
+
+
+def _recorded(action="walk", seed=9, noise=0.001, seconds=5.0):
+    clean = markers(truth(action, seed, seconds, FPS))
+    shaken = clean.positions + noise * np.random.default_rng(seed).standard_normal(clean.positions.shape)
+    return clean, clean.with_positions(shaken)
+
+
+def _away(recording, stretches, shift):
+    """The recording with markers off by `shift` m in stretches (marker, first, last), and where."""
+    positions, off = recording.positions.copy(), np.zeros(recording.present.shape, dtype=bool)
+    for marker, first, last in stretches:
+        positions[first : last + 1, marker] += shift
+        off[first : last + 1, marker] = True
+    return recording.with_positions(positions), off
+
+
+def _direction(rng):
+    along = rng.standard_normal(3)
+    return along / np.linalg.norm(along)
+
+
+@given(SEEDS, st.sampled_from(ACTIONS), st.integers(6, 60), st.floats(0.08, 0.3))
+@settings(max_examples=25)
+def test_a_marker_off_for_a_while_is_found_and_no_other(seed, action, length, size):
+    rng = np.random.default_rng(seed)
+    _, shaken = _recorded(action)
+    first, marker = int(rng.integers(5, shaken.frames - length - 5)), int(rng.integers(len(shaken.names)))
+    bad, off = _away(shaken, [(marker, first, first + length - 1)], size * _direction(rng))
+    found = displaced(bad.positions, FPS)
+    assert (found & off).sum() >= 0.9 * off.sum()
+    assert (found & ~off).sum() <= 2
+
+
+@given(SEEDS)
+@settings(max_examples=10)
+def test_a_marker_that_flickers_between_two_places_is_where_it_is_at_home(seed):
+    rng = np.random.default_rng(seed)
+    _, shaken = _recorded()
+    marker, shift = int(rng.integers(len(shaken.names))), 0.15 * _direction(rng)
+    frames = 100 + np.flatnonzero(rng.random(60) < 0.5)
+    bad, off = _away(shaken, [(marker, t, t) for t in frames], shift)
+    found = displaced(bad.positions, FPS)
+    assert (found & off).sum() >= 0.9 * off.sum()
+    assert (found & ~off).sum() <= 3
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01])
+def test_nothing_is_found_where_nothing_is_off(action, noise):
+    assert displaced(_recorded(action, noise=noise)[1].positions, FPS).mean() < 1e-3
+
+
+def test_who_is_elsewhere_for_half_of_the_recording_may_be_at_home_there():
+    _, shaken = _recorded()
+    bad, _ = _away(shaken, [(3, shaken.frames // 2, shaken.frames - 1)], np.array([0.2, 0.0, 0.0]))
+    assert not displaced(bad.positions, FPS).any()
+
+
+def test_the_same_is_found_elsewhere_and_facing_elsewhere():
+    _, shaken = _recorded()
+    bad, _ = _away(shaken, [(3, 40, 70), (12, 150, 190)], np.array([0.1, 0.1, -0.1]))
+    turn = Rotation.from_rotvec([0.3, -1.2, 2.0]).as_matrix()
+    found = displaced(bad.positions, FPS)
+    assert found.sum() == 31 + 41
+    np.testing.assert_array_equal(displaced(bad.positions @ turn.T + [3.0, -7.0, 1.0], FPS), found)
+
+
+def test_a_long_recording_is_looked_through_in_parts(monkeypatch):
+    _, shaken = _recorded(seconds=12.0)
+    bad, off = _away(shaken, [(3, 340, 375), (12, 600, 640)], np.array([0.1, 0.1, -0.1]))
+    monkeypatch.setattr(room, "PIECE", 360)
+    np.testing.assert_array_equal(displaced(bad.positions, FPS), off)
+
+
+@pytest.mark.parametrize("frames", [0, 1, 3, 30, 60])
+def test_few_frames_and_missing_markers(frames):
+    positions = np.random.default_rng(0).standard_normal((frames, 5, 3))
+    positions[:, 2] = np.nan
+    assert displaced(positions, FPS).shape == (frames, 5)
+    assert not displaced(np.full((frames, 5, 3), np.nan), FPS).any()
+
+
+@pytest.mark.parametrize("taught", [False, True])
+def test_it_is_repaired_and_said(taught):
+    clean, shaken = _recorded()
+    bad, off = _away(shaken, [(3, 40, 70), (12, 150, 190)], np.array([0.1, 0.1, -0.1]))
+    outcome = markers_model().repair(bad) if taught else repair_without_model(bad)
+    error = np.linalg.norm(outcome.recording.positions - clean.positions, axis=2)
+    assert error[off].max() < 0.03
+    assert (outcome.origin[off] == Origin.REPAIRED).all()
+    # per coordinate: two of three errors within one deviation, or it is too cautious
+    assert (error[off] / np.sqrt(3.0) < outcome.std[off]).mean() > 0.5
+    assert any("leapt away" in said and clean.names[3] in said and clean.names[12] in said for said in outcome.warnings)
+    assert not any("leapt away" in said for said in repair_without_model(shaken).warnings)
+
+
+def test_gaps_do_not_hide_it():
+    _, shaken = _recorded()
+    bad, off = _away(shaken, [(3, 40, 70)], np.array([0.1, 0.1, -0.1]))
+    positions = bad.positions.copy()
+    positions[30:40, 3] = np.nan
+    positions[50:55, 3] = np.nan
+    there = np.isfinite(positions).all(axis=2)
+    np.testing.assert_array_equal(displaced(positions, FPS), off & there)
