@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.own_bends import first_bends
+from motionmend.denoise.own_bends import LONGEST_OF_MARKERS, first_bends
 from motionmend.evaluate import corrupt
 from motionmend.samples import clip
 
@@ -30,7 +30,7 @@ def test_steps_are_found_through_noise(ratio, seed, unit):
 @pytest.mark.parametrize("seed", range(4))
 def test_who_hardly_moves_is_found_through_noise_of_hundreds_of_steps(seed):
     """Lags of an eighth of a second still show noise alone, which passed for bends twice to four times as sharp."""
-    found = np.diag(first_bends(walks(1.0, 200.0, seed=seed), 120.0))
+    found = np.diag(first_bends(walks(1.0, 200.0, seed=seed), 120.0, LONGEST_OF_MARKERS))
     assert 0.3 < np.median(np.sqrt(found)) < 1.75
 
 

@@ -30,7 +30,7 @@ from .local_prior import Prior, neighbourhood
 from .marker_library import MarkerLibrary
 from .mending import Mended, mend_channels
 from .outcome import brought_back, repaired_recording
-from .own_bends import first_bends, own_bends
+from .own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
 from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
@@ -256,7 +256,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
 
     def own_prior() -> Prior:
         seen = values if rounded is None else shaken(values, rounded)
-        by_bends = Prior(first_bends(seen, recording.fps), None)
+        longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
+        by_bends = Prior(first_bends(seen, recording.fps, longest), None)
         return _own_prior(mended(by_bends, deviations=False), recording, known.fps)
 
     if known.library is not None and known.bases is not None:

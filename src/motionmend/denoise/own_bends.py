@@ -13,11 +13,13 @@ _QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
 LEAST_SHARE = 0.02  # of the variance of second differences that is taken for motion at least
 MOSTLY_MOTION = 0.5  # of the variance of second differences from which they tell of motion
 GROWS = 2.0  # times that those of motion are larger over two frames than over one; those of noise are not
-LONGEST = 0.15  # s, lag beyond which nothing is asked any more: steps of motion are not independent for longer
+# s, lag beyond which nothing is asked any more: steps of motion are not independent for longer. Joints turn back sooner
+# than markers do, and asked over longer lags angles seem to bend less than they do.
+LONGEST_OF_ANGLES, LONGEST_OF_MARKERS = 0.07, 0.15
 COUPLED = 0.9  # of the correlations that a recording's own few frames show
 
 
-def first_bends(measured: Floats, fps: float) -> Floats:
+def first_bends(measured: Floats, fps: float, longest: float = LONGEST_OF_ANGLES) -> Floats:
     """(C, C) diagonal: variance of the second differences of the motion beneath noise and outliers.
 
     Steps of variance q and white noise of variance r give second differences of k (2 k² + 1) / 3 q + 6 r over k frames,
@@ -28,8 +30,9 @@ def first_bends(measured: Floats, fps: float) -> Floats:
     ----------
     measured : (T, C) in channel units, NaN = missing. A channel that tells nothing takes the median of the others.
     fps : Hz.
+    longest : s, lag beyond which none is asked.
     """
-    longest = min(LONGEST * fps, len(measured) / 32)
+    longest = min(longest * fps, len(measured) / 32)
     lags = [1, 2]
     while lags[-1] <= longest:
         lags.append(2 * lags[-1])
