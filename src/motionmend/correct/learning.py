@@ -24,7 +24,7 @@ LEAST_STRANGE = 0.3  # standard metres; offsets less than this are learned in an
 
 MISFITS = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # standard metres, of people not seen in training
 HELD_OUT = 60  # frames of each third of the recordings that are looked at
-UNSEEN = 0.06  # standard metres, of a coordinate in movements of which none was shown
+UNSEEN = 0.12  # standard metres, of a coordinate in movements of which none was shown
 MOVEMENT_SECONDS = 2.5  # in which one is shown
 MOVING = 0.9  # share of joints and bones that are steadier than those that move much
 RESTING = 5.0  # movements after which a quarter of what is usual of a joint is still that of those that move
@@ -159,7 +159,7 @@ def learned_factors(taught: Sequence[Lesson], good: Sequence[Bools], body: Anato
         raise MismatchError(
             "wanted frames in which the sensor has all joints near the truth, came none: check the pairs' offsets"
         )
-    unseen = UNSEEN**2 / (1.0 + movements(taught))
+    unseen = UNSEEN**2 / (1.0 + movements(taught) ** 2)
     if len(taught) < 3:
         return replace(whole, noise=whole.noise + max(MISFITS[3] ** 2, unseen))
     scores = np.zeros(len(MISFITS))

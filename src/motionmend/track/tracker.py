@@ -285,7 +285,7 @@ def is_lost(state: TrackState, wrong: float) -> bool:
 
 def is_unproven(state: TrackState, wrong: float) -> bool:
     """Whether a pose of a body that was lost explains so much less than is usual that it is looked for on."""
-    return bool(np.isfinite(state.wrong)) and wrong > max(UNPROVEN, 1.5 * state.wrong)
+    return wrong > max(UNPROVEN, 1.5 * state.wrong)
 
 
 def _found(
@@ -354,7 +354,8 @@ def _tracked(
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
-    found = 0.0 if recovered or state.lost else state.found + elapsed
+    anew = recovered or (state.lost and bool(np.isfinite(state.wrong)))  # not who is seen for the first time
+    found = 0.0 if anew else state.found + elapsed
     lost = settings.search and (is_lost(state, wrong) or (found < PROBATION and is_unproven(state, wrong)))
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
