@@ -57,7 +57,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "The thread's own time, so that a busy computer does not count; the first five frames left out. Looking back "
             "is done for three seconds at a time, partly on a second thread, and timed by the clock; it is in the frames a "
             "second, not in a frame's milliseconds. "
-            "Five readings in a row of the same code gave 137 to 151 frames a second, by what else the machine does; until "
+            "On one thread five readings in a row gave 137 to 151 frames a second, by what else the machine does; until "
             "bodies beyond 4 m were looked at more closely, which halved the error of far ones, 161 to 175.",
         ),
         (
