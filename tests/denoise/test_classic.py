@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import naive
@@ -44,6 +44,7 @@ def test_no_measured_sample_is_lost_and_only_inner_gaps_are_filled(name, seed):
 
 @pytest.mark.parametrize("name", [*FILTERS, *GAP_FILLERS])
 @given(seed=SEEDS, exponent=st.integers(-20, 20))
+@example(seed=1443, exponent=13)  # a channel of which too little is measured to tell its noise
 @settings(max_examples=10)
 def test_unit_and_origin_of_a_channel_do_not_matter(name, seed, exponent):
     rng, values, fps = _case(seed)

@@ -101,7 +101,8 @@ def fit_random_walk(observed: Floats, noise_var: Floats | None = None) -> tuple[
     level = np.where(measured, shape, 0.0).sum(axis=0) / np.maximum(measured.sum(axis=0), 1)
     around = None
     if noise_var is None:
-        around = np.log(np.maximum(np.nan_to_num(noise_level(observed), nan=1.0) ** 2 / unit, _LEAST))
+        told = noise_level(observed)  # too few samples tell none: then a step's, whatever the unit
+        around = np.log(np.maximum(np.where(np.isfinite(told), told**2 / unit, 1.0), _LEAST))
     ratio, noise = _likeliest(values, measured, shape, level, around)
     step = np.where(known, np.where(moves, ratio * level * noise * unit, 0.0), np.nan)
     if noise_var is not None:
