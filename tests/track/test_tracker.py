@@ -259,6 +259,23 @@ def test_an_empty_frame_is_said_to_be_empty_and_the_person_is_taken_up_again():
     assert off(estimate.pose, pose).mean() < 0.02
 
 
+def test_what_no_pose_explains_does_not_become_usual():
+    """A ball instead of the person, for three seconds: what is told of it is `lost`, and what is usual stays."""
+    settings, pose = settings_of("default"), some_pose()
+    model = TrackerModel(library())
+    depth = render(BODY, pose, KINECT).depth
+    state = start(model, settings, DepthFrame(KINECT, depth, None, 0.0), BODY, pose)
+    state, _ = step(model, settings, state, DepthFrame(KINECT, depth, None, 0.0))
+    usual = state.wrong
+    rows, columns = np.mgrid[: KINECT.height, : KINECT.width]
+    wide = 1.0 - ((columns - KINECT.cx) ** 2 + (rows - KINECT.cy) ** 2) / 80.0**2
+    ball = np.where(wide > 0.0, 2.7 - 0.7 * np.sqrt(np.maximum(wide, 0.0)), np.nan).astype(np.float32)
+    for t in range(1, 91):
+        state, estimate = step(model, settings, state, DepthFrame(KINECT, ball, None, t / 30))
+    assert "lost" in estimate.flags
+    assert state.wrong == usual
+
+
 def test_a_limb_out_of_sight_is_held_and_less_and_less_sure():
     settings, model = settings_of("default"), TrackerModel(library())
     pose = some_pose()

@@ -41,8 +41,7 @@ LOST = 0.45  # share of the person's pixels explained wrongly that no tracked po
 SURELY_LOST = 0.52  # the same, whatever is usual
 BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
 UNPROVEN = 0.2  # share of pixels explained wrongly, up to which a body that was lost is found
-PROBATION = 1.0  # s, in which it has to prove itself
-LETS_GO = 0.02  # share of a lost frame in what is usual; after some time less will do
+PROBATION = 1.0  # s, in which it has to prove itself; what is usual gives way meanwhile
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
 EVERY = 4  # frames at least between two looks of the detector for limbs
@@ -356,7 +355,8 @@ def _tracked(
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     anew = recovered or (state.lost and bool(np.isfinite(state.wrong)))  # not who is seen for the first time
     found = 0.0 if anew else state.found + elapsed
-    lost = settings.search and (is_lost(state, wrong) or (found < PROBATION and is_unproven(state, wrong)))
+    refuted = settings.search and is_lost(state, wrong)
+    lost = refuted or (settings.search and found < PROBATION and is_unproven(state, wrong))
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed
@@ -376,7 +376,6 @@ def _tracked(
         clock.lap("girth")
     # A pose that fits worse than usual says little of what is usual.
     share = 0.1 if wrong < 1.2 * state.wrong and not unclaimed else 0.02
-    share = LETS_GO if lost else share
     running = wrong if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
@@ -394,7 +393,7 @@ def _tracked(
         hidden=frozen(hidden),
         lost=lost,
         found=found,
-        wrong=running,
+        wrong=state.wrong if refuted else running,
         hypothesis=None if lost or recovered else state.hypothesis,
         before=before,
     )
