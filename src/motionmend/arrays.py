@@ -1,4 +1,4 @@
-"""Array types spelt once, and the one way an array becomes read-only."""
+"""Array types spelt once, the one way an array becomes read-only, and where a mask holds."""
 
 from typing import Any, TypeAlias
 
@@ -19,3 +19,9 @@ def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
         array = array.view()
     array.flags.writeable = False
     return array
+
+
+def runs(mask: ArrayLike) -> list[tuple[int, int]]:
+    """Start and stop, the first index after it, of each longest stretch in which a mask (T,) holds, in order."""
+    edges = np.flatnonzero(np.diff(np.asarray(mask, np.int8), prepend=0, append=0))
+    return [(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipeds import biped, steps, walk
-from motionmend.bodies.feet import contacts, foot_joints, foot_markers, runs, skate, skate_during
+from motionmend.arrays import runs
+from motionmend.bodies.feet import contacts, foot_joints, foot_markers, skate, skate_during
 from motionmend.bodies.motion import Motion
 from motionmend.bodies.skeleton import Skeleton, positions
 from motionmend.errors import MismatchError

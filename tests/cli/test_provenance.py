@@ -77,6 +77,16 @@ def test_what_was_written_of_a_repair_is_read_again(origin: np.ndarray, angles: 
     assert (again.method, again.iterations, again.warnings) == ("adaptive", 2, ("a word",))
 
 
+def test_runs_beyond_a_recording_are_of_another_one() -> None:
+    markers = Markers(("LFHD",), np.zeros((3, 1, 3)), 30.0)
+    done = Repaired(markers, np.array([[0], [2], [2]]), np.ones((3, 1)), np.ones((3, 1)), "adaptive")
+    said = {**provenance(done), "method": "adaptive", "warnings": []}
+    said["runs"] = dict(said["runs"])
+    shorter = Markers(("LFHD",), np.zeros((2, 1, 3)), 30.0)
+    with pytest.raises(ValueError, match="LFHD: frames 1 to 2 of 2"):
+        repaired_from(said, shorter)
+
+
 def test_a_file_that_tells_of_no_single_sample_is_no_repair() -> None:
     markers = Markers(("LFHD",), np.zeros((2, 1, 3)), 30.0)
     assert repaired_from({"method": "default", "warnings": []}, markers) is None

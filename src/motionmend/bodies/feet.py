@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Bools, Floats, Ints, runs
 from ..errors import MismatchError
 from .skeleton import ROTATION, Skeleton, rest_positions
 
@@ -414,9 +414,3 @@ def _steady(sure: Bools, maybe: Bools, shortest: int) -> Bools:
     for begin, end in runs(state):
         state[begin:end] = end - begin >= shortest
     return state
-
-
-def runs(state: Bools) -> list[tuple[int, int]]:
-    """Half-open ranges of frames in which `state` (T,) holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], state, [False])).astype(np.int8)))
-    return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]

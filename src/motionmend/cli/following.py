@@ -106,7 +106,8 @@ class Followed:
         from .provenance import runs_of
 
         std = np.full(self.held.shape, np.nan) if self.postures.std is None else self.postures.std
-        runs = {name: runs_of(self.origin[:, j], std[:, j]) for j, name in enumerate(self.postures.names)}
+        origin = self.origin
+        runs = {name: runs_of(origin[:, j], std[:, j]) for j, name in enumerate(self.postures.names)}
         return {name: found for name, found in runs.items() if found}
 
 

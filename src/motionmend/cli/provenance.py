@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, runs
 from ..bodies.motion import Markers, Motion, Origin, Repaired
 from ..bodies.skeleton import ROTATION
 from .findings import labels
@@ -23,7 +23,7 @@ def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
     is one number where it is the same throughout, else one for each frame; it is absent where a gap was left open.
     """
     names = labels(repaired.recording.channels)
-    _, unit = _units(repaired)
+    _, unit = _units(repaired.recording)
     return {
         "counts": repaired.counts(),
         "channels": {name: _counts(repaired.origin[:, c]) for c, name in enumerate(names)},
@@ -76,10 +76,12 @@ def repaired_from(said: Mapping[str, Any], recording: Motion | Markers) -> Repai
     columns = {name: c for c, name in enumerate(labels(recording.channels))}
     origin = np.zeros((recording.frames, len(columns)), np.uint8)
     std = np.full(origin.shape, np.nan, np.float32)
-    scale = _scale(recording)
+    scale, _ = _units(recording)
     for name, kinds in runs.items():
         for kind, stretches in kinds.items():
             for first, frames, *sure in stretches:
+                if not 0 <= first < first + frames <= recording.frames:
+                    raise ValueError(f"{name}: frames {first} to {first + frames - 1} of {recording.frames}")
                 at = slice(first, first + frames), columns[name]
                 origin[at] = Origin[kind.upper()]
                 std[at] = np.asarray(sure[0]) / scale[columns[name]] if sure else np.nan
@@ -99,30 +101,24 @@ def repaired_from(said: Mapping[str, Any], recording: Motion | Markers) -> Repai
 
 def mask_runs(mask: Bools) -> list[tuple[int, int]]:
     """First frame and number of frames of each stretch where a mask (T,) is True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(first), int(last - first)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
+    return [(start, stop - start) for start, stop in runs(mask)]
 
 
 def _counts(origin: Bytes) -> dict[str, int]:
     return {o.name.lower(): int((origin == o).sum()) for o in Origin}
 
 
-def _scale(recording: Motion | Markers) -> Floats:
-    """Per channel: what a standard deviation is multiplied with to be written, degrees for rad."""
+def _units(recording: Motion | Markers) -> tuple[Floats, list[str]]:
+    """Per channel: what a standard deviation is multiplied with to be written, and the unit it has then."""
     if not isinstance(recording, Motion):
-        return np.ones(len(recording.channels))
-    return np.where(recording.skeleton.dof_kind == ROTATION, np.degrees(1.0), 1.0)
-
-
-def _units(repaired: Repaired[Any]) -> tuple[Floats, list[str]]:
-    """The same of a repair, and the unit that each deviation has then."""
-    scale = _scale(repaired.recording)
-    return scale, ["m" if factor == 1.0 else "deg" for factor in scale]
+        return np.ones(len(recording.channels)), ["m"] * len(recording.channels)
+    turns = recording.skeleton.dof_kind == ROTATION
+    return np.where(turns, np.degrees(1.0), 1.0), ["deg" if turn else "m" for turn in turns]
 
 
 def _std(repaired: Repaired[Any], column: int) -> Floats:
     """(T,) standard deviations of a channel as they are written."""
-    return np.asarray(repaired.std[:, column] * _units(repaired)[0][column])
+    return np.asarray(repaired.std[:, column] * _units(repaired.recording)[0][column])
 
 
 def _spread(std: Floats, unit: str) -> dict[str, Any]:
@@ -135,7 +131,7 @@ def _spread(std: Floats, unit: str) -> dict[str, Any]:
 def _noise(repaired: Repaired[Any], names: list[str]) -> dict[str, dict[str, Any]] | None:
     if repaired.noise is None:
         return None
-    scale, unit = _units(repaired)
+    scale, unit = _units(repaired.recording)
     recorded = np.isin(repaired.origin, (Origin.MEASURED, Origin.REPAIRED)).sum(axis=0)
     share = (repaired.origin == Origin.REPAIRED).sum(axis=0) / np.maximum(recorded, 1)
     return {

@@ -194,9 +194,7 @@ def _confused_at_first(sights: Sequence[Sight], came: int, frames: int) -> Bools
     frames : T, of which the sights are the first.
     """
     changed = np.stack([one.swapped for one in sights])
-    behind = np.zeros(
-        changed.shape, dtype=np.bool_
-    )  # confused until a later frame showed it, as long as nothing changed
+    behind = np.zeros(changed.shape, dtype=np.bool_)  # until a later frame showed it, as long as nothing changed
     for t in range(len(sights) - 1, 0, -1):
         if not sights[t].other:
             behind[t - 1] = sights[t].righted | (behind[t] & (changed[t] == changed[t - 1]))

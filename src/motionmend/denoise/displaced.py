@@ -8,10 +8,10 @@ filling comes out where they were.
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Bools, Floats, Ints, runs
 from ..numerics.robust import ESTIMATORS
 from .cloud import distance_change
-from .filling import LEAST_FRAMES, fill_gaps, runs
+from .filling import LEAST_FRAMES, fill_gaps
 from .pieces import PIECE, blocks
 from .repair import interpolated
 from .segment_frame import ANCHORS, segment_frame, within

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Bools, Floats, Ints, runs
 from ..errors import MismatchError
 from ..numerics.walk import noise_level
 from .filled_limbs import fill_absent
@@ -382,12 +382,6 @@ def _parts_of_gap(visible: Bools, least: int) -> list[tuple[int, int]]:
             break
         del edges[min((e for e in (shortest, shortest + 1) if 0 < e < len(edges) - 1), key=lost)]
     return list(pairwise(edges))
-
-
-def runs(wanted: Bools) -> list[tuple[int, int]]:
-    """(start, stop) of the runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _measured_std(positions: Floats, seen: Bools) -> Floats:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints
-from ..bodies.feet import Feet, runs
+from ..arrays import Bools, Floats, Ints, runs
+from ..bodies.feet import Feet
 from ..bodies.skeleton import ROTATION, Skeleton
 from ..errors import MismatchError
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints, frozen
+from ..arrays import Bools, Floats, Ints, frozen, runs
 from ..bodies import feet as floor
 from ..bodies.ik import solve
 from ..bodies.motion import Motion
@@ -154,7 +154,7 @@ def _root_shift(
     shift = np.zeros((len(before), 3))
     if _root_axes(body) is None:
         return shift, ("the root has no three translations of its own: it stays where it is",)
-    for begin, end in floor.runs(usable & (np.maximum(*(plan.firmness for plan in plans)) > 0)):
+    for begin, end in runs(usable & (np.maximum(*(plan.firmness for plan in plans)) > 0)):
         here = slice(begin, end)
         for _ in range(3):
             pull = [_refusal(leg, plan, before, shift, here) for leg, plan in zip(legs, plans, strict=True)]

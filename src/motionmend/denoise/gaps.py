@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Bools, Floats, Ints, runs
 from ..errors import MismatchError
 from ..numerics.smoother import StateSpace, kalman_smoother
 from ..numerics.walk import noise_level
@@ -67,7 +67,7 @@ def _fill_pca(positions: Floats, seen: Bools, std: Floats, wanted: Bools) -> Fil
         far = distances[marker] > DISTAL * np.nanmean(distances[marker])
         candidates: Bools = whole | (~far & np.isfinite(distances[marker]))
         candidates[marker] = False
-        for start, stop in _runs(~seen[:, marker]):
+        for start, stop in runs(~seen[:, marker]):
             if not wanted[start:stop, marker].any():
                 continue
             # A frame in which nothing is seen stays open and takes no marker away from the others.
@@ -275,12 +275,6 @@ def _mean_distances(positions: Floats, seen: Bools) -> Floats:
             known
         ]
     return distances
-
-
-def _runs(wanted: Bools) -> list[tuple[int, int]]:
-    """(start, stop) of the runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _present(positions: Floats) -> Bools:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ..arrays import Bools, Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats, Ints, runs
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from .digits import coarseness
 from .joints import CENTIMETRES, root_rows, unit
@@ -24,6 +24,7 @@ NOISY_ANGLE, NOISY_MARKER = np.radians(0.3), 0.0005
 ROUNDED = 0.5  # of the step to which a channel was rounded: noise that rounding alone may pass for
 ABOUT = 0.5  # s before and after, in which a channel has to be noisy
 THERE = 0.35  # of the channel's noise, that the samples about have to show
+SAID = 6  # channels that a warning names at most
 _FEW = 1e-6
 _NOTHING = 1e-300
 _TWICE = 2.0 * np.sqrt(np.pi)  # two draws of N(0, 1) lie within u of each other with probability 2 u / this
@@ -50,9 +51,8 @@ def held(recording: Motion | Markers) -> Bools:
             continue
         repeats = np.log(BY_CHANCE / found.size) / np.log(max(chance, _NOTHING))
         least = max(LEAST_REPEATS, int(np.ceil(repeats)))
-        edges = np.flatnonzero(np.diff(np.pad(same.astype(np.int8), 1)))
-        for start, stop in edges.reshape(-1, 2) + 1:  # the step before frame t has number t - 1
-            found[start:stop, channel] = least <= stop - start <= longest
+        for start, stop in runs(same):  # the step before frame t has number t - 1
+            found[start + 1 : stop + 1, channel] = least <= stop - start <= longest
     return found
 
 
@@ -150,4 +150,4 @@ def _what(recording: Motion | Markers) -> str:
 def _named(recording: Motion | Markers, samples: Bools) -> str:
     """The names of the channels that have any of these samples (T, C), the first of them."""
     names = [recording.channels[c] for c in np.flatnonzero(samples.any(axis=0))]
-    return f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
+    return f"{', '.join(names[:SAID])}{', ...' if len(names) > SAID else ''}"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Bools, Floats, Ints, runs
 from .label_evidence import Continuity, Ends, line_weights
 
 _SWITCH = -12.0  # log prior of a change of labels at one instant between two given markers
@@ -65,12 +65,6 @@ def swapped_stretches(
             first, last = chain.starts[start] + frames[[0, -1]]
             found.append(Stretch(int(first), int(last), float(best - chain.best(forbidden)[0])))
     return found
-
-
-def runs(wanted: Bools) -> list[tuple[int, int]]:
-    """(start, stop) of the runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 class _Chain:

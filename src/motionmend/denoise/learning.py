@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ..arrays import Floats, Ints
+from ..arrays import Floats, Ints, runs
 from ..bodies.motion import Markers, Motion
 from ..bodies.put_before import rest_frames
 from ..bodies.skeleton import ROTATION
@@ -108,8 +108,7 @@ def glitches(motion: Motion) -> list[Glitch]:
         if not zero.any() or zero.all():
             continue
         jump = np.abs(np.diff(angles, axis=0)).max(axis=1, initial=0.0) > GLITCH
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], zero.astype(np.int8), [0]])))
-        for start, stop in edges.reshape(-1, 2).tolist():
+        for start, stop in runs(zero):
             if stop > rested and ((start > 0 and jump[start - 1]) or (stop < len(q) and jump[stop - 1])):
                 found.append(Glitch(rows, max(start, rested), stop))
     return found
@@ -140,14 +139,13 @@ def _bridged(values: Floats, limit: int) -> Floats:
         known = np.isfinite(values[:, c])
         if known.sum() < 4:
             continue
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], (~known).astype(np.int8), [0]])))
-        runs = [(a, b) for a, b in edges.reshape(-1, 2) if a > 0 and b < len(values) and b - a <= limit]
-        if not runs:
+        short = [(a, b) for a, b in runs(~known) if a > 0 and b < len(values) and b - a <= limit]
+        if not short:
             continue
         if filled is values:
             filled = values.copy()
         curve = CubicSpline(frames[known], values[known, c])
-        for start, stop in runs:
+        for start, stop in short:
             filled[start:stop, c] = curve(frames[start:stop])
     return filled
 

@@ -17,7 +17,7 @@ from .displaced import displaced
 from .filling import fill_gaps
 from .filtered import Filtered
 from .hedge import filled_both_ways
-from .held import held, in_noise, told, without
+from .held import SAID, held, in_noise, told, without
 from .joints import root_rows
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
@@ -44,7 +44,6 @@ OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
-SAID = 6  # channels that a warning names at most
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
 

@@ -20,7 +20,16 @@ RUN_UP = 0.1  # s on either side that tell how fast the root moves
 
 
 def thrown(motion: Motion) -> Bools:
-    """(T, D) True where the root's translations were recorded elsewhere."""
+    """Samples of a root that is elsewhere for some frames.
+
+    Parameters
+    ----------
+    motion : T frames, D channels; a root without three translations is not asked.
+
+    Returns
+    -------
+    (T, D) True where the root's translations were recorded elsewhere.
+    """
     found = np.zeros(motion.q.shape, dtype=bool)
     _, moves = root_rows(motion.skeleton)
     if len(moves) != 3 or motion.frames < 4:

@@ -191,17 +191,28 @@ def _met(rows: Floats, bones: Ints, standard_lengths: Floats, usual: Floats) -> 
     for b in range(len(usual)):
         length = _length(rows, bones[b, 0], bones[b, 1])
         if length > 0.0 and standard_lengths[b] > 0.0:  # not NaN either
-            ratio = length / standard_lengths[b]
-            at = known
-            while at > 0 and ratios[at - 1] > ratio:  # a handful: by insertion
-                ratios[at] = ratios[at - 1]
-                at -= 1
-            ratios[at] = ratio
+            _insert(ratios, known, length / standard_lengths[b])
             known += 1
-    size = 0.5 * (ratios[(known - 1) // 2] + ratios[known // 2]) if known > 0 else 1.0
+    size = _middle(ratios, known) if known > 0 else 1.0
     for b in range(len(usual)):
         usual[b] = size * standard_lengths[b]
     return size
+
+
+@compiled
+def _insert(values: Floats, known: int, value: float) -> None:
+    """One more among the first values, which rise: they are a handful."""
+    at = known
+    while at > 0 and values[at - 1] > value:
+        values[at] = values[at - 1]
+        at -= 1
+    values[at] = value
+
+
+@compiled
+def _middle(values: Floats, known: int) -> float:
+    """The median of the first values, which rise."""
+    return float(0.5 * (values[(known - 1) // 2] + values[known // 2]))
 
 
 @compiled
@@ -451,13 +462,9 @@ def leapt(rows: Floats, before: Floats, seconds: float) -> bool:
         for j in range(joints):
             step = rows[j, d] - before[j, d]
             if isfinite(step):
-                at = known
-                while at > 0 and apart[at - 1] > step:  # a handful: by insertion
-                    apart[at] = apart[at - 1]
-                    at -= 1
-                apart[at] = step
+                _insert(apart, known, step)
                 known += 1
         if known == 0:
             return False
-        square += (0.5 * (apart[(known - 1) // 2] + apart[known // 2])) ** 2
+        square += _middle(apart, known) ** 2
     return sqrt(square) > LEAP + FASTEST * max(seconds, 0.0)

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh_tridiagonal, lapack
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
-from ..arrays import Floats, frozen
+from ..arrays import Floats, frozen, runs
 from ..errors import MismatchError
 
 FEW = 64  # eigenvectors that Lanczos iteration finds sooner than a decomposition does
@@ -97,9 +97,7 @@ def lag_covariance(series: Floats | Sequence[Floats], window: int) -> LagCovaria
 
 def whole_stretches(series: Floats) -> list[tuple[int, int]]:
     """(start, stop) of every longest run of frames of `series` (T, C) without a missing sample."""
-    whole = np.isfinite(series).all(axis=1).astype(np.int8)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole, [0]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    return runs(np.isfinite(series).all(axis=1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, runs
 from ..errors import UsageError
 from .stick import skeleton_figure
 from .style import COLOURS, FAINT, GAP, check_lengths, colours_of, figure_at
@@ -72,8 +72,8 @@ def curves_figure(path: str | Path, times: Floats, panels: Sequence[Panel], *, t
             check_lengths(len(times), panel.series)
             check_lengths(len(times), panel.std)
             if panel.gaps is not None:
-                for first, last in _runs(panel.gaps):
-                    axes.axvspan(times[first], times[last], color=GAP, alpha=0.13, lw=0)
+                for first, stop in runs(panel.gaps):
+                    axes.axvspan(times[first], times[stop - 1], color=GAP, alpha=0.13, lw=0)
             for name, values in panel.series.items():
                 rough = name == "noisy"
                 axes.plot(times, values, color=colours[name], lw=0.7 if rough else 1.4, alpha=0.75 if rough else 1)
@@ -182,12 +182,6 @@ def robust_figure(
             handles=_handles(named), loc="upper right" if title else "outside upper right", **_LEGEND
         )
         legend.set_in_layout(not title)  # it stands on the title's line where there is one
-
-
-def _runs(flags: Bools) -> list[tuple[int, int]]:
-    """First and last index of every run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    return [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
 
 
 def _limits(series: Sequence[Floats]) -> tuple[float, float]:

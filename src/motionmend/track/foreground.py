@@ -11,13 +11,13 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints, Singles, frozen
+from ..arrays import Bools, Floats, Singles, frozen
 from ..bodies.camera import Camera, DepthFrame
 from ..bodies.surface import intrinsics
 from ..errors import MismatchError
 from .passers import passers, passers_pixels
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of, slack
-from .surfaces import JUMP_NEAR, STEP, hidden, joined, most_like_a_body, surfaces_of
+from .surfaces import JUMP_NEAR, STEP, about, box_of, hidden, joined, most_like_a_body, surfaces_of
 
 __all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "remember", "scene_of"]
 
@@ -108,23 +108,6 @@ def mended(part: Singles, radius: int) -> Singles:
     return out
 
 
-def about(box: Ints, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
-    """Rows and columns of a box and a margin about it, as far as they are within an image.
-
-    Parameters
-    ----------
-    box : (4,) px, first and last row, first and last column, as `regions.extent` writes it; (0, -1, 0, -1) = empty.
-    shape : (H, W) px, of the image.
-    margin : px on every side; an empty box has none.
-    """
-    if box[1] < box[0]:
-        return slice(0, 0), slice(0, 0)
-    return (
-        slice(max(int(box[0]) - margin, 0), min(int(box[1]) + margin + 1, shape[0])),
-        slice(max(int(box[2]) - margin, 0), min(int(box[3]) + margin + 1, shape[1])),
-    )
-
-
 def empty_scene(frames: list[DepthFrame], seed: int = 0) -> Scene:
     """The room from frames with nobody in them: planes from the first, and the background, the farthest of all.
 
@@ -162,8 +145,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     before = np.empty(depth.shape, np.bool_)
     regions.before_scene(depth, numbers, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
     seen = surfaces_of(scene, depth, before, numbers)
-    # Beside furniture whoever comes may be the person, and so may who comes out from behind a passer.
-    strange = passers(seen, last if scene.alive and not hidden(depth, scene.person) else None)
+    strange = passers(seen, scene, depth, last)
     main = most_like_a_body(seen, scene.alive, strange, last)
     if main < 0 or (strange[main] and not _gone(scene, frame.time, depth)):
         return _nobody(np.isfinite(depth), passers_pixels(seen, depth, strange, []))
@@ -204,9 +186,9 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     if person.others is not None:
         # Nor have passers; and while they hide the person, what comes into view beside them may be the person.
         seen &= np.isnan(person.others) & (person.found | np.isfinite(scene.background))
-    scene = replace(scene, others=person.others)
     if person.found:
         scene = replace(scene, person=person.depth, since=frame.time, stirred=max(scene.stirred, person.stirred))
+    scene = scene if scene.others is None and person.others is None else replace(scene, others=person.others)
     if not seen.any():
         return scene
     known = scene.background
@@ -216,7 +198,7 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
         known = np.where(body & (known - depth < slack), np.float32(np.nan), known)
         # Beside the person only what is clearly behind them: a piece of them that was missed must not be learned.
         margin = int(np.ceil(0.15 * frame.camera.fx / person.place[2]))
-        rows, columns = _box(body, depth.shape, margin)
+        rows, columns = box_of(body, depth.shape, margin)
         beside = np.where(body[rows, columns], person.depth[rows, columns], np.float32(-1.0))
         beside = cv2.dilate(beside, np.ones((1, 2 * margin + 1), np.uint8))
         beside = cv2.dilate(beside, np.ones((2 * margin + 1, 1), np.uint8))
@@ -252,7 +234,7 @@ def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bool
 
     if np.isnan(scene.background).all():
         return np.zeros_like(mask)
-    rows, columns = _box(mask, depth.shape, 2)
+    rows, columns = box_of(mask, depth.shape, 2)
     part, inside = depth[rows, columns], mask[rows, columns]
     middle = float(np.median(part[inside]))
     window = np.ones((2 * int(np.ceil(0.08 * camera.fx / middle)) + 1,) * 2, np.uint8)
@@ -272,10 +254,3 @@ def _sized(scene: Scene, frame: DepthFrame) -> Singles:
     if frame.depth.shape != scene.background.shape:
         raise MismatchError(f"the scene is {scene.background.shape}, came a frame of {frame.depth.shape}")
     return np.ascontiguousarray(frame.depth, np.float32)
-
-
-def _box(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
-    """Rows and columns that hold all of `inside`, and a margin."""
-    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
-    box = (rows[0], rows[-1], columns[0], columns[-1]) if len(rows) else (0, -1, 0, -1)
-    return about(np.array(box), shape, margin)

@@ -8,29 +8,38 @@ passer's, and so is, from frame to frame, what is where a passer was. While one 
 import numpy as np
 
 from ..arrays import Bools, Floats, Singles
-from .surfaces import Surfaces, joined
+from .room import Scene
+from .surfaces import Surfaces, hidden, joined
 
 SOME = 0.1  # share of a piece of a passer that was there a moment ago; who comes out from behind one was not
 APART = 0.7  # m, from the person's middle; what comes into view farther away is not theirs
 
 
-def passers(seen: Surfaces, last: Floats | None) -> Bools:
+def passers(seen: Surfaces, scene: Scene, depth: Singles, last: Floats | None) -> Bools:
     """(S,) which surfaces are a passer's, with all that hangs together with them and was not the person's.
 
     Parameters
     ----------
     seen : the surfaces of this frame.
-    last : (3,) m, where the person was; None where that is not sure: then nobody new is a passer.
+    scene : the room as known so far, and who was in it.
+    depth : (H, W) m.
+    last : (3,) m, where the person was; None where nobody is followed.
     """
     theirs = seen.known > 0.5
     found = (seen.elsewhere > 0.5) & (seen.elsewhere > seen.known)
-    if last is not None and np.isfinite(last).all():
-        for s, like in seen.likeness.items():
-            if like > 0.0 and seen.measures[s, 11] > 0.5 and not theirs[s]:
-                found[s] |= np.linalg.norm(seen.clouds[s] - last, axis=1).min() > APART
+    new = [] if last is None else [s for s in seen.likeness if _comes_beside(seen, s, last)]
+    # Beside furniture whoever comes may be the person, and so may who comes out from behind a passer.
+    if new and scene.alive and not hidden(depth, scene.person):
+        found[new] = True
     for s in [s for s in seen.likeness if found[s]]:
         found[joined(s, seen, ~found & (theirs | (seen.elsewhere < SOME)))] = True
     return np.asarray(found)
+
+
+def _comes_beside(seen: Surfaces, s: int, last: Floats) -> bool:
+    """Whether a surface could be somebody who moves, was not the person's, and is away from where they were."""
+    moves = seen.likeness[s] > 0.0 and seen.measures[s, 11] > 0.5 >= seen.known[s]
+    return bool(moves and np.linalg.norm(seen.clouds[s] - last, axis=1).min() > APART)
 
 
 def passers_pixels(seen: Surfaces, depth: Singles, strange: Bools, kept: list[int]) -> Singles | None:

@@ -6,8 +6,8 @@ from ..arrays import Floats
 from ..bodies.camera import DepthFrame
 from ..bodies.surface import intrinsics
 from .evidence import listed, middle
-from .foreground import Foreground, Scene, about, find_person, mended, remember
-from .surfaces import LARGEST, SMALLEST
+from .foreground import Foreground, Scene, find_person, mended, remember
+from .surfaces import LARGEST, SMALLEST, about
 
 CLOSING = 5  # px; dropout inside the person is narrower
 

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Bools, Floats, frozen
+from ..arrays import Bools, Floats, frozen, runs
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
@@ -165,8 +165,7 @@ def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Fl
     """
     told = np.array(std)
     open_now = (std > settled).any(axis=1)
-    ends = np.flatnonzero(np.diff(open_now.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
-    for first, last in ends.tolist():
+    for first, last in runs(open_now):
         if last < len(std) and seen[last] and ahead[last] @ ahead[last - 1] >= 0.0:
             told[first:last] = settled[first:last]
     return told

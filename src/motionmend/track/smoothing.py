@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, runs
 from ..bodies.performer import LANDMARKS, Performer, Poses, landmarks, rotation, rotation_vector
 from .limbs import SEARCHED
 
@@ -55,8 +55,7 @@ def _brought(joints: Floats, times: Floats, whole: Bools, held: Bools) -> Floats
     out = joints.copy()
     for limb in SEARCHED:
         hidden = held[:, limb.landmarks].any(axis=1) & whole
-        ends = np.flatnonzero(np.diff(hidden.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
-        for first, after in ends.tolist():
+        for first, after in runs(hidden):
             if first == 0 or after == len(joints) or not (whole[first - 1] and whole[after]):
                 continue
             share = (times[first:after] - times[first - 1]) / (times[after] - times[first - 1])

@@ -123,7 +123,14 @@ def hidden(depth: Singles, person: Singles | None) -> bool:
 
 
 def joined(main: int, seen: Surfaces, strange: Bools) -> list[int]:
-    """The surfaces that belong to a body one of which is `main`, those of somebody else (S,) left out."""
+    """The surfaces that belong to a body one of which is `main`.
+
+    Parameters
+    ----------
+    main : number of its surface.
+    seen : the surfaces.
+    strange : (S,) True for those of somebody else, which are left out.
+    """
     from scipy.spatial import cKDTree
 
     clouds, measures, known = seen.clouds, seen.measures, seen.known
@@ -162,6 +169,30 @@ def joined(main: int, seen: Surfaces, strange: Bools) -> list[int]:
     return kept
 
 
+def about(box: Ints, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
+    """Rows and columns of a box and a margin about it, as far as they are within an image.
+
+    Parameters
+    ----------
+    box : (4,) px, first and last row, first and last column, as `regions.extent` writes it; (0, -1, 0, -1) = empty.
+    shape : (H, W) px, of the image.
+    margin : px on every side; an empty box has none.
+    """
+    if box[1] < box[0]:
+        return slice(0, 0), slice(0, 0)
+    return (
+        slice(max(int(box[0]) - margin, 0), min(int(box[1]) + margin + 1, shape[0])),
+        slice(max(int(box[2]) - margin, 0), min(int(box[3]) + margin + 1, shape[1])),
+    )
+
+
+def box_of(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, slice]:
+    """Rows and columns that hold all of `inside` (H, W) and a margin in px, within an image of `shape` (H, W)."""
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+    box = (rows[0], rows[-1], columns[0], columns[-1]) if len(rows) else (0, -1, 0, -1)
+    return about(np.array(box), shape, margin)
+
+
 def _clouds(
     depth: Singles, labels: Labels, measures: Floats, wanted: Ints, intrinsics: Floats, most: int = 300
 ) -> dict[int, Floats]:
@@ -180,11 +211,7 @@ def _shared(depth: Singles, labels: Labels, pixels: Floats, before: Singles | No
     """(S,) share of each surface, of so many pixels (S,), that lies where something was before, (H, W) m."""
     if before is None:
         return np.zeros(len(pixels))
-    there = np.isfinite(before)
-    rows, columns = np.flatnonzero(there.any(axis=1)), np.flatnonzero(there.any(axis=0))
-    if not len(rows):
-        return np.zeros(len(pixels))
-    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    box = box_of(np.isfinite(before), before.shape, 0)
     part = labels[box]
     with np.errstate(invalid="ignore"):
         same = (part >= 0) & (np.abs(depth[box] - before[box]) < STEP)
