@@ -236,6 +236,19 @@ def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, di
     return usual, size, now, turn, origin, scale, (rows - origin) @ turn.T / scale
 
 
+def kinship(sums, lengths, twins):
+    """The probability that bones are those of the sensor that was learned from."""
+    known = sums[1] > 0
+    if not known.any():
+        return 1.0 / (1.0 + np.exp(-5.0))
+    mine = np.divide(sums[0], sums[1], out=np.zeros(len(lengths)), where=known)
+    share = np.minimum(sums[1], 30.0)
+    off = np.where(known, np.abs(mine * (share * lengths).sum() / (share * mine).sum() - lengths), np.inf)
+    off = np.minimum(off, off[twins])[twins >= np.arange(len(twins))]
+    likelihoods = [-np.log(scale) - off[np.isfinite(off)] / scale for scale in (0.015, 0.045)]
+    return 1.0 / (1.0 + np.exp(-np.clip(5.0 + (likelihoods[0] - likelihoods[1]).sum(), -30.0, 30.0)))
+
+
 def leapt(rows, before, seconds):
     """Whether the middle joint went farther than anybody does."""
     step = (rows - before)[np.isfinite(rows - before).all(axis=1)]

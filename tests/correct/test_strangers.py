@@ -126,3 +126,27 @@ def test_what_is_no_person_moves_nobody(model: CorrectorModel, method: str) -> N
     found = model.correct(recording(frames), method=method).positions
     there = np.delete(np.arange(len(frames)), np.arange(20, 24))
     assert np.linalg.norm(found - frames, axis=2)[there].max() < 0.5
+
+
+def foreign(positions: Floats, seed: int) -> Floats:
+    """(T, 20, 3) what another sensor makes of people: it has every joint elsewhere, alike on both sides."""
+    habit = 0.08 * np.random.default_rng(seed).normal(size=(20, 3))
+    other = mirrored(recording(positions[:1]).names)
+    return np.asarray(positions + 0.5 * (habit + habit[other] * [-1.0, 1.0, 1.0]))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_was_learned_of_one_sensor_is_not_done_to_another(model: CorrectorModel, seed: int) -> None:
+    """Its bones tell; it is said; and nothing is made worse than by smoothing alone."""
+    true = truth("reach", 70 + seed, 3.0)
+    strange, usual = recording(foreign(true, seed)), recording(sensed(true, seed))
+    corrected = model.correct(strange)
+    assert error(corrected, true) < 1.05 * error(model.correct(strange, method="savgol"), true)
+    assert error(model.correct(strange, look_ahead=0), true) < 1.1 * error(strange, true)
+    assert "another sensor" in corrected.source.warnings[0]  # type: ignore[attr-defined]
+    assert model.correct(usual).source.warnings == ()  # type: ignore[attr-defined]
+    state = model.start(model.names)
+    for t, frame in enumerate(strange.positions[:3]):
+        state, one = model.step(state, frame, None, t / 30.0)
+        assert "foreign" in one.flags
+    assert one.std.mean() > 1.3 * model.step(model.start(model.names), usual.positions[0], None, 0.0)[1].std.mean()

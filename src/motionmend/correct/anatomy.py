@@ -73,6 +73,12 @@ class Anatomy:
         )
 
     @cached_property
+    def twins(self) -> Ints:
+        """(B,) the bone on the other side, its own number in the middle or where there is none."""
+        of_child = {int(child): b for b, (_, child) in enumerate(self.bones)}
+        return np.array([of_child.get(int(self.mirror[c]), b) for b, (_, c) in enumerate(self.bones)], dtype=np.int64)
+
+    @cached_property
     def pairs(self) -> Ints:
         """(M, 2) left and right joints, each pair once."""
         return np.array([(k, m) for k, m in enumerate(self.mirror) if k < m], dtype=np.int64).reshape(-1, 2)

@@ -21,7 +21,7 @@ from .learning import going_well, learned_factors, lessons, model_anatomy, offse
 from .limits import learned_limits
 from .look_ahead import Waiting, first_of
 from .normalise import Standard, bone_lengths
-from .noted import noted
+from .noted import FOREIGN, noted
 from .online import blank, remembered, taken_in
 from .pairing import Pair
 from .paper import learned_mixture, neighbour_inputs
@@ -30,7 +30,7 @@ from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
 from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
-from .watching import Sight, Watcher, believable, fresh, look, received
+from .watching import Sight, Watcher, believable, fresh, kinship, look, received
 
 STRANGER_SECONDS = 2.0  # who comes live after nobody was there for so long may be another
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
@@ -250,10 +250,11 @@ class CorrectorModel:
         state after it and the `latest` frame that came."""
         state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
-        offsets, std = self.knowledge.offsets(posture[None], unsure[None])
+        kin = state.kin_after(kinship(self.watcher, sight), time)
+        offsets, std = self.knowledge.offsets(posture[None], unsure[None], kin)
         since, at = time - state.shown.time, (sight.rows, sight.earlier)
         offset = bones.followed_slowly(state.offset, offsets[0], since, *OFFSET_SECONDS, *at, since)
-        moved = (posture + offset)[None]
+        moved = (posture + kin * offset)[None]
         learned = moved
         inputs = neighbour_inputs(posture[None], body)[0] if memory is not None else np.zeros((0, 0))
         if memory is not None:
@@ -264,8 +265,8 @@ class CorrectorModel:
         if memory is not None:
             shifts = inward(joining, [sight], settled[None])[0] - moved[0]
             memory = taken_in(memory, time, inputs, shifts, 1.0 - failing, unsure < 0.01)
-        flags = _words(sight, failing[joining.common])
-        after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset)
+        flags = _words(sight, failing[joining.common], kin)
+        after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset, kin=kin)
         return after, Corrected(settled, deviation[0], trust[0], flags)
 
     def correct(
@@ -325,7 +326,7 @@ class CorrectorModel:
             positions=np.stack([one.positions for one in found]),
             std=np.stack([one.std for one in found]),
             reliability=np.stack([one.reliability for one in found]),
-            source=noted(postures.source, sights),
+            source=noted(postures.source, sights, state.kin),
         )
 
     @property
@@ -391,11 +392,12 @@ def _rounded(values: Floats) -> Floats:
     return np.asarray(values.astype(np.float32), dtype=np.float64)
 
 
-def _words(sight: Sight, failing: Floats) -> tuple[str, ...]:
+def _words(sight: Sight, failing: Floats, kin: float) -> tuple[str, ...]:
     said = (
         ("swapped", np.count_nonzero(sight.swapped)),
         ("refused", sight.refused),
         ("held", np.count_nonzero(failing > 0.5)),
+        ("foreign", kin < FOREIGN),
     )
     return tuple([word for word, true in said if true])
 

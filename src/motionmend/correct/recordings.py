@@ -21,7 +21,7 @@ from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, settled_recording, smoothed
 from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
-from .watching import Sight, Watcher, accustomed, acquainted, fresh, look, rows_of, size_of
+from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
@@ -56,10 +56,20 @@ class Knowledge:
         """The joints of a recording that have limits."""
         return hinges_of(self.limits, self.watcher.body, joining.to_model, joining.bones, len(joining.names))
 
-    def offsets(self, posture: Floats, unsure: Floats) -> tuple[Floats, Floats]:
-        """(T, J, 3) from postures to corrected ones, in standard form, and (T, J) the standard deviation of those."""
+    def offsets(self, posture: Floats, unsure: Floats, kin: float) -> tuple[Floats, Floats]:
+        """(T, J, 3) from postures to corrected ones, in standard form, if the sensor is the one that was learned from; and
+        (T, J) the standard deviation of those when as much of that is believed as it is likely.
+
+        Parameters
+        ----------
+        posture, unsure : (T, J, 3) and (T, J) the deviation of a coordinate, in standard form.
+        kin : probability that the sensor is the one that was learned from. Another one's habits are not known: they are
+            as large, in any direction.
+        """
         offsets, variance = self.processes.predict(shape_features(posture, self.watcher.body))
-        return self.following @ offsets, np.sqrt(variance + unsure**2)
+        offsets = self.following @ offsets
+        unknown = (1.0 - kin**2) * (offsets**2).mean(axis=2)
+        return offsets, np.sqrt(variance + unsure**2 + unknown)
 
 
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
@@ -67,8 +77,9 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
-    offsets, std = knowledge.offsets(posture, unsure)
-    moved = posture + _calmed(offsets, sights, postures.times)
+    kin = float(np.mean([kinship(knowledge.watcher, one) for one in sights]))
+    offsets, std = knowledge.offsets(posture, unsure, kin)
+    moved = posture + kin * _calmed(offsets, sights, postures.times)
     if knowledge.fitted:
         moved = _kept_in_place(posture, moved, sights, knowledge.processes.told)
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
@@ -79,7 +90,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
-    source = noted(postures.source, sights)
+    source = noted(postures.source, sights, kin)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 
 

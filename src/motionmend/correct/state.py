@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..arrays import Floats
 from .joining import Joining
 from .limits import Hinges
@@ -9,6 +11,8 @@ from .look_ahead import Waiting
 from .online import Memory
 from .settling import Body
 from .watching import Sight
+
+KIN_SECONDS = 10.0  # live, in which it is learned whether the sensor is the one that was learned from
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +28,7 @@ class CorrectorState:
     memory : what was learned on the way; None when nothing is to be.
     waiting : frames that were not given out yet; None when each is at once.
     hinges : of the client's joints, those that have limits.
+    kin : probability that the sensor is the one that was learned from, by which offsets count.
     """
 
     joining: Joining
@@ -33,6 +38,13 @@ class CorrectorState:
     memory: Memory | None = None
     waiting: Waiting | None = None
     hinges: Hinges | None = None
+    kin: float = 1.0
+
+    def kin_after(self, now: float, time: float) -> float:
+        """What `kin` becomes when a frame says `now`: slowly something else than the first one said, as what is put out
+        moves with it."""
+        passed = time - self.shown.time
+        return self.kin + min(max(passed / KIN_SECONDS, 0.0), 1.0) * (now - self.kin) if passed < np.inf else now
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +56,7 @@ class Corrected:
     positions : (J, 3) m, finite where anything is known.
     std : (J,) m, of a coordinate.
     reliability : (J,) in [0, 1], of what the sensor said.
-    flags : words about the frame: "swapped", "refused", "held".
+    flags : words about the frame: "swapped", "refused", "held", "foreign" (another sensor than was learned from).
     """
 
     positions: Floats

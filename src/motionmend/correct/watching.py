@@ -144,6 +144,11 @@ def size_of(watcher: Watcher, lengths: Floats) -> float:
     return float(kernel.usual_lengths(lengths, watcher.standard.lengths, usual)) or 1.0
 
 
+def kinship(watcher: Watcher, sight: Sight) -> float:
+    """The probability that what is seen comes from the sensor that was learned from: bones tell."""
+    return float(kernel.kinship(sight.lengths, watcher.standard.lengths, watcher.body.twins))
+
+
 def look(
     watcher: Watcher,
     sight: Sight,

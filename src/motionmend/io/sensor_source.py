@@ -23,8 +23,8 @@ class SensorSource:
 
 
 def warnings_of(source: object) -> tuple[str, ...]:
-    """What is wrong with the file that a recording came from, one sentence each."""
-    return source.warnings if isinstance(source, SensorSource) else ()
+    """What is wrong with the file that a recording came from, or was noted of it since, one sentence each."""
+    return tuple(getattr(source, "warnings", ()))
 
 
 def seconds_of(stamps: Floats) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:

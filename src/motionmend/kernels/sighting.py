@@ -1,6 +1,6 @@
 """One frame of a sensor: the person's place and size, what tells of failures, and sides taken for each other."""
 
-from math import hypot, isfinite, log, log1p, sqrt
+from math import exp, hypot, isfinite, log, log1p, sqrt
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
+PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
+TRUSTED = 5.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
 
@@ -182,6 +184,35 @@ def usual_lengths(sums: Floats, standard_lengths: Floats, usual: Floats) -> floa
     for b in range(len(usual)):
         usual[b] = (sums[0, b] + PRIOR_FRAMES * size * standard_lengths[b]) / (sums[1, b] + PRIOR_FRAMES)
     return size
+
+
+@compiled
+def kinship(sums: Floats, standard_lengths: Floats, twins: Ints) -> float:
+    """The probability that a person is seen by the sensor that the standard body was learned from.
+
+    Where a sensor has its joints shows in its bones: people's proportions differ less than sensors' habits do. Either
+    difference follows Laplace's distribution. A sensor's habits are those of both sides: of two bones the one counts
+    that is off by less, for the other may be of a limb that failed.
+
+    Parameters
+    ----------
+    sums : (2, B) of trusted lengths in m, and how many.
+    standard_lengths : (B,) m.
+    twins : (B,) the bone on the other side, its own number in the middle.
+    """
+    usual = np.empty(len(standard_lengths))
+    size = usual_lengths(sums, standard_lengths, usual)
+    if size == 0.0:
+        return 1.0 / (1.0 + exp(-TRUSTED))
+    for b in range(len(usual)):
+        known = sums[1, b] > 0.0
+        usual[b] = abs(sums[0, b] / sums[1, b] / size - standard_lengths[b]) if known else np.inf
+    odds = TRUSTED
+    for b in range(len(usual)):
+        off = min(usual[b], usual[twins[b]])
+        if twins[b] >= b and off < np.inf:
+            odds += log(SENSORS / PEOPLE) - off * (1.0 / PEOPLE - 1.0 / SENSORS)
+    return 1.0 / (1.0 + exp(-max(min(odds, 30.0), -30.0)))
 
 
 @compiled
