@@ -140,7 +140,7 @@ def chance_after(evidence, forecast):
     return 1.0 / (1.0 + np.exp(-(np.log(forecast / (1.0 - forecast)) + evidence)))
 
 
-def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told):
+def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told, repeated):
     """One frame of a posture followed through failures; every group is judged by a belief that has not seen it."""
     from motionmend.kernels.following import DOUBT_SECONDS, HOLD_SECONDS, MET_SECONDS, ROUNDS, SETTLED, STRANGER
 
@@ -161,7 +161,7 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
         return np.log1p(found)
 
     def evidence(features):
-        return np.clip(features @ weights[:-1] + weights[-1], -8.0, 8.0)
+        return np.where(repeated, 8.0, np.clip(features @ weights[:-1] + weights[-1], -8.0, 8.0))
 
     first = away(np.zeros(joints))
     features = np.column_stack([first, first, bone, best_bone, np.log1p(np.maximum(raw, jerk)), told])
@@ -290,7 +290,17 @@ def signs(rows, before, earlier, size, usual, bones, spread, jerk, states):
         np.minimum.at(best, end, off)
     bent = np.linalg.norm(rows - 2.0 * before + earlier, axis=1) / size / jerk
     told = np.column_stack([states == 1, states == 0, states == 2]) if len(states) else np.zeros((len(rows), 3))
-    return lengths, np.nan_to_num(bent), np.log1p(own), np.log1p(np.where(np.isfinite(best), best, 0.0)), told
+    best = np.log1p(np.where(np.isfinite(best), best, 0.0))
+    return lengths, np.nan_to_num(bent), np.log1p(own), best, told, repeated(rows, before, earlier)
+
+
+def repeated(rows, before, earlier):
+    """Joints that stand still to the last digit while most others move, unless positions are rounded."""
+    alike = rows == before
+    seen = np.isfinite(rows + before).all(axis=1)
+    still, moved = alike.all(axis=1), (seen & ~alike.any(axis=1)).sum()
+    rounded = (alike.any(axis=1) & ~still).sum()
+    return still & (before == earlier).all(axis=1) & (still.sum() < moved) & (rounded <= 0.1 * moved)
 
 
 def counted(sums, lengths, failing, bones):

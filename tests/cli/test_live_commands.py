@@ -145,6 +145,17 @@ def test_another_model_and_a_file_that_is_none_are_refused(library, cli, tmp_pat
     assert "none.mend" in ran.failures[0]
 
 
+def test_a_recording_that_was_cut_off_is_said_to_be(seen, cli, tmp_path):
+    recording = tmp_path / "take.skl"
+    rows = [np.column_stack([row, np.full(20, 2)]).ravel() for row in np.nan_to_num(seen.positions)]
+    lines = ["\t".join([str(33 * t), *(f"{value:.4f}" for value in row)]) for t, row in enumerate(rows)]
+    titles = ["Timestamp", *(f"{name}_{what}" for name in seen.names for what in ("X", "Y", "Z", "State"))]
+    recording.write_text("\n".join(["\t".join(titles), *lines])[:-100])
+    ran = cli("stream", recording, "--to", "ws://127.0.0.1:9")
+    assert ran.code == 1
+    assert "cut off" in ran.err
+
+
 def test_a_recording_that_is_none_is_refused_by_its_name(cli, tmp_path):
     (tmp_path / "empty.csv").write_text("")
     ran = cli("stream", tmp_path / "empty.csv", "--to", "ws://127.0.0.1:9")

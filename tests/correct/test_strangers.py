@@ -150,3 +150,45 @@ def test_what_was_learned_of_one_sensor_is_not_done_to_another(model: CorrectorM
         state, one = model.step(state, frame, None, t / 30.0)
         assert "foreign" in one.flags
     assert one.std.mean() > 1.3 * model.step(model.start(model.names), usual.positions[0], None, 0.0)[1].std.mean()
+
+
+def stopped(model: CorrectorModel, seed: int, digits: int | None) -> tuple[Floats, Floats, list[int], slice]:
+    """The truth, and a recording in which an arm stops for two seconds; or all do, in rounded positions."""
+    true = truth("reach", 80 + seed, 4.0)
+    given, arm, spell = (
+        sensed(true, seed),
+        [model.names.index(f"{j}Right") for j in ("Elbow", "Wrist", "Hand")],
+        slice(30, 90),
+    )
+    if digits is None:
+        given[spell, arm] = given[spell.start, arm]
+        return true, given, arm, spell
+    given[spell] = given[spell.start] + 0.0005 * np.random.default_rng(seed).normal(size=given[spell].shape)
+    return true, np.round(given, digits), arm, spell
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_limb_that_stands_still_to_the_last_digit_is_not_seen(model: CorrectorModel, seed: int) -> None:
+    """Whatever its state."""
+    _, given, arm, spell = stopped(model, seed, None)
+    for ahead in (None, 0, 3):
+        found = model.correct(recording(given, state=True), look_ahead=ahead).reliability
+        assert found is not None
+        assert (found[spell][5:, arm] < 0.1).all()
+        assert (found[: spell.start - 1] > 0.5).mean() > 0.99
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_rests_in_rounded_positions_is_seen(model: CorrectorModel, seed: int) -> None:
+    _, given, _, spell = stopped(model, seed, 3)
+    found = model.correct(recording(given, state=True)).reliability
+    assert found is not None
+    assert (found[spell] > 0.5).mean() > 0.98
+
+
+def test_what_is_repeated_whole_is_seen(model: CorrectorModel) -> None:
+    """A sensor that says every posture three times."""
+    given = np.repeat(sensed(truth("walk", 90, 4.0), 90)[::3], 3, axis=0)
+    found = model.correct(recording(given, state=True)).reliability
+    assert found is not None
+    assert (found > 0.5).mean() > 0.95

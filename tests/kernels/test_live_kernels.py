@@ -54,12 +54,13 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     place = loadings @ belief[0][:4]
     place_cov = np.stack([row @ belief[1][:4, :4] @ row.T for row in loadings])
     seconds = 0.0 if seed == 3 else 1 / 30
+    repeated = np.arange(JOINTS) == 5
     got = kernel.follow(
         mean, loadings, noise, weights, lasting, *before, *belief, place, place_cov,
-        standard, seconds, raw, bone, best, told,
+        standard, seconds, raw, bone, best, told, repeated,
     )  # fmt: skip
     wanted = naive.follow(
-        (mean, loadings, noise), weights, lasting, before, belief, standard, seconds, raw, bone, best, told
+        (mean, loadings, noise), weights, lasting, before, belief, standard, seconds, raw, bone, best, told, repeated
     )
     same(got, wanted, rtol=1e-5, atol=1e-6)
     assert got[3][7] == 1.0
@@ -138,14 +139,19 @@ def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread:
 
 
 @pytest.mark.parametrize("told", [True, False])
-def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool) -> None:
+@pytest.mark.parametrize("still", [0, 3, JOINTS - 4])
+@pytest.mark.parametrize("rounded", [0, 1, 6])
+def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: int, rounded: int) -> None:
     rng = np.random.default_rng(5)
     rows, before, earlier = some_posture(rng), some_posture(rng), some_posture(rng, 0)
+    rows[:still] = before[:still] = earlier[:still]
+    rows[-rounded:, 1] = before[-rounded:, 1] if rounded else rows[:, 1]
     usual, spread, jerk = (rng.uniform(0.05, 0.5, n) for n in (BONES, BONES, JOINTS))
     states = rng.integers(0, 3, JOINTS if told else 0).astype(np.uint8)
     every = (rows, before, earlier, 1.2, usual, BODY.bones, spread, jerk, states)
     got = sighting.signs(*every)
     same(got, naive.signs(*every))
+    assert got[5].sum() == (still if (still, rounded) in ((3, 0), (3, 1)) else 0)
     assert np.isfinite(np.concatenate([one.ravel() for one in got[1:]])).all()
     count = rng.uniform(0, 600, BONES)
     sums, failing = np.stack([0.3 * count, count]), rng.uniform(0.0, 0.6, JOINTS)

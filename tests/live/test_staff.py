@@ -1,7 +1,9 @@
 """Correcting in processes of their own: the same answers, and a process that ends takes nobody with it."""
 
+import gc
 import os
 import signal
+import socket
 import sys
 import time
 
@@ -10,6 +12,7 @@ import pytest
 from running import HELLO, ask, client, frame, pack, running, singles
 
 from motionmend.bodies.joint_sets import KINECT20, KINECT25
+from motionmend.live import staff
 from motionmend.live.staff import _packed, _unpacked
 from motionmend.live.warm import standing
 
@@ -24,6 +27,15 @@ def test_what_is_said_on_a_line_comes_whole_and_in_order_however_it_is_cut():
             found += _unpacked(heard)
         assert found == said
         assert not heard
+
+
+def test_who_is_ready_when_the_server_has_gone_goes_without_a_word(model, monkeypatch):
+    monkeypatch.setattr(staff.signal, "signal", lambda *_: None)
+    ours, theirs = socket.socketpair()
+    ours.close()
+    staff._work(model, False, 0.0, theirs)
+    gc.unfreeze()
+    assert theirs.fileno() == -1
 
 
 @pytest.mark.slow

@@ -59,8 +59,11 @@ def stream(
 
 def _read(file: Path, fps: float | None) -> "Postures":
     from ..io.sensor import read_postures
+    from ..io.sensor_source import warnings_of
 
     postures = read_postures(file, fps=fps)
+    for warning in warnings_of(postures.source):
+        say(f"warning ({file}): {warning}")
     if not postures.frames:
         raise FileError(f"{file}: a recording with frames was wanted, this one has none")
     return postures

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats
 from ..kernels import following as kernel
 from ..numerics import factors as model
 from ..numerics.factors import Belief, Factors
@@ -72,6 +72,7 @@ def follow(
     bone: Floats,
     best_bone: Floats,
     told: Floats,
+    repeated: Bools,
 ) -> Followed:
     """One frame on.
 
@@ -84,6 +85,7 @@ def follow(
     raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
     bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
     told : (J, 3) one where the sensor says inferred, not tracked, tracked.
+    repeated : (J,) where it says what it said before.
     """
     mean, cov, own, failing, chance, jerk, posture, std, met = kernel.follow(
         factors.mean,
@@ -104,5 +106,6 @@ def follow(
         bone,
         best_bone,
         told,
+        repeated,
     )
     return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, met)

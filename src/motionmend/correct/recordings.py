@@ -57,8 +57,8 @@ class Knowledge:
         return hinges_of(self.limits, self.watcher.body, joining.to_model, joining.bones, len(joining.names))
 
     def offsets(self, posture: Floats, unsure: Floats, kin: float) -> tuple[Floats, Floats]:
-        """(T, J, 3) from postures to corrected ones, in standard form, if the sensor is the one that was learned from; and
-        (T, J) the standard deviation of those when as much of that is believed as it is likely.
+        """Offsets (T, J, 3) from postures to corrected ones, in standard form, if the sensor is the one learned from;
+        and the standard deviation (T, J) of what comes of as much of them as that is likely.
 
         Parameters
         ----------

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats
 from .compile import compiled
 from .factors import expected, left_out, seen
 
@@ -39,6 +39,7 @@ def follow(
     bone: Floats,
     best_bone: Floats,
     told: Floats,
+    repeated: Bools,
 ) -> Any:
     """One frame of `correct.follow.follow`: failing (section 4.4) as a hidden Markov chain, the factors by Kalman.
 
@@ -56,6 +57,7 @@ def follow(
     raw : (J,) second difference by the usual one.
     bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
     told : (J, 3) one where the sensor says inferred, not tracked, tracked.
+    repeated : (J,) where it says what it said before: it does not see the joint.
 
     Returns
     -------
@@ -86,7 +88,7 @@ def follow(
     forecast, failing = np.empty(joints), np.empty(joints)
     for j in range(joints):
         forecast[j] = min(max(failed[j] * (1.0 - out) + (1.0 - failed[j]) * into, 1e-6), 1.0 - 1e-6)
-    _judge(features, weights, forecast, failing)
+    _judge(features, weights, forecast, repeated, failing)
     after_mean, after_cov, there, there_cov = belief_mean, belief_cov, place, place_cov
     for _ in range(ROUNDS):
         for j in range(joints):
@@ -100,7 +102,7 @@ def follow(
         away, _ = left_out(rest, there_cov, own_variance, precision)
         for j in range(joints):
             features[j, 0] = log1p(away[j])
-        if _judge(features, weights, forecast, failing) < SETTLED:
+        if _judge(features, weights, forecast, repeated, failing) < SETTLED:
             break
     posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
@@ -112,7 +114,7 @@ def follow(
         gain = 0.0
         if good > 0.5:
             gain = good * hold
-        elif _steady(features[j], weights) > 0.8:
+        elif _steady(features[j], weights) > 0.8 and not repeated[j]:
             gain = doubt
         for d in range(3):
             shape = good * values[j, d] if present[j] else 0.0
@@ -125,11 +127,12 @@ def follow(
 
 
 @compiled
-def _judge(features: Floats, weights: Floats, forecast: Floats, failing: Floats) -> float:
+def _judge(features: Floats, weights: Floats, forecast: Floats, repeated: Bools, failing: Floats) -> float:
     """The probability to fail (J,) in place, by the evidence and what was forecast; the largest change of it."""
     most = 0.0
     for j in range(features.shape[0]):
-        now = _chance(_evidence(features[j], weights, False) + log(forecast[j] / (1.0 - forecast[j])))
+        evidence = MOST if repeated[j] else _evidence(features[j], weights, False)
+        now = _chance(evidence + log(forecast[j] / (1.0 - forecast[j])))
         most = max(most, abs(now - failing[j]))
         failing[j] = now
     return most

@@ -19,6 +19,7 @@ WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on an
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
 PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
 TRUSTED = 5.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
+ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are rounded
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
 
@@ -352,7 +353,8 @@ def signs(
     Returns
     -------
     lengths (B,) m; second differences by the usual ones (J,); how far the bone to the parent is off, and the bone at
-    the joint that is least so (J,), (J,), logarithms of z-scores; (J, 3) one for inferred, not tracked, tracked.
+    the joint that is least so (J,), (J,), logarithms of z-scores; (J, 3) one for inferred, not tracked, tracked; (J,)
+    whether the sensor repeats where it had the joint.
     """
     joints, count = rows.shape[0], bones.shape[0]
     lengths, raw, told = np.empty(count), np.empty(joints), np.zeros((joints, 3))
@@ -373,7 +375,31 @@ def signs(
         own[j], best[j] = log1p(own[j]), log1p(best[j]) if isfinite(best[j]) else 0.0
         if states.shape[0] > 0:
             told[j, 0], told[j, 1], told[j, 2] = states[j] == 1, states[j] == 0, states[j] == 2
-    return lengths, raw, own, best, told
+    return lengths, raw, own, best, told, _repeated(rows, before, earlier)
+
+
+@compiled
+def _repeated(rows: Floats, before: Floats, earlier: Floats) -> Bools:
+    """(J,) joints that are where they were in the two frames before (J, 3), to the last digit, while others are not.
+
+    No sensor sees a joint so: it does not see it, and says again what it said. Where single coordinates repeat too,
+    positions are rounded, and where most joints do, the frame was said twice.
+    """
+    found = np.zeros(rows.shape[0], dtype=np.bool_)
+    moved, still, rounded = 0, 0, 0
+    for j in range(rows.shape[0]):
+        same = 0
+        for d in range(3):
+            same += rows[j, d] == before[j, d]
+        found[j] = same == 3
+        for d in range(3):
+            found[j] = found[j] and before[j, d] == earlier[j, d]
+        moved += same == 0 and isfinite(rows[j, 0] + before[j, 0])
+        still += same == 3
+        rounded += 0 < same < 3
+    if still >= moved or rounded > ROUNDED * moved:
+        found[:] = False
+    return found
 
 
 @compiled

@@ -8,6 +8,7 @@ import socket
 import struct
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast, final
 
 from ..errors import FileError
@@ -227,12 +228,17 @@ def _context() -> Any:
 
 def _work(model: "CorrectorModel", online: bool, look_ahead: float, line: socket.socket) -> None:
     """A process of the staff: correct what comes over the line until it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
+    with suppress(BrokenPipeError, ConnectionResetError):  # it may while somebody is spoken of whom it will not hear of
+        _serve(model, online, look_ahead, line)
+
+
+def _serve(model: "CorrectorModel", online: bool, look_ahead: float, line: socket.socket) -> None:
     import gc
 
     from ..batch import one_blas_thread
     from .warm import warm
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
     sessions: dict[int, Session | None] = {}
     heard, said = bytearray(), list[bytes]()
     with one_blas_thread(), line:
