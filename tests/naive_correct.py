@@ -236,17 +236,20 @@ def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, di
     return usual, size, now, turn, origin, scale, (rows - origin) @ turn.T / scale
 
 
-def kinship(sums, lengths, twins):
+def kinship(sums, lengths, twins, parts):
     """The probability that bones are those of the sensor that was learned from."""
     known = sums[1] > 0
     if not known.any():
-        return 1.0 / (1.0 + np.exp(-5.0))
+        return 1.0 / (1.0 + np.exp(-3.0))
     mine = np.divide(sums[0], sums[1], out=np.zeros(len(lengths)), where=known)
     share = np.minimum(sums[1], 30.0)
     off = np.where(known, np.abs(mine * (share * lengths).sum() / (share * mine).sum() - lengths), np.inf)
-    off = np.minimum(off, off[twins])[twins >= np.arange(len(twins))]
-    likelihoods = [-np.log(scale) - off[np.isfinite(off)] / scale for scale in (0.015, 0.045)]
-    return 1.0 / (1.0 + np.exp(-np.clip(5.0 + (likelihoods[0] - likelihoods[1]).sum(), -30.0, 30.0)))
+    off, seen = np.minimum(off, off[twins]), np.maximum(sums[1], sums[1][twins]) / sums[1].max()
+    one = np.isfinite(off) & (twins >= np.arange(len(twins)))
+    off, seen, parts = off[one], seen[one], parts[one]
+    ratio = seen * (np.log(3.0) - off / 0.015 + off / 0.045)
+    least = min([0.0, *(ratio[parts == part].sum() for part in set(parts) - {0})])
+    return 1.0 / (1.0 + np.exp(-np.clip(3.0 + ratio.sum() - least, -30.0, 30.0)))
 
 
 def leapt(rows, before, seconds):

@@ -152,6 +152,21 @@ def test_what_was_learned_of_one_sensor_is_not_done_to_another(model: CorrectorM
     assert one.std.mean() > 1.3 * model.step(model.start(model.names), usual.positions[0], None, 0.0)[1].std.mean()
 
 
+def test_who_sits_is_seen_by_the_same_sensor(model: CorrectorModel) -> None:
+    """Legs that a sensor guesses throughout are no sign of another one."""
+    true = truth("reach", 75, 3.0)
+    given, rng = sensed(true, 75), np.random.default_rng(75)
+    legs = [model.names.index(f"{joint}{side}") for joint in ("Knee", "Ankle", "Foot") for side in ("Left", "Right")]
+    given[:, legs] += 0.6 * (given[:, :1] + [0.0, -0.4, 0.1] - given[:, legs])
+    given[:, legs] += 0.05 * rng.normal(size=given[:, legs].shape)
+    for ahead in (None, 0):
+        corrected = model.correct(recording(given), look_ahead=ahead)
+        assert corrected.source.warnings == ()  # type: ignore[attr-defined]
+        rest = np.setdiff1d(np.arange(20), legs)
+        far = [np.linalg.norm(one - true, axis=2)[:, rest].mean() for one in (given, corrected.positions)]
+        assert far[1] < 0.8 * far[0]
+
+
 def stopped(model: CorrectorModel, seed: int, digits: int | None) -> tuple[Floats, Floats, list[int], slice]:
     """The truth, and a recording in which an arm stops for two seconds; or all do, in rounded positions."""
     true = truth("reach", 80 + seed, 4.0)

@@ -79,6 +79,17 @@ class Anatomy:
         return np.array([of_child.get(int(self.mirror[c]), b) for b, (_, c) in enumerate(self.bones)], dtype=np.int64)
 
     @cached_property
+    def parts(self) -> Ints:
+        """(B,) 0 for bones of the trunk, else the limbs they are of, 1 and up, the same on both sides."""
+        found = np.zeros(len(self.bones), dtype=np.int64)
+        for b, (parent, child) in enumerate(self.bones):
+            top, above = int(child), int(parent)
+            while above >= 0 and not self.trunk[above] and not self.trunk[top]:
+                top, above = above, int(self.parents[above])
+            found[b] = 0 if self.trunk[top] else 1 + min(top, int(self.mirror[top]))
+        return np.asarray(np.unique(np.append(found, 0), return_inverse=True)[1][:-1])
+
+    @cached_property
     def pairs(self) -> Ints:
         """(M, 2) left and right joints, each pair once."""
         return np.array([(k, m) for k, m in enumerate(self.mirror) if k < m], dtype=np.int64).reshape(-1, 2)

@@ -146,7 +146,8 @@ def size_of(watcher: Watcher, lengths: Floats) -> float:
 
 def kinship(watcher: Watcher, sight: Sight) -> float:
     """The probability that what is seen comes from the sensor that was learned from: bones tell."""
-    return float(kernel.kinship(sight.lengths, watcher.standard.lengths, watcher.body.twins))
+    body = watcher.body
+    return float(kernel.kinship(sight.lengths, watcher.standard.lengths, body.twins, body.parts))
 
 
 def look(

@@ -18,7 +18,7 @@ OPPOSED = -0.5  # cosine between trunk directions of successive frames at which 
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
 PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
-TRUSTED = 5.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
+TRUSTED = 3.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
 ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are rounded
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
@@ -188,18 +188,20 @@ def usual_lengths(sums: Floats, standard_lengths: Floats, usual: Floats) -> floa
 
 
 @compiled
-def kinship(sums: Floats, standard_lengths: Floats, twins: Ints) -> float:
+def kinship(sums: Floats, standard_lengths: Floats, twins: Ints, parts: Ints) -> float:
     """The probability that a person is seen by the sensor that the standard body was learned from.
 
     Where a sensor has its joints shows in its bones: people's proportions differ less than sensors' habits do. Either
     difference follows Laplace's distribution. A sensor's habits are those of both sides: of two bones the one counts
-    that is off by less, for the other may be of a limb that failed.
+    that is off by less, for the other may be of a limb that failed, and the limbs that speak most against it are not
+    heard, for both may fail: legs of who sits.
 
     Parameters
     ----------
     sums : (2, B) of trusted lengths in m, and how many.
     standard_lengths : (B,) m.
     twins : (B,) the bone on the other side, its own number in the middle.
+    parts : (B,) of the body, 0 the trunk, the same on both sides.
     """
     usual = np.empty(len(standard_lengths))
     size = usual_lengths(sums, standard_lengths, usual)
@@ -208,11 +210,13 @@ def kinship(sums: Floats, standard_lengths: Floats, twins: Ints) -> float:
     for b in range(len(usual)):
         known = sums[1, b] > 0.0
         usual[b] = abs(sums[0, b] / sums[1, b] / size - standard_lengths[b]) if known else np.inf
-    odds = TRUSTED
+    says, most = np.zeros(len(usual) + 1), sums[1].max()
     for b in range(len(usual)):
         off = min(usual[b], usual[twins[b]])
         if twins[b] >= b and off < np.inf:
-            odds += log(SENSORS / PEOPLE) - off * (1.0 / PEOPLE - 1.0 / SENSORS)
+            seen = max(sums[1, b], sums[1, twins[b]]) / most
+            says[parts[b]] += seen * (log(SENSORS / PEOPLE) - off * (1.0 / PEOPLE - 1.0 / SENSORS))
+    odds = TRUSTED + says.sum() - min(says[1:].min(), 0.0)
     return 1.0 / (1.0 + exp(-max(min(odds, 30.0), -30.0)))
 
 
