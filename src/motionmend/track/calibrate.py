@@ -13,8 +13,8 @@ from typing import Any, TypeAlias, final
 import numpy as np
 
 from ..arrays import Floats, frozen
-from ..bodies.camera import Camera
 from ..bodies.anatomy import handed
+from ..bodies.camera import Camera
 from ..bodies.performer import (
     BONES,
     DOFS,

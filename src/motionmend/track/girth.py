@@ -3,8 +3,8 @@ observation, whatever the pose.
 
 Each followed frame gives the normal equations of its pose and of a few widths together; the pose is eliminated
 (Schur complement) and what is left tells of the widths alone. Lengths stay as they are: they are known, or were
-measured by `calibrate`. Fists and flat hands are 9 cm apart, which counts where an arm is thrust at the camera: of a few
-reaches that one is used with which the poses so far explain the frames best.
+measured by `calibrate`. Fists and flat hands are 9 cm apart, which counts where an arm is thrust at the camera: of a
+few reaches that one is used with which the poses so far explain the frames best.
 """
 
 from dataclasses import dataclass, field, replace
@@ -64,8 +64,8 @@ class Girth:
     information, right : (G, G) and (G,) of the logarithms of the widths, summed over frames.
     scale : (G,) the logarithms in use.
     frames : that were learned from.
-    hand : how far the hands reach, as a share of flat ones; None = as the base's. wrong : (H,) share of the person's pixels explained wrongly
-        with each of `HANDS`, summed over frames.
+    hand : how far the hands reach, as a share of flat ones; None = as the base's.
+    wrong : (H,) share of the person's pixels explained wrongly with each of `HANDS`, summed over frames.
     """
 
     base: Performer
