@@ -13,7 +13,6 @@ from typing import Any, TypeAlias, final
 import numpy as np
 
 from ..arrays import Floats, frozen
-from ..bodies.anatomy import handed
 from ..bodies.camera import Camera
 from ..bodies.performer import (
     BONES,
@@ -72,13 +71,11 @@ class Trial:
     ----------
     frames, poses : those that tell of the body, with their poses.
     wrong : share of the person's pixels explained wrongly, the median over all frames; 1 in a lost one.
-    hand : how far the hands reach, as a share of flat ones; None where that was not learned.
     """
 
     frames: Sequence[Observation]
     poses: Sequence[Pose]
     wrong: float
-    hand: float | None = None
 
 
 Follow: TypeAlias = Callable[[Performer], Trial]
@@ -229,8 +226,7 @@ def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, mos
         if not here.poses:
             break
         chosen = _different(here.poses, most)
-        body = begin if here.hand is None else handed(begin, here.hand)
-        done = calibrate(body, [here.frames[i] for i in chosen], [here.poses[i] for i in chosen])
+        done = calibrate(begin, [here.frames[i] for i in chosen], [here.poses[i] for i in chosen])
         here = follow(done.performer)
         if unusual(done) < UNUSUAL and here.wrong < first.wrong + WORSE:
             believed = done

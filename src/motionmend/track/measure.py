@@ -87,7 +87,6 @@ def measure_person(
         # Where nothing fits well yet, as with a child and an adult's body, the better half has to do.
         kept = good if good else sorted(followed, key=lambda one: one[0])[: (len(followed) + 1) // 2]
         wrong = float(np.median([wrong for wrong, *_ in followed] + [1.0] * (len(seen) - len(followed))))
-        hand = None if state.girth is None else state.girth.hand
-        return Trial([one for _, one, _ in kept], [found for *_, found in kept], wrong, hand)
+        return Trial([one for _, one, _ in kept], [found for *_, found in kept], wrong)
 
     return calibrated(begins, follow, passes)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Singles
-from ..bodies.anatomy import handed
 from ..bodies.camera import Camera
 from ..bodies.performer import (
     BONES,
@@ -123,10 +122,10 @@ def mixed(poses: Poses, rng: np.random.Generator) -> Pose:
 
 
 def varied(performer: Performer, rng: np.random.Generator) -> Performer:
-    """Someone else: all lengths by up to a tenth, each bone by a few percent, widths by a quarter; fists or not."""
+    """Someone else: all lengths by up to a tenth, every bone by a few percent, widths by up to a quarter."""
     size, wide = np.exp(rng.normal(0.0, 0.06)), np.exp(rng.normal(0.0, 0.10))
     stretch = np.exp(rng.normal(0.0, (0.06, 0.03, 0.06), (len(BONES), 3))) * size * np.array([wide, 1.0, wide])
-    return handed(performer.stretched(np.sqrt(stretch * stretch[MIRROR])), rng.uniform(0.5, 1.0))
+    return performer.stretched(np.sqrt(stretch * stretch[MIRROR]))
 
 
 def viewed(pose: Pose, rng: np.random.Generator, camera: Camera) -> Pose:
