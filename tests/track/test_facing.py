@@ -189,6 +189,21 @@ def test_of_two_readings_the_one_that_explains_more_is_left(ours, theirs, turns)
         assert faces_otherwise(taken[0].state, pose)
 
 
+@pytest.mark.parametrize(("new", "ahead", "turns"), [(False, True, True), (True, True, False), (True, False, True)])
+def test_a_little_that_speaks_for_the_back_of_somebody_new_is_not_enough(new, ahead, turns):
+    pose = standing((0.0, 0.1, 3.0)) if ahead else about_face(BODY, standing((0.0, 0.1, 3.0)))
+    system = System(np.eye(34), np.zeros(34))
+
+    def follow(_, begun):
+        return Solution(begun, system, 1, True), np.ones(28), 0.18
+
+    facing, taken = doubted(BODY, pose, None, new=new), None
+    state = TrackState(BODY, pose=pose, lost=False)
+    while facing.other is not None and taken is None:
+        facing, taken = weighed(facing, state, pose, 0.2, 0.0, Neighbors(np.empty((0, 28))), follow)
+    assert (taken is not None) == turns
+
+
 def test_of_two_readings_that_explain_as_much_the_one_that_bends_as_people_do_ranks_first():
     search = library().database.search
     pose = walking(0.8, np.array([0.0, 0.05, 3.0]), 0.0)

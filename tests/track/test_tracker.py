@@ -297,6 +297,22 @@ def test_a_limb_out_of_sight_is_held_and_less_and_less_sure():
     assert std[0][wrist] > 1.5 * std[0][LANDMARKS.index("l_wrist")]
 
 
+@pytest.mark.parametrize("reach", [0.5, 1.0])
+def test_fists_and_flat_hands_are_told_apart(reach):
+    settings, model, pose = settings_of("default"), TrackerModel(library()), some_pose()
+    who = anatomy.handed(BODY, reach)
+    state = None
+    for t in range(14):
+        here = advance(BODY, pose, np.concatenate((np.zeros(6), 0.1 * np.sin(0.4 * t) * np.ones(28))))
+        frame = DepthFrame(KINECT, render(who, here, KINECT).depth, None, t / 30)
+        state = start(model, settings, frame, BODY, here) if state is None else state
+        state, estimate = step(model, settings, state, frame)
+    assert state.girth.hand == reach
+    np.testing.assert_array_equal(state.performer.solids.center, anatomy.handed(state.performer, reach).solids.center)
+    wrists = [LANDMARKS.index(name) for name in ("l_wrist", "r_wrist")]
+    assert off(estimate.pose, here)[wrists].max() < 0.03
+
+
 def test_widths_are_learned_and_lengths_are_not():
     settings, model, pose = settings_of("default"), TrackerModel(library()), some_pose()
     factors = np.ones((15, 3))

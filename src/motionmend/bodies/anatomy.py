@@ -1,14 +1,16 @@
 """The performer's surface from the lengths of the bones, and the average person."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, frozen
 from .performer import BONES, LANDMARKS, Performer
 from .solids import CONE, ELLIPSOID, Solids
 
 # Breadths and depths of an adult of 1.75 m: medians of both sexes of ANSUR II (Gordon et al. 2014), girths over 2 pi.
+RELAXED = 0.65  # of a flat hand, how far a relaxed one reaches beyond the wrist
 _LIMBS = 1.40  # m, upper arm, forearm, thigh and shank of that adult together
 
 
@@ -81,8 +83,7 @@ def performer(offsets: Floats, landmark_place: Floats, tip_place: Floats) -> Per
         made.cone(f"{side}_upperarm", elbow, zero, 0.041, 0.053)
         made.ball(f"{side}_upperarm", elbow, 0.043)
         made.cone(f"{side}_forearm", wrist, zero, 0.029, 0.044)
-        reach = tip_place[hand] - wrist
-        made.ball(f"{side}_forearm", wrist + 0.5 * reach, (0.020, float(np.linalg.norm(reach)) / 2 / s, 0.042))
+        made.ball(f"{side}_forearm", *_hand(wrist, tip_place[hand], RELAXED, s))
         knee, ankle = part[f"{side}_shank"], part[f"{side}_foot"]
         made.cone(f"{side}_thigh", knee, zero, 0.060, 0.093)
         made.ball(f"{side}_thigh", knee, 0.060)
@@ -97,6 +98,30 @@ def performer(offsets: Floats, landmark_place: Floats, tip_place: Floats) -> Per
             f"{side}_foot", np.array([0.7 * tip[0], sole, 0.62 * tip[2]]), (0.044, 0.022, 0.38 * float(tip[2]) / s)
         )
     return Performer(offsets, landmark_place, tip_place, made.solids())
+
+
+def handed(body: Performer, reach: float) -> Performer:
+    """The same person with other hands.
+
+    Parameters
+    ----------
+    body : as `performer` makes them.
+    reach : how far the hands reach beyond the wrists, as a share of flat ones: 1 flat, 0.5 fists.
+    """
+    solids = body.solids
+    center, size = solids.center.copy(), solids.size.copy()
+    for side, hand in (("l", 1), ("r", 2)):
+        wrist, tip = body.landmark_place[LANDMARKS.index(f"{side}_wrist")], body.tip_place[hand]
+        own = (solids.bone == BONES.index(f"{side}_forearm")) & (solids.kind == ELLIPSOID)
+        middle, half = _hand(wrist, tip, reach, 1.0)
+        center[own], size[own, 1] = middle, half[1]
+    return replace(body, solids=replace(solids, center=frozen(center), size=frozen(size)))
+
+
+def _hand(wrist: Floats, tip: Floats, reach: float, scale: float) -> tuple[Floats, tuple[float, float, float]]:
+    """Middle (3,) m and half axes, over `scale`, of a hand from `wrist` that reaches so far to the flat one's `tip`."""
+    whole = tip - wrist
+    return wrist + 0.5 * reach * whole, (0.020, 0.5 * reach * float(np.linalg.norm(whole)) / scale, 0.042)
 
 
 def average(stature: float = 1.75) -> Performer:

@@ -27,7 +27,7 @@ FADES = 0.85  # of the odds at each look: a start has to settle first
 SURE = 2.0  # odds (log) at which a reading is taken
 IMAGE = 20.0  # odds for a reading that explains all of the pixels more
 STRANGE = 4.0  # odds against a reading one radian (of every joint coordinate) farther from the library
-FRONT = 1.0  # odds that somebody who was not seen before faces the camera
+FRONT = 1.5  # odds that somebody who was not seen before faces the camera
 TURNED = 1.0  # odds against having turned about just now; they fade within a second out of sight
 WALK = 0.2  # odds for a reading that walks forward with 1 m/s
 FASTEST = 1.0  # m/s; faster tells no more
@@ -52,6 +52,7 @@ class Facing:
     trust : (28,) of the other reading, as a state's. place : (3,) m, where the followed body's root was then.
     wrong : share of pixels it explained wrongly.
     odds : log, for the other reading. looks : taken so far. frames : since the last one.
+    prior : log odds for it before anything was seen; they do not fade.
     backwards : m, how far the followed reading has walked backwards lately.
     """
 
@@ -63,6 +64,7 @@ class Facing:
     looks: int = 0
     frames: int = 0
     backwards: float = 0.0
+    prior: float = 0.0
 
 
 def about_face(performer: Performer, pose: Pose) -> Pose:
@@ -76,10 +78,19 @@ def faces_otherwise(pose: Pose, other: Pose) -> bool:
     return float(pose.root[:, 2] @ other.root[:, 2]) < 0.0
 
 
-def doubted(performer: Performer, pose: Pose, other: Pose | None) -> Facing:
-    """The question open: with a pose of the other reading, or with the same pose read the other way round."""
+def doubted(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = False) -> Facing:
+    """The question open: with a pose of the other reading, or with the same pose read the other way round.
+
+    Who is `new`, never seen before, more likely faces the camera.
+    """
     other = about_face(performer, pose) if other is None else other
-    return Facing(other, place=pose.translation)
+    prior = _from_behind(pose) - _from_behind(other) if new else 0.0
+    return Facing(other, place=pose.translation, prior=prior)
+
+
+def _from_behind(pose: Pose) -> float:
+    """Odds (log) against somebody new in this pose."""
+    return FRONT if float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
 
 
 def either(facing: Facing, performer: Performer, pose: Pose) -> Floats:
@@ -141,11 +152,11 @@ def weighed(
     odds, looks = FADES * facing.odds + score, facing.looks + 1
     if not faces_otherwise(pose, other.state):
         return Facing(backwards=-AGAIN), None  # both have become one
-    if looks >= LEAST and odds > SURE:
+    if looks >= LEAST and odds + facing.prior > SURE:
         return Facing(backwards=-AGAIN), (other, share)
-    if looks >= MOST or (looks >= LEAST and odds < -SURE):
+    if looks >= MOST or (looks >= LEAST and odds + facing.prior < -SURE):
         return Facing(backwards=-AGAIN), None
-    return Facing(other.state, frozen(trust), there, share, odds, looks), None
+    return Facing(other.state, frozen(trust), there, share, odds, looks, prior=facing.prior), None
 
 
 def unlikeliness(search: Neighbors, pose: Pose, wrong: float, before: Pose | None, gone: float = np.inf) -> float:
@@ -162,7 +173,7 @@ def unlikeliness(search: Neighbors, pose: Pose, wrong: float, before: Pose | Non
     gone : s, since then.
     """
     if before is None:
-        against = FRONT if float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+        against = _from_behind(pose)
     else:
         against = TURNED * float(np.exp(-gone)) if faces_otherwise(before, pose) else 0.0
     if len(search.samples):

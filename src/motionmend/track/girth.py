@@ -1,8 +1,10 @@
-"""How wide this person is, learned while following: what stays between model and observation, whatever the pose.
+"""How wide this person is and how far the hands reach, learned while following: what stays between model and
+observation, whatever the pose.
 
 Each followed frame gives the normal equations of its pose and of a few widths together; the pose is eliminated
 (Schur complement) and what is left tells of the widths alone. Lengths stay as they are: they are known, or were
-measured by `calibrate`.
+measured by `calibrate`. Fists and flat hands are 9 cm apart, which counts where an arm is thrust at the camera: of a
+few reaches that one is used with which the poses so far explain the frames best.
 """
 
 from dataclasses import dataclass, field, replace
@@ -11,9 +13,11 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats, frozen
+from ..bodies.anatomy import RELAXED, handed
 from ..bodies.performer import BONES, DOFS, MOVES, Performer, Pose
 from .evidence import Evidence
 from .freespace_term import far_at
+from .limbs import Coarse, disagreement
 from .settings import TrackSettings
 from .view import view_of
 
@@ -28,6 +32,7 @@ _WIDTHS: tuple[tuple[tuple[str, ...], tuple[int, ...], float], ...] = (
     (("foot",), (0, 1), 0.12),
 )
 SPREAD = np.array([spread for *_, spread in _WIDTHS])
+HANDS = (0.5, RELAXED, 0.8, 1.0)  # of a flat hand: fists, relaxed ones, bent ones, flat ones
 FRAMES = 60  # after which the person is known and stays as they are
 FIRST_FRAMES = 4  # before which nothing is changed
 NOISE = 0.02  # m, of one sample: clothes, and a pose not settled
@@ -59,6 +64,8 @@ class Girth:
     information, right : (G, G) and (G,) of the logarithms of the widths, summed over frames.
     scale : (G,) the logarithms in use.
     frames : that were learned from.
+    hand : how far the hands reach, as a share of flat ones; None = as the base's.
+    wrong : (H,) share of the person's pixels explained wrongly with each of `HANDS`, summed over frames.
     """
 
     base: Performer
@@ -66,20 +73,25 @@ class Girth:
     right: Floats = field(default_factory=lambda: frozen(np.zeros(len(_WIDTHS))))
     scale: Floats = field(default_factory=lambda: frozen(np.zeros(len(_WIDTHS))))
     frames: int = 0
+    hand: float | None = None
+    wrong: Floats = field(default_factory=lambda: frozen(np.zeros(len(HANDS))))
 
     @property
     def performer(self) -> Performer:
-        """The base with its surface, not its joints, stretched."""
+        """The base with its surface, not its joints, stretched, and its hands."""
         factors = np.exp(np.einsum("g,gba->ba", self.scale, AXES_OF))
-        return replace(self.base, solids=self.base.solids.stretched(factors))
+        body = replace(self.base, solids=self.base.solids.stretched(factors))
+        return body if self.hand is None else handed(body, self.hand)
 
 
-def learned(girth: Girth, performer: Performer, pose: Pose, evidence: Evidence, settings: TrackSettings) -> Girth:
+def learned(
+    girth: Girth, performer: Performer, pose: Pose, evidence: Evidence, coarse: Coarse, settings: TrackSettings
+) -> Girth:
     """The girth with one followed frame learned.
 
     Parameters
     ----------
-    performer : in use, `girth.performer`. pose : as solved for the frame. evidence, settings : of the frame.
+    performer : in use, `girth.performer`. pose : as solved for the frame. evidence, coarse, settings : of the frame.
     """
     from ..kernels import widths
 
@@ -129,4 +141,6 @@ def learned(girth: Girth, performer: Performer, pose: Pose, evidence: Evidence, 
     if frames >= FIRST_FRAMES:
         wanted = np.linalg.solve(information + np.diag(SPREAD**-2.0), right)
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
-    return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames)
+    wrong = girth.wrong + np.array([disagreement(handed(performer, one), pose, coarse) for one in HANDS])
+    hand = HANDS[int(np.argmin(wrong))] if frames >= FIRST_FRAMES else girth.hand
+    return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames, hand, frozen(wrong))

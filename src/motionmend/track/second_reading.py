@@ -3,6 +3,8 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..arrays import Floats
 from ..bodies.performer import Pose
 from ..numerics.least_squares import Solution
@@ -44,7 +46,8 @@ def faced(
     pose = solution.state
     if ways is not None:
         other = ways[1] if len(ways) > 1 else None
-        return replace(state, facing=doubted(state.performer, pose, other)), solution, wrong, False
+        new = not np.isfinite(state.wrong)
+        return replace(state, facing=doubted(state.performer, pose, other, new=new)), solution, wrong, False
 
     def follow(twin: "TrackState", expected: Pose) -> tuple[Solution[Pose], Floats, float]:
         twin = replace(twin, pose=expected)

@@ -371,7 +371,7 @@ def _tracked(
     # A pose that was just found, or fits worse than usual, says little of widths.
     sure = elapsed > 0.0 and not (lost or recovered or restarts or wrong > DOUBTFUL * state.wrong + 0.01)
     if girth is not None and girth.frames < FRAMES and sure:
-        girth = learned(girth, performer, pose, evidence, settings)
+        girth = learned(girth, performer, pose, evidence, coarse, settings)
         performer = girth.performer
         clock.lap("girth")
     # A pose that fits worse than usual says little of what is usual.
