@@ -9,6 +9,7 @@ from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
+from .adaptive import least_bend
 from .as_pose import smoother_as_pose
 from .bursts import long_runs
 from .channels import Channels, to_channels
@@ -36,6 +37,7 @@ from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
 from .thrown_root import thrown
+from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
 CENTIMETRES = 100.0
@@ -253,11 +255,20 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         rounded=rounded,
     )
 
-    def own_prior() -> Prior:
+    def unmoved(found: Mended) -> Unmoving:
+        if isinstance(recording, Markers):
+            return nothing_still(values.shape[1])  # bodies travel, and their markers with them
+        asked = np.ones(values.shape[1], dtype=np.bool_)
+        if known.library is not None:  # what moves in its clips it knows better, however slowly it moves here
+            asked = np.diag(known.library.usual_bends(recording.fps)) <= least_bend(recording.fps)
+        return unmoving(values, found, asked)
+
+    def seen_alone() -> tuple[Prior, Unmoving]:
         seen = values if rounded is None else shaken(values, rounded)
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
-        by_bends = Prior(first_bends(seen, recording.fps, longest), None)
-        return _own_prior(mended(by_bends, deviations=False), recording, known.fps)
+        first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False)
+        rest = unmoved(first)
+        return _own_prior(kept_still(first, rest), recording, known.fps), rest
 
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
@@ -265,13 +276,16 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         first = mended(
             Prior(known.library.usual_bends(recording.fps), patterns, stride), near=near, process=known.process
         )
+        rest = unmoved(first)
+        first = kept_still(first, rest)
         if isinstance(recording, Markers) or not doubtful(first):
             return first  # markers get their labels back first
-        own = own_prior()
+        own, _ = seen_alone()
         if own.bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
-        return first if own.bases is None else of_one_mind(first, mended(own, into=values))
-    again = mended(own_prior(), into=values)
+        return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values)), rest)
+    own, rest = seen_alone()
+    again = kept_still(mended(own, into=values), rest)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 
