@@ -119,7 +119,12 @@ def alike_noise(measured: Floats) -> Floats:
         return level
     level[told] = np.fmin(level, _told_by((_QUIET,), measured)[0])[told]
     freedom = np.isfinite(measured).sum(axis=0) / _PER_FREEDOM
-    level[told] = next_noise(level[told], np.square(level[told]) * freedom[told], freedom[told])
+    said, doubt = np.log(np.maximum(level[told], LEAST_NOISE)), 0.5 / np.maximum(freedom[told], 1e-3)
+    share = 1.0 / (doubt + CHANNELS_ALIKE)
+    # so little is told by then that no kinds can be: all are drawn to all
+    common = float(np.average(said, weights=share))
+    apart = _apart(float(np.average(np.square(said - common) - doubt, weights=share)))
+    level[told] = np.exp((said / doubt + common / apart) / (1.0 / doubt + 1.0 / apart))
     return level
 
 
@@ -173,7 +178,12 @@ def _kin(level: Floats, doubt: Floats) -> tuple[Floats, Floats, float]:
     alone = _normal(np.square(level - usual), doubt + KINDS**2) / len(level)
     near = like + np.diag(share * _normal(np.zeros(len(level)), 2.0 * (doubt + CHANNELS_ALIKE + MISREAD**2)))
     common = near @ level / np.maximum(near.sum(axis=1), _NOTHING)
-    return of_kind / np.maximum(of_kind + alone, _NOTHING), common, min(max(apart, 1e-3), CHANNELS_ALIKE)
+    return of_kind / np.maximum(of_kind + alone, _NOTHING), common, _apart(apart)
+
+
+def _apart(variance: float) -> float:
+    """The variance of log noise between channels that are alike, within what is believed of it."""
+    return min(max(variance, 1e-3), CHANNELS_ALIKE)
 
 
 def _normal(square: Floats, variance: Floats) -> Floats:
