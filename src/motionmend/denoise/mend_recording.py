@@ -36,6 +36,7 @@ from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
+from .slid import slides
 from .thrown_root import thrown
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
@@ -96,6 +97,12 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     ------
     MismatchError : the recording is of another kind or channel set.
     """
+    outcome: Repaired[Recording] = _brought_back(recording, known)
+    return replace(outcome, warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin)))
+
+
+def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    """The repair, with what was held still or leapt away for a while taken as missing."""
     outcome = _mended_once(recording, known)
     still = in_noise(held(recording), outcome, recording)
     away = _elsewhere(recording, outcome) & ~still
@@ -103,6 +110,19 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
         return outcome
     del outcome  # of a long recording only one is held at once
     return told(_mended_once(without(recording, still | away), known), still, away)
+
+
+def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
+    """A sentence for each marker that seems to slide from its place, as far as it was believed."""
+    if not isinstance(repaired, Markers):
+        return ()
+    found = slides(repaired.positions, origin == Origin.MEASURED, repaired.fps)
+    return tuple(
+        f"{repaired.names[slide.marker]}: in frames {slide.first} to {slide.last} it strays by up to "
+        f"{CENTIMETRES * slide.away:.0f} cm from where the markers about it have it else; it may have slid and was "
+        "left; look at it"
+        for slide in found[:SAID]
+    )
 
 
 def _elsewhere(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
