@@ -72,6 +72,18 @@ def test_the_more_outliers_the_more_careful_the_first_guess(seed):
     assert many < 1.6 * none
 
 
+@given(SEEDS, st.integers(3, 6), st.sampled_from([300, 900]))
+@settings(max_examples=25)
+def test_what_few_channels_are_noisy_by_does_not_hang_on_how_the_clean_ones_move(seed, few, frames):
+    """Clean motion rests and starts, so that its large differences are many times its small ones, as with outliers."""
+    rng = np.random.default_rng(seed)
+    lively = np.where(rng.random((frames, 40)) < 0.3, 0.02, 0.0005)
+    measured = np.cumsum(np.cumsum(lively * rng.standard_normal((frames, 40)), axis=0), axis=0)
+    measured[:, :few] += rng.standard_normal((frames, few))
+    found = first_noise(measured)[:few]
+    assert 0.65 < np.median(found) < 1.5
+
+
 def test_still_channels_have_a_noise_above_0():
     assert (first_noise(np.full((50, 2), 7.0)) > 0).all()
 
@@ -135,6 +147,28 @@ def test_a_channel_without_freedom_follows_the_others():
     found = next_noise(np.array([3.0, 3.0, 3.0, 0.2]), 9.0 * freedom, freedom)
     np.testing.assert_allclose(found[:3], 3.0, rtol=0.02)
     assert 1.5 < found[3] < 4.0
+
+
+@given(SEEDS, st.sampled_from([1, 4, 12]), st.sampled_from([100.0, 300.0, 1000.0]), st.integers(40, 400))
+@settings(max_examples=40)
+def test_few_noisy_channels_among_many_quiet_ones_stay_as_noisy_as_they_say(seed, few, times, frames):
+    """A limb that shakes while the rest is clean: what all channels say together is nothing that holds for it."""
+    rng = np.random.default_rng(seed)
+    truth = np.where(np.arange(60) < few, times * 0.01, 0.01) * np.exp(0.1 * rng.standard_normal(60))
+    freedom = np.full(60, 0.8 * frames)
+    said = truth * np.sqrt(rng.chisquare(freedom) / freedom)
+    found = truth.copy()
+    for _ in range(6):  # every round begins with what the last one ended with
+        found = next_noise(found, np.square(said) * freedom, freedom)
+    assert np.abs(np.log(found / said))[:few].max() < 0.7
+
+
+def test_channels_that_are_nearly_alike_are_drawn_together():
+    rng = np.random.default_rng(0)
+    freedom = np.full(60, 10.0)
+    said = 2.0 * np.sqrt(rng.chisquare(freedom) / freedom)
+    found = next_noise(said, np.square(said) * freedom, freedom)
+    assert np.log(found).std() < 0.7 * np.log(said).std()
 
 
 @given(SEEDS)

@@ -276,8 +276,13 @@ def _in_gaps(
 
 def _calm(bends: Floats, fps: float) -> Floats:
     """(C, C) covariance of second differences in the calm mode: somewhat uncoupled, and nowhere nothing."""
-    least = (BEND * (30.0 / fps) ** 2) ** 2
-    return np.asarray((1.0 - UNCOUPLED) * bends + UNCOUPLED * np.diag(np.diag(bends)) + least * np.eye(len(bends)))
+    least = least_bend(fps) * np.eye(len(bends))
+    return np.asarray((1.0 - UNCOUPLED) * bends + UNCOUPLED * np.diag(np.diag(bends)) + least)
+
+
+def least_bend(fps: float) -> float:
+    """Variance of second differences at `fps` Hz, in channel units, up to which nothing counts as motion."""
+    return float((BEND * (30.0 / fps) ** 2) ** 2)
 
 
 def _joined(filled: Floats, weight: Floats, told: Support) -> tuple[Floats, Floats]:

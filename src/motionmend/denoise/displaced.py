@@ -79,24 +79,20 @@ def _displaced(positions: Floats, fps: float) -> Bools:
 
 def _elsewhere(positions: Floats, seen: Bools) -> list[tuple[int, Ints, int, int]]:
     """Marker, its guides, start and stop of the stretches between leaps and gaps that may be elsewhere."""
-    frames, markers = seen.shape
+    frames = len(seen)
     leaps = _leaps(positions)
     leaping = np.flatnonzero(leaps.any(axis=0))
     if not len(leaping):
         return []
-    unsteady = distance_change(positions[:: max(1, frames // LOOKED)])
-    np.fill_diagonal(unsteady, np.inf)
-    # only of those that guide: gaps are bridged by lines
-    places = interpolated(positions.reshape(frames, -1), np.zeros(3 * markers)).reshape(positions.shape)
+    places, about = steadiest_guides(positions)
     found = []
     for marker in leaping.tolist():
-        order = np.argsort(unsteady[marker], kind="stable")
-        guides = order[np.isfinite(unsteady[marker, order])][:GUIDES]
-        if len(guides) < FEWEST:
+        if marker not in about:
             continue
+        guides, unsteady = about[marker]
         there = seen[:, marker]
         edges = np.flatnonzero(leaps[:, marker] | (np.diff(there, prepend=there[0])))
-        away = _away(places, marker, guides, unsteady[marker, guides], there, edges)
+        away = place_by_guides(places, marker, guides, unsteady, there, edges)
         limit = max(0.5 * LEAST, ELSEWHERE * float(np.median(away[there])))
         for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), frames], strict=True):
             here = away[start:stop][there[start:stop]]
@@ -119,7 +115,25 @@ def _leaps(positions: Floats) -> Bools:
     return leaps
 
 
-def _away(places: Floats, marker: int, guides: Ints, unsteady: Floats, seen: Bools, edges: Ints) -> Floats:
+def steadiest_guides(positions: Floats) -> tuple[Floats, dict[int, tuple[Ints, Floats]]]:
+    """Markers (T, M, 3) m with gaps bridged by lines, and of each its guides, (G,), and how unsteady they are to it, m.
+
+    Markers with too few guides have none.
+    """
+    frames, markers = positions.shape[:2]
+    unsteady = distance_change(positions[:: max(1, frames // LOOKED)])
+    np.fill_diagonal(unsteady, np.inf)
+    places = interpolated(positions.reshape(frames, -1), np.zeros(3 * markers)).reshape(positions.shape)
+    found = {}
+    for marker in range(markers):
+        order = np.argsort(unsteady[marker], kind="stable")
+        guides = order[np.isfinite(unsteady[marker, order])][:GUIDES]
+        if len(guides) >= FEWEST:
+            found[marker] = (guides, unsteady[marker, guides])
+    return places, found
+
+
+def place_by_guides(places: Floats, marker: int, guides: Ints, unsteady: Floats, seen: Bools, edges: Ints) -> Floats:
     """(T,) m from where its guides have a marker most of the time.
 
     How it moves with them is learned from changes between the edges of its stretches, so that no leap tells of it.

@@ -9,6 +9,7 @@ from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
+from .adaptive import least_bend
 from .as_pose import smoother_as_pose
 from .bursts import long_runs
 from .channels import Channels, to_channels
@@ -35,7 +36,9 @@ from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
+from .slid import slides
 from .thrown_root import thrown
+from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
 CENTIMETRES = 100.0
@@ -94,6 +97,12 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     ------
     MismatchError : the recording is of another kind or channel set.
     """
+    outcome: Repaired[Recording] = _brought_back(recording, known)
+    return replace(outcome, warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin)))
+
+
+def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    """The repair, with what was held still or leapt away for a while taken as missing."""
     outcome = _mended_once(recording, known)
     still = in_noise(held(recording), outcome, recording)
     away = _elsewhere(recording, outcome) & ~still
@@ -101,6 +110,19 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
         return outcome
     del outcome  # of a long recording only one is held at once
     return told(_mended_once(without(recording, still | away), known), still, away)
+
+
+def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
+    """A sentence for each marker that seems to slide from its place, as far as it was believed."""
+    if not isinstance(repaired, Markers):
+        return ()
+    found = slides(repaired.positions, origin == Origin.MEASURED, repaired.fps)
+    return tuple(
+        f"{repaired.names[slide.marker]}: in frames {slide.first} to {slide.last} it strays by up to "
+        f"{CENTIMETRES * slide.away:.0f} cm from where the markers about it have it else; it may have slid and was "
+        "left; look at it"
+        for slide in found[:SAID]
+    )
 
 
 def _elsewhere(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
@@ -253,11 +275,20 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         rounded=rounded,
     )
 
-    def own_prior() -> Prior:
+    def unmoved(found: Mended) -> Unmoving:
+        if isinstance(recording, Markers):
+            return nothing_still(values.shape[1])  # bodies travel, and their markers with them
+        asked = np.ones(values.shape[1], dtype=np.bool_)
+        if known.library is not None:  # what moves in its clips it knows better, however slowly it moves here
+            asked = np.diag(known.library.usual_bends(recording.fps)) <= least_bend(recording.fps)
+        return unmoving(values, found, asked)
+
+    def seen_alone() -> tuple[Prior, Unmoving]:
         seen = values if rounded is None else shaken(values, rounded)
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
-        by_bends = Prior(first_bends(seen, recording.fps, longest), None)
-        return _own_prior(mended(by_bends, deviations=False), recording, known.fps)
+        first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False)
+        rest = unmoved(first)
+        return _own_prior(kept_still(first, rest), recording, known.fps), rest
 
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
@@ -265,13 +296,16 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         first = mended(
             Prior(known.library.usual_bends(recording.fps), patterns, stride), near=near, process=known.process
         )
+        rest = unmoved(first)
+        first = kept_still(first, rest)
         if isinstance(recording, Markers) or not doubtful(first):
             return first  # markers get their labels back first
-        own = own_prior()
+        own, _ = seen_alone()
         if own.bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
-        return first if own.bases is None else of_one_mind(first, mended(own, into=values))
-    again = mended(own_prior(), into=values)
+        return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values)), rest)
+    own, rest = seen_alone()
+    again = kept_still(mended(own, into=values), rest)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 

@@ -17,7 +17,10 @@ _NOTHING = 1e-12
 QUIETER = 0.5  # than usual: moments that tell little of how noisy a channel is else
 _UNTOLD = 0.1  # degrees or cm, where too few samples tell anything
 FEWEST = 8  # differences that tell anything
-CHANNELS_ALIKE = 0.05  # variance of log noise between channels that is taken for granted at most
+CHANNELS_ALIKE = 0.05  # variance of log noise between channels of a kind that is taken for granted at most
+KINDS = 2.0  # deviation of log noise between kinds
+ALIKE = 1.6  # logarithm of how much noisier a channel may look before any outlier is known and still be of a kind
+MISREAD = 0.8  # and by which two channels of a kind may be misread: what moves fast looks noisy
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
 RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in each channel's own
 REACH, MARGIN = 3.5, 0.25  # deviations as far as noise goes, and the width of what is looked at beyond, twice
@@ -54,7 +57,9 @@ def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
         quiet = _size_by((_QUIET,), np.abs(together[np.isfinite(together)]) / np.sqrt(20.0))
         return np.full(measured.shape[1], np.fmax(quiet[0], LEAST_NOISE) if np.isfinite(quiet[0]) else _UNTOLD)
     apart = loud[told] / np.maximum(quiet[told], _NOTHING)
-    apart = np.maximum(apart, np.median(apart))
+    level = np.log(np.maximum(quiet[told], LEAST_NOISE))
+    kin = np.abs(level[:, None] - level) < ALIKE
+    apart = np.maximum(apart, [np.median(apart[near]) for near in kin])
     # quantiles q of noise that shares its samples with so many spoilt ones are those at q / (1 - share) of its own
     too_much = _size(_QUIET / (1.0 - _SPOILT)) / _size(_QUIET)
     louder = _size(_LOUD / (1.0 - _SPOILT)) / _size(_LOUD) / too_much
@@ -114,12 +119,17 @@ def alike_noise(measured: Floats) -> Floats:
         return level
     level[told] = np.fmin(level, _told_by((_QUIET,), measured)[0])[told]
     freedom = np.isfinite(measured).sum(axis=0) / _PER_FREEDOM
-    level[told] = next_noise(level[told], np.square(level[told]) * freedom[told], freedom[told])
+    said, doubt = np.log(np.maximum(level[told], LEAST_NOISE)), 0.5 / np.maximum(freedom[told], 1e-3)
+    share = 1.0 / (doubt + CHANNELS_ALIKE)
+    # so little is told by then that no kinds can be: all are drawn to all
+    common = float(np.average(said, weights=share))
+    apart = _apart(float(np.average(np.square(said - common) - doubt, weights=share)))
+    level[told] = np.exp((said / doubt + common / apart) / (1.0 / doubt + 1.0 / apart))
     return level
 
 
 def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
-    """Noise from the residuals of the samples believed; channels of one recording are much alike.
+    """Noise from the residuals of the samples believed; many channels of one recording are alike.
 
     Parameters
     ----------
@@ -129,16 +139,56 @@ def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
 
     Returns
     -------
-    (C,), each channel's own drawn towards the others by how little it says.
+    (C,), each channel's own drawn towards those of its kind by how little it says.
     """
     own = (square + _PRIOR_SAMPLES * np.square(noise)) / (freedom + _PRIOR_SAMPLES)
     level = 0.5 * np.log(np.maximum(own, LEAST_NOISE**2))
     doubt = 0.5 / np.maximum(freedom, 1e-3)
+    kin, common, apart = _kin(level, doubt)
+    drawn = (level / doubt + common / apart) / (1.0 / doubt + 1.0 / apart)
+    return np.asarray(np.exp(level + kin * (drawn - level)))
+
+
+def _kin(level: Floats, doubt: Floats) -> tuple[Floats, Floats, float]:
+    """Which channels are alike, though they may be of several kinds: a limb that shakes is no kin of one that does not.
+
+    Parameters
+    ----------
+    level, doubt : (C,) logarithm of the noise as each channel tells it, and the variance of that.
+
+    Returns
+    -------
+    kin : (C,) 0 to 1, how likely a channel has others of its kind.
+    common : (C,) logarithm of the noise of its kind.
+    apart : variance of the logarithm within a kind.
+
+    Source
+    ------
+    The prior of each channel is the mixture of what the others say: Robbins, An empirical Bayes approach to
+    statistics, Third Berkeley Symposium, 1956.
+    """
     share = 1.0 / (doubt + CHANNELS_ALIKE)
-    common = float(np.average(level, weights=share))
-    apart = float(np.average(np.square(level - common) - doubt, weights=share))
-    apart = min(max(apart, 1e-3), CHANNELS_ALIKE)
-    return np.asarray(np.exp((level / doubt + common / apart) / (1.0 / doubt + 1.0 / apart)))
+    usual = float(np.average(level, weights=share))
+    square = np.square(level[:, None] - level)
+    both = doubt[:, None] + doubt
+    others = share * (1.0 - np.eye(len(level)))
+    like = others * _normal(square, both + 2.0 * (CHANNELS_ALIKE + MISREAD**2))
+    apart = float((like * (square - both)).sum() / (2.0 * max(like.sum(), _NOTHING)))
+    of_kind = like.sum(axis=1) / np.maximum(others.sum(axis=1), _NOTHING)
+    alone = _normal(np.square(level - usual), doubt + KINDS**2) / len(level)
+    near = like + np.diag(share * _normal(np.zeros(len(level)), 2.0 * (doubt + CHANNELS_ALIKE + MISREAD**2)))
+    common = near @ level / np.maximum(near.sum(axis=1), _NOTHING)
+    return of_kind / np.maximum(of_kind + alone, _NOTHING), common, _apart(apart)
+
+
+def _apart(variance: float) -> float:
+    """The variance of log noise between channels that are alike, within what is believed of it."""
+    return min(max(variance, 1e-3), CHANNELS_ALIKE)
+
+
+def _normal(square: Floats, variance: Floats) -> Floats:
+    """Density of N(0, variance) where the square is this."""
+    return np.asarray(np.exp(-0.5 * square / variance) / np.sqrt(2.0 * np.pi * variance))
 
 
 def next_rate(outlier: Bools, present: Bools, expected: Floats | None = None) -> Floats:
