@@ -118,6 +118,15 @@ def test_noise_and_a_stray_sample_do_not_explode(rng):
     assert np.linalg.norm(found.values - truth, axis=2)[gone & found.filled].max() < 0.6  # twice the stray sample
 
 
+def test_a_marker_that_is_in_the_file_twice_is_filled_from_its_double():
+    truth = np.cumsum(np.full((400, 1, 3), 1 / 64), axis=0) + np.eye(5, 3)[None]
+    spoilt = truth.copy()
+    spoilt[100:140, 3] = spoilt[120:160, 1] = np.nan
+    with np.errstate(all="raise"):
+        filled = fill_gaps(spoilt, FPS)
+    np.testing.assert_allclose(filled.values, truth, atol=1e-6)
+
+
 def test_a_limb_missing_throughout_comes_from_the_library():
     library = learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP)
     truth = _body(40)

@@ -27,6 +27,7 @@ from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, w
 LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
 NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
 SHORTEST_PART = 0.15  # s
+LEAST_UNSTEADY = 1e-5  # m; a marker may be in a file twice, in one place
 UNSURE = 0.015  # m; a part less sure than this is looked at from a second frame
 STEADY = 12  # anchors of that frame
 SHORT = 0.1  # s; a gap shorter than this needs its edges more than it needs teaching
@@ -126,9 +127,8 @@ def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
     order = order[np.isfinite(unsteady[order])]
     near = order[:NEAR]
     parts = _parts_of_gap(work.seen[start:stop, near], max(2, round(SHORTEST_PART * work.fps)))
-    guided = [
-        float((unsteady[near] ** -2.0)[work.seen[start + a : start + b, near].all(axis=0)].sum()) for a, b in parts
-    ]
+    worth = np.maximum(unsteady[near], LEAST_UNSTEADY) ** -2.0
+    guided = [float(worth[work.seen[start + a : start + b, near].all(axis=0)].sum()) for a, b in parts]
     done = np.zeros(len(work.seen), dtype=bool)
     # the part with the best guides first: it leads the others on
     for part in np.argsort(-np.array(guided), kind="stable"):
