@@ -313,6 +313,17 @@ def test_fists_and_flat_hands_are_told_apart(reach):
     assert off(estimate.pose, here)[wrists].max() < 0.03
 
 
+def test_hands_out_of_view_stay_as_they_are():
+    camera = replace(KINECT, height=120, cy=60.0)
+    settings, model, pose, state = settings_of("default"), TrackerModel(library()), standing((0.0, 0.3, 2.0)), None
+    for t in range(14):
+        frame = DepthFrame(camera, render(anatomy.handed(BODY, 0.5), pose, camera).depth, None, t / 30)
+        state = start(model, settings, frame, BODY, pose) if state is None else state
+        state, _ = step(model, settings, state, frame)
+    assert state.girth.frames >= 10
+    assert state.girth.hand is None
+
+
 def test_widths_are_learned_and_lengths_are_not():
     settings, model, pose = settings_of("default"), TrackerModel(library()), some_pose()
     factors = np.ones((15, 3))

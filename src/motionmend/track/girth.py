@@ -33,6 +33,9 @@ _WIDTHS: tuple[tuple[tuple[str, ...], tuple[int, ...], float], ...] = (
 )
 SPREAD = np.array([spread for *_, spread in _WIDTHS])
 HANDS = (0.5, RELAXED, 0.8, 1.0)  # of a flat hand: fists, relaxed ones, bent ones, flat ones
+EVIDENT = (
+    0.02  # share of the pixels, summed over frames, by which other hands must explain better: out of sight none do
+)
 FRAMES = 60  # after which the person is known and stays as they are
 FIRST_FRAMES = 4  # before which nothing is changed
 NOISE = 0.02  # m, of one sample: clothes, and a pose not settled
@@ -142,5 +145,7 @@ def learned(
         wanted = np.linalg.solve(information + np.diag(SPREAD**-2.0), right)
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
     wrong = girth.wrong + np.array([disagreement(handed(performer, one), pose, coarse) for one in HANDS])
-    hand = HANDS[int(np.argmin(wrong))] if frames >= FIRST_FRAMES else girth.hand
+    hand = girth.hand
+    if wrong[HANDS.index(RELAXED if hand is None else hand)] - wrong.min() > EVIDENT:
+        hand = HANDS[int(np.argmin(wrong))]
     return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames, hand, frozen(wrong))
