@@ -302,7 +302,7 @@ def test_fists_and_flat_hands_are_told_apart(reach):
     settings, model, pose = settings_of("default"), TrackerModel(library()), some_pose()
     who = anatomy.handed(BODY, reach)
     state = None
-    for t in range(14):
+    for t in range(30):
         here = advance(BODY, pose, np.concatenate((np.zeros(6), 0.1 * np.sin(0.4 * t) * np.ones(28))))
         frame = DepthFrame(KINECT, render(who, here, KINECT).depth, None, t / 30)
         state = start(model, settings, frame, BODY, here) if state is None else state
