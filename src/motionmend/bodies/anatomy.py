@@ -10,7 +10,6 @@ from .performer import BONES, LANDMARKS, Performer
 from .solids import CONE, ELLIPSOID, Solids
 
 # Breadths and depths of an adult of 1.75 m: medians of both sexes of ANSUR II (Gordon et al. 2014), girths over 2 pi.
-RELAXED = 0.65  # of a flat hand, how far a relaxed one reaches beyond the wrist
 _LIMBS = 1.40  # m, upper arm, forearm, thigh and shank of that adult together
 
 
@@ -83,7 +82,7 @@ def performer(offsets: Floats, landmark_place: Floats, tip_place: Floats) -> Per
         made.cone(f"{side}_upperarm", elbow, zero, 0.041, 0.053)
         made.ball(f"{side}_upperarm", elbow, 0.043)
         made.cone(f"{side}_forearm", wrist, zero, 0.029, 0.044)
-        made.ball(f"{side}_forearm", *_hand(wrist, tip_place[hand], RELAXED, s))
+        made.ball(f"{side}_forearm", *_hand(wrist, tip_place[hand], 1.0, s))
         knee, ankle = part[f"{side}_shank"], part[f"{side}_foot"]
         made.cone(f"{side}_thigh", knee, zero, 0.060, 0.093)
         made.ball(f"{side}_thigh", knee, 0.060)
@@ -105,7 +104,7 @@ def handed(body: Performer, reach: float) -> Performer:
 
     Parameters
     ----------
-    body : as `performer` makes them.
+    body : as `performer` makes them, whose hands are flat.
     reach : how far the hands reach beyond the wrists, as a share of flat ones: 1 flat, 0.5 fists.
     """
     solids = body.solids

@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats, frozen
-from ..bodies.anatomy import RELAXED, handed
+from ..bodies.anatomy import handed
 from ..bodies.performer import BONES, DOFS, MOVES, Performer, Pose
 from .evidence import Evidence
 from .freespace_term import far_at
@@ -32,7 +32,8 @@ _WIDTHS: tuple[tuple[tuple[str, ...], tuple[int, ...], float], ...] = (
     (("foot",), (0, 1), 0.12),
 )
 SPREAD = np.array([spread for *_, spread in _WIDTHS])
-HANDS = (0.5, RELAXED, 0.8, 1.0)  # of a flat hand: fists, relaxed ones, bent ones, flat ones
+FLAT = 1.0  # how far hands reach, of flat ones
+HANDS = (0.5, 0.65, 0.8, FLAT)  # fists, relaxed ones, bent ones
 EVIDENT = (
     0.02  # share of the pixels, summed over frames, by which other hands must explain better: out of sight none do
 )
@@ -146,6 +147,6 @@ def learned(
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
     wrong = girth.wrong + np.array([disagreement(handed(performer, one), pose, coarse) for one in HANDS])
     hand = girth.hand
-    if wrong[HANDS.index(RELAXED if hand is None else hand)] - wrong.min() > EVIDENT:
+    if wrong[HANDS.index(FLAT if hand is None else hand)] - wrong.min() > EVIDENT:
         hand = HANDS[int(np.argmin(wrong))]
     return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames, hand, frozen(wrong))
