@@ -9,7 +9,7 @@ import naive_correct as naive
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, shapes, sighting
+from motionmend.kernels import bones, proportions, shapes, sighting
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -156,7 +156,7 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
     count = rng.uniform(0, 600, BONES)
     sums, failing = np.stack([0.3 * count, count]), rng.uniform(0.0, 0.6, JOINTS)
     same(
-        [sighting.counted(sums, got[0], failing, BODY.bones)],
+        [proportions.counted(sums, got[0], failing, BODY.bones)],
         [naive.counted(sums, got[0], failing, BODY.bones)],
     )
 
@@ -169,7 +169,7 @@ def test_kinship_is_that_of_the_twin(unseen: int, off: float) -> None:
     count[rng.permutation(BONES)[:unseen]] = 0.0
     sums = np.stack([1.1 * count * (lengths + off * (-1.0) ** np.arange(BONES)), count])
     every = (sums, lengths, BODY.twins, BODY.parts)
-    got = sighting.kinship(*every)
+    got = proportions.kinship(*every)
     assert got == pytest.approx(naive.kinship(*every), rel=1e-9)
     assert unseen == BONES or (got > 0.9) == (off < 0.05)
 

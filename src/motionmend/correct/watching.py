@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
+from ..kernels import proportions
 from ..kernels import sighting as kernel
 from ..numerics import factors as process
 from ..numerics.factors import Factors
@@ -141,13 +142,13 @@ def size_of(watcher: Watcher, lengths: Floats) -> float:
     lengths : (2, B) sums and counts.
     """
     usual = np.array(watcher.standard.lengths)
-    return float(kernel.usual_lengths(lengths, watcher.standard.lengths, usual)) or 1.0
+    return float(proportions.usual_lengths(lengths, watcher.standard.lengths, usual)) or 1.0
 
 
 def kinship(watcher: Watcher, sight: Sight) -> float:
     """The probability that what is seen comes from the sensor that was learned from: bones tell."""
     body = watcher.body
-    return float(kernel.kinship(sight.lengths, watcher.standard.lengths, body.twins, body.parts))
+    return float(proportions.kinship(sight.lengths, watcher.standard.lengths, body.twins, body.parts))
 
 
 def look(
@@ -241,7 +242,7 @@ def look(
         rows if anyone else sight.latest,
         Placement(placed[0][None], placed[1][None], np.array([placed[2]])),
         direction,
-        kernel.counted(sight.lengths, lengths, followed.failing, body.bones),
+        proportions.counted(sight.lengths, lengths, followed.failing, body.bones),
         followed,
         swapped,
         righted,

@@ -124,7 +124,7 @@ def alike_noise(measured: Floats) -> Floats:
     # so little is told by then that no kinds can be: all are drawn to all
     common = float(np.average(said, weights=share))
     apart = _apart(float(np.average(np.square(said - common) - doubt, weights=share)))
-    level[told] = np.exp((said / doubt + common / apart) / (1.0 / doubt + 1.0 / apart))
+    level[told] = np.exp(_drawn(said, doubt, common, apart))
     return level
 
 
@@ -145,8 +145,7 @@ def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
     level = 0.5 * np.log(np.maximum(own, LEAST_NOISE**2))
     doubt = 0.5 / np.maximum(freedom, 1e-3)
     kin, common, apart = _kin(level, doubt)
-    drawn = (level / doubt + common / apart) / (1.0 / doubt + 1.0 / apart)
-    return np.asarray(np.exp(level + kin * (drawn - level)))
+    return np.asarray(np.exp(level + kin * (_drawn(level, doubt, common, apart) - level)))
 
 
 def _kin(level: Floats, doubt: Floats) -> tuple[Floats, Floats, float]:
@@ -179,6 +178,11 @@ def _kin(level: Floats, doubt: Floats) -> tuple[Floats, Floats, float]:
     near = like + np.diag(share * _normal(np.zeros(len(level)), 2.0 * (doubt + CHANNELS_ALIKE + MISREAD**2)))
     common = near @ level / np.maximum(near.sum(axis=1), _NOTHING)
     return of_kind / np.maximum(of_kind + alone, _NOTHING), common, _apart(apart)
+
+
+def _drawn(level: Floats, doubt: Floats, common: Floats | float, apart: float) -> Floats:
+    """What channels tell (C,), with the variance of that, drawn to what is `common`, from which they are `apart`."""
+    return np.asarray((level / doubt + common / apart) / (1.0 / doubt + 1.0 / apart))
 
 
 def _apart(variance: float) -> float:

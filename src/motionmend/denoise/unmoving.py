@@ -79,7 +79,7 @@ def _white(values: Floats) -> bool:
 
 
 def kept_still(mended: Mended, rest: Unmoving) -> Mended:
-    """The repair with what never moves in its place throughout; its arrays are written anew.
+    """The repair with what never moves in its place throughout, written into its arrays: recordings may be long.
 
     In gaps deviations stay: what was not seen may have moved.
     """

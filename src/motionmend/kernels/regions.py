@@ -3,7 +3,10 @@
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from . import rising
 from .compile import compiled
+
+_insert = rising.insert
 
 LOST = 2  # px, that a step in depth costs
 
@@ -138,16 +141,6 @@ def _filling(depth: Singles, r: int, c: int, enough: int, jump: float, ring: Sin
     while near < count and ring[near] - ring[0] < jump:
         near += 1
     return float(ring[near // 2])
-
-
-@compiled
-def _insert(values: Singles, count: int, value: float) -> None:
-    """Put a value in its place among `count` sorted ones; few and nearly sorted as a rule."""
-    place = count
-    while place > 0 and values[place - 1] > value:
-        values[place] = values[place - 1]
-        place -= 1
-    values[place] = value
 
 
 @compiled

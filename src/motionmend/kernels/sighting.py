@@ -1,26 +1,25 @@
 """One frame of a sensor: the person's place and size, what tells of failures, and sides taken for each other."""
 
-from math import exp, hypot, isfinite, log, log1p, sqrt
+from math import hypot, isfinite, log, log1p, sqrt
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
+from . import proportions, rising
 from .compile import compiled
 
-PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
-ENOUGH = 30.0  # frames beyond which a bone's length counts no more for the size
-LONGEST = 300.0  # frames after which older lengths fade
 LENGTHS_OFF = 50.0  # z-score of a bone's length beyond which it says nothing more
 SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
-PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
-TRUSTED = 3.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
 ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are rounded
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
+
+_insert, _middle = rising.insert, rising.middle
+_length, _met, _usual_lengths = proportions.length, proportions.met, proportions.usual_lengths
 
 
 @compiled
@@ -115,7 +114,7 @@ def place(
         if isfinite(rows[j, 0]) and isfinite(rows[j, 1]) and isfinite(rows[j, 2]):
             trust[j] = 1.0 - failing[j]
     usual = np.empty(bones.shape[0])
-    size = usual_lengths(sums, standard_lengths, usual)
+    size = _usual_lengths(sums, standard_lengths, usual)
     if size == 0.0:
         size = _met(rows, bones, standard_lengths, usual)
     direction = np.zeros(2)
@@ -158,106 +157,6 @@ def place(
                 along += now[d, e] * (rows[j, e] - there[e])
             standard[j, d] = along / large
     return usual, size, direction, now, there, large, standard
-
-
-@compiled
-def usual_lengths(sums: Floats, standard_lengths: Floats, usual: Floats) -> float:
-    """The person's bones (B,) m into `usual` as far as they are known, and the size by that of the standard body.
-
-    Parameters
-    ----------
-    sums : (2, B) of trusted lengths in m, and how many.
-    standard_lengths : (B,) m.
-
-    Returns
-    -------
-    0 when no bone is known; `usual` is not touched then.
-    """
-    mine, other = 0.0, 0.0
-    for b in range(len(usual)):
-        if sums[1, b] > 0.0:
-            share = min(sums[1, b], ENOUGH)
-            mine += share * sums[0, b] / sums[1, b]
-            other += share * standard_lengths[b]
-    if other == 0.0:
-        return 0.0
-    size = mine / other if isfinite(mine) and mine > 0.0 else 1.0
-    for b in range(len(usual)):
-        usual[b] = (sums[0, b] + PRIOR_FRAMES * size * standard_lengths[b]) / (sums[1, b] + PRIOR_FRAMES)
-    return size
-
-
-@compiled
-def kinship(sums: Floats, standard_lengths: Floats, twins: Ints, parts: Ints) -> float:
-    """The probability that a person is seen by the sensor that the standard body was learned from.
-
-    Where a sensor has its joints shows in its bones: people's proportions differ less than sensors' habits do. Either
-    difference follows Laplace's distribution. A sensor's habits are those of both sides: of two bones the one counts
-    that is off by less, for the other may be of a limb that failed, and the limbs that speak most against it are not
-    heard, for both may fail: legs of who sits.
-
-    Parameters
-    ----------
-    sums : (2, B) of trusted lengths in m, and how many.
-    standard_lengths : (B,) m.
-    twins : (B,) the bone on the other side, its own number in the middle.
-    parts : (B,) of the body, 0 the trunk, the same on both sides.
-    """
-    usual = np.empty(len(standard_lengths))
-    size = usual_lengths(sums, standard_lengths, usual)
-    if size == 0.0:
-        return 1.0 / (1.0 + exp(-TRUSTED))
-    for b in range(len(usual)):
-        known = sums[1, b] > 0.0
-        usual[b] = abs(sums[0, b] / sums[1, b] / size - standard_lengths[b]) if known else np.inf
-    says, most = np.zeros(len(usual) + 1), sums[1].max()
-    for b in range(len(usual)):
-        off = min(usual[b], usual[twins[b]])
-        if twins[b] >= b and off < np.inf:
-            seen = max(sums[1, b], sums[1, twins[b]]) / most
-            says[parts[b]] += seen * (log(SENSORS / PEOPLE) - off * (1.0 / PEOPLE - 1.0 / SENSORS))
-    odds = TRUSTED + says.sum() - min(says[1:].min(), 0.0)
-    return 1.0 / (1.0 + exp(-max(min(odds, 30.0), -30.0)))
-
-
-@compiled
-def _met(rows: Floats, bones: Ints, standard_lengths: Floats, usual: Floats) -> float:
-    """As `usual_lengths` of a person just met: by the median of this frame's bones."""
-    ratios, known = np.empty(len(usual)), 0
-    for b in range(len(usual)):
-        length = _length(rows, bones[b, 0], bones[b, 1])
-        if length > 0.0 and standard_lengths[b] > 0.0:  # not NaN either
-            _insert(ratios, known, length / standard_lengths[b])
-            known += 1
-    size = _middle(ratios, known) if known > 0 else 1.0
-    for b in range(len(usual)):
-        usual[b] = size * standard_lengths[b]
-    return size
-
-
-@compiled
-def _insert(values: Floats, known: int, value: float) -> None:
-    """One more among the first values, which rise: they are a handful."""
-    at = known
-    while at > 0 and values[at - 1] > value:
-        values[at] = values[at - 1]
-        at -= 1
-    values[at] = value
-
-
-@compiled
-def _middle(values: Floats, known: int) -> float:
-    """The median of the first values, which rise."""
-    return float(0.5 * (values[(known - 1) // 2] + values[known // 2]))
-
-
-@compiled
-def _length(rows: Floats, one: int, other: int) -> float:
-    """The distance between two joints, NaN where one is missing."""
-    square = 0.0
-    for d in range(3):
-        square += (rows[other, d] - rows[one, d]) ** 2
-    return sqrt(square)
 
 
 @compiled
@@ -404,19 +303,6 @@ def _repeated(rows: Floats, before: Floats, earlier: Floats) -> Bools:
     if still >= moved or rounded > ROUNDED * moved:
         found[:] = False
     return found
-
-
-@compiled
-def counted(sums: Floats, lengths: Floats, failing: Floats, bones: Ints) -> Floats:
-    """(2, B) sums of trusted lengths in m and how many, this frame's included; of many, old ones fade."""
-    after = np.empty(sums.shape)
-    for b in range(bones.shape[0]):
-        share = (1.0 - failing[bones[b, 0]]) * (1.0 - failing[bones[b, 1]])
-        share = share if isfinite(lengths[b]) and share > 0.5 else 0.0
-        fade = LONGEST / sums[1, b] if sums[1, b] > LONGEST else 1.0
-        after[0, b] = sums[0, b] * fade + (share * lengths[b] if share > 0.0 else 0.0)
-        after[1, b] = sums[1, b] * fade + share
-    return after
 
 
 @compiled

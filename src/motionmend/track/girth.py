@@ -32,11 +32,8 @@ _WIDTHS: tuple[tuple[tuple[str, ...], tuple[int, ...], float], ...] = (
     (("foot",), (0, 1), 0.12),
 )
 SPREAD = np.array([spread for *_, spread in _WIDTHS])
-FLAT = 1.0  # how far hands reach, of flat ones
-HANDS = (0.5, 0.65, 0.8, FLAT)  # fists, relaxed ones, bent ones
-EVIDENT = (
-    0.02  # share of the pixels, summed over frames, by which other hands must explain better: out of sight none do
-)
+HANDS = (None, 0.5, 0.65, 0.8, 1.0)  # of flat ones: as the person's are, fists, relaxed ones, bent ones, flat ones
+EVIDENT = 0.02  # share of the pixels, summed over frames, that other hands must explain better: out of sight none do
 FRAMES = 60  # after which the person is known and stays as they are
 FIRST_FRAMES = 4  # before which nothing is changed
 NOISE = 0.02  # m, of one sample: clothes, and a pose not settled
@@ -68,7 +65,7 @@ class Girth:
     information, right : (G, G) and (G,) of the logarithms of the widths, summed over frames.
     scale : (G,) the logarithms in use.
     frames : that were learned from.
-    hand : how far the hands reach, as a share of flat ones; None = as the base's.
+    hand : how far the hands reach, of `HANDS`; None = as the base's.
     wrong : (H,) share of the person's pixels explained wrongly with each of `HANDS`, summed over frames.
     """
 
@@ -145,8 +142,7 @@ def learned(
     if frames >= FIRST_FRAMES:
         wanted = np.linalg.solve(information + np.diag(SPREAD**-2.0), right)
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
-    wrong = girth.wrong + np.array([disagreement(handed(performer, one), pose, coarse) for one in HANDS])
-    hand = girth.hand
-    if wrong[HANDS.index(FLAT if hand is None else hand)] - wrong.min() > EVIDENT:
-        hand = HANDS[int(np.argmin(wrong))]
+    wrong = girth.wrong + [disagreement(replace(girth, hand=one).performer, pose, coarse) for one in HANDS]
+    evident = wrong[HANDS.index(girth.hand)] - wrong.min() > EVIDENT
+    hand = HANDS[int(np.argmin(wrong))] if evident else girth.hand
     return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames, hand, frozen(wrong))
