@@ -80,9 +80,18 @@ class Girth:
     @property
     def performer(self) -> Performer:
         """The base with its surface, not its joints, stretched, and its hands."""
+        return _with_hands(self.stretched, self.hand)
+
+    @property
+    def stretched(self) -> Performer:
+        """The same with the base's hands."""
         factors = np.exp(np.einsum("g,gba->ba", self.scale, AXES_OF))
-        body = replace(self.base, solids=self.base.solids.stretched(factors))
-        return body if self.hand is None else handed(body, self.hand)
+        return replace(self.base, solids=self.base.solids.stretched(factors))
+
+
+def _with_hands(body: Performer, hand: float | None) -> Performer:
+    """A body whose hands reach as far as one of `HANDS` says."""
+    return body if hand is None else handed(body, hand)
 
 
 def learned(
@@ -142,7 +151,8 @@ def learned(
     if frames >= FIRST_FRAMES:
         wanted = np.linalg.solve(information + np.diag(SPREAD**-2.0), right)
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
-    wrong = girth.wrong + [disagreement(replace(girth, hand=one).performer, pose, coarse) for one in HANDS]
+    body = girth.stretched
+    wrong = girth.wrong + [disagreement(_with_hands(body, one), pose, coarse) for one in HANDS]
     evident = wrong[HANDS.index(girth.hand)] - wrong.min() > EVIDENT
     hand = HANDS[int(np.argmin(wrong))] if evident else girth.hand
     return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames, hand, frozen(wrong))
