@@ -1,4 +1,4 @@
-"""Plain NumPy twins of the kernels that find people: `kernels/forest.py` and `kernels/regions.py`."""
+"""Plain NumPy twins of the kernels that find people: `kernels/forest.py`, `regions.py` and `scene.py`."""
 
 import numpy as np
 
@@ -52,6 +52,14 @@ def mass(points, weights, bandwidth, place):
 # ---- kernels/regions.py ----------------------------------------------------------
 
 
+def points(depth, intrinsics):
+    """(H, W, 3) m."""
+    fx, fy, cx, cy = intrinsics
+    v, u = np.mgrid[: depth.shape[0], : depth.shape[1]]
+    z = depth.astype(float)
+    return np.stack([(u - cx) * z / fx, (v - cy) * z / fy, z], axis=-1)
+
+
 def mended(depth, radius, enough, jump):
     """Holes of one pixel filled with the nearer surface's median, then a median of what is measured."""
     filled = depth.copy()
@@ -66,31 +74,6 @@ def mended(depth, radius, enough, jump):
         window = filled[max(r - radius, 0) : r + radius + 1, max(c - radius, 0) : c + radius + 1]
         out[r, c] = np.nanmedian(window)
     return out
-
-
-def points(depth, intrinsics):
-    """(H, W, 3) m."""
-    fx, fy, cx, cy = intrinsics
-    v, u = np.mgrid[: depth.shape[0], : depth.shape[1]]
-    z = depth.astype(float)
-    return np.stack([(u - cx) * z / fx, (v - cy) * z / fy, z], axis=-1)
-
-
-def before_scene(depth, intrinsics, planes, background, near, steep):
-    """Measured pixels in front of background and planes."""
-    depth, background = depth.astype(float), background.astype(float)
-    out = np.isfinite(depth) & ~(background - depth < near + steep * depth**2)
-    world = points(depth, intrinsics)
-    for plane in planes:
-        along = world @ plane[:3]
-        out &= ~(along + plane[3] < near + steep * depth * np.abs(along))
-    return out
-
-
-def hiding(depth, intrinsics, planes, near, steep, closest, free):
-    """Free pixels but for those of things nearer than the person that stand clear of the planes."""
-    nowhere = np.full(depth.shape, np.nan, np.float32)
-    return free & ~(before_scene(depth, intrinsics, planes, nowhere, near, steep) & (depth < closest))
 
 
 def blocks(depth, step, near, steep):
@@ -143,6 +126,34 @@ def measures(depth, labels, moved, intrinsics, count):
         rough = bent.mean() if three.any() else np.nan
         rows.append([own.sum(), area, *box, *at.mean(axis=0), moved[own].mean(), border[own].mean(), rough])
     return np.array(rows).reshape(count, 14)
+
+
+# ---- kernels/scene.py ------------------------------------------------------------
+
+
+def before_scene(depth, intrinsics, planes, background, near, steep):
+    """Measured pixels in front of background and planes."""
+    depth, background = depth.astype(float), background.astype(float)
+    out = np.isfinite(depth) & ~(background - depth < near + steep * depth**2)
+    world = points(depth, intrinsics)
+    for plane in planes:
+        along = world @ plane[:3]
+        out &= ~(along + plane[3] < near + steep * depth * np.abs(along))
+    return out
+
+
+def hiding(depth, intrinsics, planes, near, steep, closest, free):
+    """Free pixels but for those of things nearer than the person that stand clear of the planes."""
+    nowhere = np.full(depth.shape, np.nan, np.float32)
+    return free & ~(before_scene(depth, intrinsics, planes, nowhere, near, steep) & (depth < closest))
+
+
+def farthest(depth, seen, person, near, steep, background):
+    """The farthest background seen at each pixel; what lies on the person there is forgotten."""
+    z = depth.astype(float)
+    piece = np.isfinite(person) & (background - z < near + steep * z**2)
+    known = np.where(piece, np.float32(np.nan), background)
+    return np.fmax(known, np.where(seen, depth, np.float32(np.nan)))
 
 
 def gaps(depth, person, free, reach, lost=2):

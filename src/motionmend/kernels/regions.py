@@ -1,4 +1,4 @@
-"""Depth images: holes and noise, what lies on the scene's planes or background, and connected surfaces."""
+"""Depth images: holes and noise, and connected surfaces."""
 
 import numpy as np
 
@@ -7,8 +7,6 @@ from . import rising
 from .compile import compiled
 
 _insert = rising.insert
-
-LOST = 2  # px, that a step in depth costs
 
 
 @compiled
@@ -88,34 +86,60 @@ def blocks(depth: Singles, step: int, near: float, steep: float, out: Singles) -
     out : (ceil(H / step), ceil(W / step)) m, written; NaN where less than half of a block is measured.
     """
     height, width = depth.shape
+    whole = height // step * step, width // step * step
     values = np.empty(step * step, np.float32)
     for r in range(out.shape[0]):
-        bottom = min((r + 1) * step, height)
-        for c in range(out.shape[1]):
-            right = min((c + 1) * step, width)
-            count = 0
-            for i in range(r * step, bottom):
-                for j in range(c * step, right):
-                    values[count] = depth[i, j]
-                    count += depth[i, j] == depth[i, j]  # not NaN
-            if count == 0 or 2 * count < (bottom - r * step) * (right - c * step):
-                out[r, c] = np.nan
-                continue
-            if count == 4:  # as most are; the second of four
-                low, high = min(values[0], values[1]), max(values[0], values[1])
-                other, above = min(values[2], values[3]), max(values[2], values[3])
-                middle = min(max(low, other), min(high, above))
-            else:
-                for n in range(1, count):
-                    _insert(values, n, values[n])
-                middle = values[(count - 1) // 2]
-            slack = near + steep * middle * middle
-            total, on = np.float32(0.0), 0
-            for n in range(count):
-                same = abs(values[n] - middle) <= slack
-                total += values[n] * same
-                on += same
-            out[r, c] = total / on
+        top, first = r * step, 0
+        if step == 2 and top < whole[0]:
+            first = whole[1] // 2
+            _pairs(depth[top], depth[top + 1], near, steep, out[r, :first])
+        for c in range(first, out.shape[1]):
+            block = depth[top : min(top + step, height), c * step : min((c + 1) * step, width)]
+            out[r, c] = _of_block(block, values, near, steep)
+
+
+@compiled
+def _of_block(block: Singles, values: Singles, near: float, steep: float) -> float:
+    """One depth for a block, as of `blocks`; values (N,) is written, N at least the block's pixels."""
+    count = 0
+    for i in range(block.shape[0]):
+        for j in range(block.shape[1]):
+            values[count] = block[i, j]
+            count += block[i, j] == block[i, j]  # not NaN
+    if count == 0 or 2 * count < block.size:
+        return np.nan
+    for n in range(1, count):
+        _insert(values, n, values[n])
+    middle = values[(count - 1) // 2]
+    slack = near + steep * middle * middle
+    total, on = np.float32(0.0), 0
+    for n in range(count):
+        same = abs(values[n] - middle) <= slack
+        total += values[n] * same
+        on += same
+    return float(total / on)
+
+
+@compiled
+def _pairs(above: Singles, below: Singles, near: float, steep: float, out: Singles) -> None:
+    """`_of_block` of each 2 x 2 pixels of two rows; without a branch, for several blocks at once."""
+    far, none = np.float32(np.inf), np.float32(0.0)
+    least, grows = np.float32(near), np.float32(steep)
+    for c in range(len(out)):
+        x, y, z, w = above[2 * c], above[2 * c + 1], below[2 * c], below[2 * c + 1]
+        count = int(x == x) + int(y == y) + int(z == z) + int(w == w)
+        x, y, z, w = x if x == x else far, y if y == y else far, z if z == z else far, w if w == w else far
+        low, high = x if x < y else y, y if x < y else x
+        other, most = z if z < w else w, w if z < w else z
+        first, second = low if low < other else other, other if low < other else low
+        third = high if high < most else most
+        second = second if second < third else third
+        middle = first if count < 3 else second
+        slack = least + grows * middle * middle
+        a, b = abs(x - middle) <= slack, abs(y - middle) <= slack
+        d, e = abs(z - middle) <= slack, abs(w - middle) <= slack
+        total = (x if a else none) + (y if b else none) + (z if d else none) + (w if e else none)
+        out[c] = total / np.float32(int(a) + int(b) + int(d) + int(e)) if count > 1 else np.float32(np.nan)
 
 
 @compiled
@@ -172,73 +196,6 @@ def _sorted3(x: float, y: float, z: float) -> tuple[float, float, float]:
 def _ordered(x: float, y: float) -> tuple[float, float]:
     """The smaller and the larger of two, without a jump that the processor has to guess."""
     return (x if x < y else y), (y if x < y else x)
-
-
-@compiled
-def _clear(x: float, y: float, z: float, planes: Floats, near: float, steep: float) -> bool:
-    """Whether a point in m lies above all planes by more than noise, as `before_scene` has it."""
-    for p in range(len(planes)):
-        along = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
-        if along + planes[p, 3] < near + steep * z * abs(along):
-            return False
-    return True
-
-
-@compiled
-def before_scene(
-    depth: Singles,
-    intrinsics: Floats,
-    planes: Floats,
-    background: Singles,
-    near: float,
-    steep: float,
-    out: Bools,
-) -> None:
-    """True where a measured pixel lies in front of the planes and of the background.
-
-    Parameters
-    ----------
-    depth : (H, W) m, NaN = no return.
-    intrinsics : (4,) fx, fy, cx, cy in pixels.
-    planes : (P, 4) unit normal towards the camera and offset: normal . x + offset is the height above it, m.
-    background : (H, W) m, farthest surface known at each pixel, NaN where nothing is known.
-    near, steep : a depth counts only beyond near + steep z^2, in m (a depth camera's noise grows so), a height above
-        a plane beyond near + steep z^2 times the part of the ray along the plane's normal.
-    out : (H, W) written.
-    """
-    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    for r in range(depth.shape[0]):
-        for c in range(depth.shape[1]):
-            z = np.float64(depth[r, c])
-            out[r, c] = False
-            if np.isnan(z):
-                continue
-            if np.float64(background[r, c]) - z < near + steep * z * z:
-                continue
-            out[r, c] = _clear((c - cx) * z / fx, (r - cy) * z / fy, z, planes, near, steep)
-
-
-@compiled
-def hiding(
-    depth: Singles, intrinsics: Floats, planes: Floats, near: float, steep: float, closest: float, free: Bools
-) -> None:
-    """Take from the free pixels those where something that stands in the room is nearer than the person.
-
-    What is behind a table is hidden by it; behind a floor or a wall nothing is.
-
-    Parameters
-    ----------
-    depth, intrinsics, planes, near, steep : as of `before_scene`.
-    closest : m, depths below this are nearer than the person.
-    free : (H, W) True where the person is not; written.
-    """
-    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    for r in range(depth.shape[0]):
-        for c in range(depth.shape[1]):
-            z = np.float64(depth[r, c])
-            if not (free[r, c] and z < closest):
-                continue
-            free[r, c] = not _clear((c - cx) * z / fx, (r - cy) * z / fy, z, planes, near, steep)
 
 
 @compiled
@@ -389,41 +346,3 @@ def sampled(
             out[k, counts[k], 1] = (r - intrinsics[3]) * z / intrinsics[1]
             out[k, counts[k], 2] = z
             counts[k] += 1
-
-
-@compiled
-def gaps(depth: Singles, person: Singles, free: Bools, reach: float, rim: Bools) -> None:
-    """Narrow gaps between the person and something farther: but for their first pixel they are nobody's.
-
-    At a step a depth camera loses a pixel or so on either side, and along rows the near side hides the far one from
-    the projector: a step from z to z' casts a shadow of reach (1 / z - 1 / z') px. Wider gaps tell nothing.
-
-    Parameters
-    ----------
-    depth, person : (H, W) m, what is measured and what of it is the person's, NaN = nothing.
-    free : (H, W) True where something else is measured.
-    reach : px m, focal length times the distance from camera to projector, which may be on either side.
-    rim : (H, W) False; set where a gap is nobody's.
-    """
-    height, width = depth.shape
-    for r in range(height):
-        for c in range(width):
-            near = np.float64(person[r, c])
-            if np.isnan(near):
-                continue
-            for way in range(4):
-                down, across = (0, 2 * way - 1) if way < 2 else (2 * way - 5, 0)
-                shadow = 0.0 if way > 1 else reach
-                count, i, j = 0, r + down, c + across
-                while 0 <= i < height and 0 <= j < width and np.isnan(depth[i, j]) and np.isnan(person[i, j]):
-                    if count > LOST + shadow / near:
-                        break
-                    count, i, j = count + 1, i + down, j + across
-                if count < LOST or i < 0 or j < 0 or i >= height or j >= width or not free[i, j]:
-                    continue
-                far = np.float64(depth[i, j])
-                # A far side that is missing is no end of a gap either.
-                if not far >= near or count > LOST + shadow * (1.0 / near - 1.0 / far):
-                    continue
-                for k in range(2, count + 1):
-                    rim[r + k * down, c + k * across] = True

@@ -138,12 +138,12 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     ------
     MismatchError : a frame of another size than the scene.
     """
-    from ..kernels import regions
+    from ..kernels import scene as kernels
 
     depth = _sized(scene, frame)
     numbers = intrinsics(frame.camera)
     before = np.empty(depth.shape, np.bool_)
-    regions.before_scene(depth, numbers, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
+    kernels.before_scene(depth, numbers, scene.planes, scene.background, NOISE_NEAR, NOISE_STEEP, before)
     seen = surfaces_of(scene, depth, before, numbers)
     strange = passers(seen, scene, depth, last)
     main = most_like_a_body(seen, scene.alive, strange, last)
@@ -152,17 +152,18 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     kept = joined(main, seen, np.zeros_like(strange) if strange[main] else strange)
     mask = seen.pixels_of(kept)
     mask |= _enclosed(depth, mask, scene, frame.camera)
-    person = clean(np.where(mask, depth, np.float32(np.nan)), radius)
-    rows, columns = np.nonzero(np.isfinite(person))
+    box, person = box_of(mask, mask.shape, radius + 1), np.full(depth.shape, np.nan, np.float32)
+    person[box] = part = mended(np.where(mask[box], depth[box], np.float32(np.nan)), radius)
+    rows, columns = np.nonzero(np.isfinite(part))
     some = slice(None, None, 1 + len(rows) // 2000)
-    z = person[rows[some], columns[some]].astype(np.float64)
-    x = (columns[some] - numbers[2]) * z / numbers[0]
-    y = (rows[some] - numbers[3]) * z / numbers[1]
+    z = part[rows[some], columns[some]].astype(np.float64)
+    x = (columns[some] + box[1].start - numbers[2]) * z / numbers[0]
+    y = (rows[some] + box[0].start - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
     free = _free(depth, before, mask, np.isfinite(person))
-    regions.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
+    kernels.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
-    regions.gaps(depth, person, free, BASELINE * numbers[0], rim)
+    kernels.gaps(depth, person, free, BASELINE * numbers[0], rim)
     others = passers_pixels(seen, depth, strange, kept)
     return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]))
 
@@ -175,6 +176,8 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     MismatchError : a frame of another size than the scene.
     """
     import cv2
+
+    from ..kernels import scene as kernels
 
     depth = _sized(scene, frame)
     body = np.isfinite(person.depth)
@@ -191,11 +194,7 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     scene = scene if scene.others is None and person.others is None else replace(scene, others=person.others)
     if not seen.any():
         return scene
-    known = scene.background
     if person.found:
-        # What was learned at the person's own depth was a piece of them.
-        slack = NOISE_NEAR + NOISE_STEEP * depth**2
-        known = np.where(body & (known - depth < slack), np.float32(np.nan), known)
         # Beside the person only what is clearly behind them: a piece of them that was missed must not be learned.
         margin = int(np.ceil(0.15 * frame.camera.fx / person.place[2]))
         rows, columns = box_of(body, depth.shape, margin)
@@ -203,8 +202,10 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
         beside = cv2.dilate(beside, np.ones((1, 2 * margin + 1), np.uint8))
         beside = cv2.dilate(beside, np.ones((2 * margin + 1, 1), np.uint8))
         seen[rows, columns] &= depth[rows, columns] > beside + 0.25
-    farthest = np.fmax(known, np.where(seen, depth, np.float32(np.nan)))
-    return replace(scene, background=farthest)
+    background = scene.background.copy()
+    # What was learned at the person's own depth was a piece of them.
+    kernels.farthest(depth, seen, person.depth, NOISE_NEAR, NOISE_STEEP, background)
+    return replace(scene, background=background)
 
 
 def _gone(scene: Scene, time: float, depth: Singles) -> bool:
@@ -241,12 +242,14 @@ def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bool
     near = cv2.erode(np.where(inside, part, np.float32(np.inf)), window)
     far = cv2.dilate(np.where(inside, part, np.float32(-np.inf)), window)
     closed = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_CLOSE, window) > 0
-    out = np.zeros_like(mask)
-    out[rows, columns] = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
+    within = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
     # Not the floor between the feet: that was never mistaken.
-    points = camera.unproject(np.argwhere(out)[:, ::-1], depth[out].astype(np.float64))
+    at = np.argwhere(within) + np.array([rows.start, columns.start])
+    points = camera.unproject(at[:, ::-1], part[within].astype(np.float64))
     heights = points @ scene.planes[:, :3].T + scene.planes[:, 3]
-    out[out] = ~(heights < slack(points, scene.planes)).any(axis=1)
+    within[within] = ~(heights < slack(points, scene.planes)).any(axis=1)
+    out = np.zeros_like(mask)
+    out[rows, columns] = within
     return out
 
 

@@ -56,7 +56,7 @@ class Surfaces:
         """(H, W) True on some of them."""
         keep = np.zeros(len(self.measures) + 1, bool)  # the last for pixels of no surface
         keep[some] = True
-        return np.asarray(keep[self.labels])
+        return np.asarray(keep.take(self.labels))
 
 
 def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats) -> Surfaces:
@@ -77,8 +77,8 @@ def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats)
     moved = (before & np.isfinite(scene.background)).view(np.uint8)
     regions.measures(depth, labels, moved, intrinsics, measures)
     size = measures[:, 1]
-    order = np.argsort(-size, kind="stable")[:24]
-    order = order[(size[order] > 0.0005) & (measures[order, 0] >= 8)]
+    large = np.flatnonzero((size > 0.0005) & (measures[:, 0] >= 8))  # a noisy camera's frame has thousands of specks
+    order = large[np.argsort(-size[large], kind="stable")[:24]]
     clouds = _clouds(depth, labels, measures, order, intrinsics)
     likeness = {s: _likeness(measures[s], cloud) for s, cloud in clouds.items()}
     known, elsewhere = (_shared(depth, labels, measures[:, 0], there) for there in (scene.person, scene.others))
