@@ -10,7 +10,7 @@ from .metric import Metric, regressions
 from .results import table, write_results
 from .timing import Plan
 
-SUITES = ("fit", "repair", "adaptive", "kinematics", "render", "files", "peers", "live")
+SUITES = ("fit", "repair", "adaptive", "kinematics", "render", "foreground", "files", "peers", "live")
 LONG = ("archive", "endurance")  # minutes to half an hour each: only where named
 
 

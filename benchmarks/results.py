@@ -27,6 +27,7 @@ NAMES = {
     "archive": "A million frames",
     "kinematics": "Kinematics",
     "render": "Depth images",
+    "foreground": "Telling a person from the room",
     "endurance": "An hour of tracking",
     "files": "Files",
     "peers": "Peers' filters",
