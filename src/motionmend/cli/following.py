@@ -42,7 +42,7 @@ class Followed:
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
     returns : (T,) whether the depth image holds anything at all.
     frame_ms : (T - 1,) milliseconds of each frame but the first, reading and looking back left out.
-    read, track, calibrate : seconds in all.
+    read, track, calibrate : seconds in all; of reading those in which the tracker had to wait for an image.
     stages : seconds in all of each stage of the tracker.
     iterations : of the solver, in all; this and what follows on the way forward.
     cost : weighted cost of each term in all.
@@ -138,6 +138,7 @@ def follow(
     from ..track.hindsight import moment, revised
     from ..track.recording import Told
     from ..track.tracker import start, step
+    from .ahead import ahead
 
     cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
     begin = perf_counter()
@@ -148,23 +149,21 @@ def follow(
     body = performer if performer is not None else average() if measured is None else measured.performer
     pose = None if landmarks is None else _posed(model, body, landmarks)
     calibrate = perf_counter() - begin
-    begin = perf_counter()
-    first = recording.true_frame(0)
-    read = perf_counter() - begin
-    log = _Log(Told(), body, read)
+    log = _Log(Told(), body)
 
     def moments() -> "Iterator[Moment]":
-        state = start(model, settings, first, body, pose)
-        for number in range(recording.frames):
-            begin = perf_counter()
-            frame = first if number == 0 else recording.true_frame(number)
+        state, begin = None, perf_counter()
+        for frame in ahead(recording.true_frame, recording.frames):
+            log.read += perf_counter() - begin
+            if state is None:
+                state = start(model, settings, frame, body, pose)
             there = perf_counter()
             state, estimate = step(model, settings, state, frame)
             log.spent.append(perf_counter() - there)
             log.returns.append(bool(np.isfinite(frame.depth).any()))
-            log.read += there - begin
             log.performer = state.performer
             yield moment(state, estimate)
+            begin = perf_counter()
 
     for estimate in revised(model, settings, moments()):
         log.add(estimate)
@@ -205,7 +204,7 @@ class _Log:
 
     told: "Told"
     performer: Performer
-    read: float
+    read: float = 0.0
     spent: "array[float]" = field(default_factory=lambda: array("d"))
     returns: "array[int]" = field(default_factory=lambda: array("b"))
     stages: dict[str, float] = field(default_factory=dict)
