@@ -57,6 +57,8 @@ def measure_person(
     detections = []
     last = None
     frames = [evened(frame) for frame in frames]  # once, for they are tracked several times
+    begun = scene_of(frames[0]) if frames else None
+    scene = begun if scene is None else scene
     for k, frame in enumerate(frames):
         room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
         person = find_person(room, frame, last)
@@ -77,7 +79,7 @@ def measure_person(
         begins.append(average)  # bent arms are detected too short
 
     def follow(body: Performer) -> Trial:
-        state = start(model, settings, frames[0], body, pose)
+        state = start(model, settings, frames[0], body, pose, begun)
         followed = []
         for k, frame in enumerate(frames):
             state, estimate = step(model, settings, state, frame)
