@@ -5,10 +5,13 @@ six to sixteen times in the square. Where a channel is mostly noise, their logar
 loud it is; what all channels share is sure sooner than what a channel says for itself.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
+from .swift_noise import goes_with_speed, speeds
 
 # s, of the Gaussian over which noise is taken to last; and frames that tell enough: no more are asked
 WIDTH, FRAMES = 0.2, 6.0
@@ -28,7 +31,7 @@ _LOG_MIDDLE = -0.5 * (np.euler_gamma + np.log(2.0))  # mean of log |N(0, 1)|
 _UNKNOWN, _NOTHING = 0.05, 1e-6
 
 
-def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
+def loudness(measured: Floats, fps: float, together: int = 1, joints: Ints | None = None) -> Floats:
     """(T, C) standard deviation of noise relative to the channel's usual; 1 throughout where no more can be told.
 
     Parameters
@@ -36,6 +39,7 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     measured : (T, C) in degrees or cm, NaN = missing; outliers and all.
     fps : Hz.
     together : neighbouring columns that are as noisy as each other: 1 for angles, 3 for markers.
+    joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
     """
     frames, channels = measured.shape
     width = min(WIDTH * fps, FRAMES)
@@ -50,6 +54,16 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     noisy = (grown < GROWS) & (seen > _UNKNOWN)
     most = np.logaddexp(once - np.log(NOISE), faint)
     noise = np.logaddexp(once + np.log(np.clip((STEP - grown) / (STEP - 1.0), 0.2, None) / NOISE), faint)
+    swift = goes_with_speed(
+        noise,
+        noisy,
+        twice - once,
+        speeds(measured, _smooth(np.exp(noise), width), fps, together, joints),
+        partial(_smooth, width=width),
+        width,
+        faint,
+    )
+    noise, most = (one - _smooth(swift, width) for one in (noise, most))
     usual = np.array([np.median(noise[noisy[:, c], c]) if noisy[:, c].any() else np.inf for c in range(channels)])
     louder = np.where(noisy, noise - usual, np.minimum(most - usual, 0.0))
     tells = np.isfinite(louder) & (seen > _UNKNOWN) & (louder != 0.0)
@@ -64,7 +78,12 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     moment = _kept(np.square(own), STRAYS**2 * by_chance)
     throughout = _kept(np.square(np.clip(own, -MOST, MOST)).mean(axis=0), by_chance.mean(axis=0))
     own *= _lasting(own, apart) * np.maximum(moment, throughout)
-    return np.asarray(np.exp(0.5 * (shared + own.repeat(together, axis=1))))
+    return np.asarray(np.exp(0.5 * (swift + shared + own.repeat(together, axis=1))))
+
+
+def _smooth(values: Floats, width: float) -> Floats:
+    """Values (T, C) over the moment that tells of noise."""
+    return np.asarray(gaussian_filter1d(values, width, axis=0, mode="nearest"))
 
 
 def _log_squares(measured: Floats, lag: int, width: float) -> tuple[Floats, Floats]:
