@@ -34,6 +34,17 @@ def _jumps(rng, values, size, count, paired):
     return values + np.where(hit, rng.choice([-1.0, 1.0], values.shape) * size, 0.0), hit
 
 
+@given(SEEDS, st.floats(1.0, 2.0))
+@settings(max_examples=20, deadline=None)
+def test_so_is_a_lone_one_in_a_take_of_a_few_frames(seed, times):
+    rng = np.random.default_rng(seed)
+    values = _moving(rng)[0][:14]
+    off = times * 0.5 * np.abs(np.diff(values, n=2, axis=0)).max(axis=0)
+    hit = np.zeros(values.shape, dtype=bool)
+    hit[rng.integers(2, 12), rng.integers(0, CHANNELS)] = True
+    np.testing.assert_array_equal(own_jumps(values + hit * off, hit, values, PAIRS, FPS), hit)
+
+
 @given(SEEDS, st.integers(1, 12), st.floats(1.0, 3.0))
 @settings(max_examples=40, deadline=None)
 def test_a_few_jumps_hardly_sharper_than_the_motion_are_its_own(seed, count, times):

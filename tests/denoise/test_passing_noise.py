@@ -163,3 +163,23 @@ def test_a_noisy_half_is_smoothed_and_a_calm_one_left(action, library):
     assert rms(away[calm]) < 0.3
     for part, most in ((calm, 0.9), (loud, 0.78)):
         assert 0.5 < np.mean(np.abs(away[part]) < found.std[part]) < most
+
+
+def test_a_passage_of_one_channel_among_many_is_mostly_found_and_not_in_the_others():
+    """Fifteen times as loud for a second of five."""
+    told = []
+    for seed in range(10):
+        rng, fps, frames = np.random.default_rng(seed), 120.0, 600
+        hit, start = np.arange(60) == 7, rng.integers(40, 440)
+        louder = np.ones((frames, 60))
+        louder[start : start + 120, hit] = 15.0
+        found = loudness(0.02 * _walk(rng, frames, 60) + 0.7 * louder * rng.normal(size=louder.shape), fps)
+        told.append(np.median(found[louder > 1]))
+        assert np.quantile(found[:, ~hit], 0.99) < 1.5
+    assert np.mean(np.array(told) > 2.0) > 0.6
+
+
+@pytest.mark.parametrize("fps", [1e-6, 1e-3, 0.1])
+def test_what_has_hardly_a_frame_a_second_is_repaired_at_least(fps, rng):
+    found = loudness(rng.normal(size=(60, 5)), fps)
+    assert np.isfinite(found).all()

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, Ints
 from ..numerics.coupled import lone_step_variance, smooth_coupled
 from .bursts import long_runs
 from .gap_shares import fillings, mixed, shares, unsure
@@ -91,6 +91,7 @@ def adapt(
     as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
+    joints: Ints | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
 
@@ -108,6 +109,7 @@ def adapt(
         nothing.
     own_leaps : of the same, what leaps like the recording itself: `own_jumps.own_jumps`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
+    joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
     """
     channels = measured.shape[1]
     present = np.isfinite(measured)
@@ -115,7 +117,7 @@ def adapt(
     vouched = nowhere if vouched is None else vouched
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
-    louder = loudness(measured, fps, together)
+    louder = loudness(measured, fps, together, joints)
     level, rate, follow = first_noise(measured, louder), np.full(channels, FIRST_RATE), FIRST_RATE
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
     noise = np.maximum(level * louder, least)

@@ -131,6 +131,18 @@ def unit(skeleton: Skeleton) -> Floats:
     return np.where(skeleton.dof_kind == ROTATION, DEGREES, CENTIMETRES)
 
 
+def joints_of(skeleton: Skeleton, columns: Ints) -> Ints:
+    """(C,) a number for the joint of each channel's rotations, others for its translations; apart what is of none.
+
+    Parameters
+    ----------
+    skeleton : of the motion.
+    columns : (C,) rows of the skeleton, -1 = a channel it does not have.
+    """
+    kind = 2 * skeleton.dof_joint[columns] + (skeleton.dof_kind[columns] == TRANSLATION)
+    return np.where(columns >= 0, kind, -1 - np.arange(len(columns)))
+
+
 def root_rows(skeleton: Skeleton) -> tuple[Ints, Ints]:
     """Rows of the root's three rotations and three translations, in chain order; empty where it has others.
 

@@ -19,9 +19,8 @@ from .filling import fill_gaps
 from .filtered import Filtered
 from .hedge import filled_both_ways
 from .held import SAID, held, in_noise, told, without
-from .joints import root_rows
-from .label_evidence import MarkerDistances, learn_distances
-from .labels import Swap, find_swaps, put_right
+from .joints import joints_of, root_rows
+from .labels import Swap
 from .layout import Layout, names_of, own_layout
 from .learning import at_rate as series_at_rate
 from .library import Library
@@ -35,6 +34,7 @@ from .own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_b
 from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
+from .relabelling import but_for_throughout, relabelled, relabelled_origin, swaps_of, swaps_seen, swaps_told
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
 from .slid import slides
 from .thrown_root import thrown
@@ -46,8 +46,6 @@ OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, 
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
-LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
-FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +175,8 @@ def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None)
     outcome: Repaired[Markers] = repaired_recording(
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
-    origin = _relabelled_origin(outcome.origin, channels, swaps)
-    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *_told(swaps, known.layout)))
+    origin = relabelled_origin(outcome.origin, channels, swaps)
+    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *swaps_told(swaps, known.layout)))
 
 
 def _with_labels(
@@ -195,17 +193,17 @@ def _with_labels(
         return channels, _mended(channels.values, labelled, channels, known)
 
     channels, mended = repaired(recording)
-    swaps: tuple[Swap, ...] = _swaps(_cleaned(mended), recording.fps, known.postures)
+    swaps: tuple[Swap, ...] = swaps_seen(_cleaned(mended), recording.fps, known.postures)
     if asked is not None:
-        swaps = _swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
-    right = _relabelled(recording, channels, swaps)
+        swaps = swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
+    right = relabelled(recording, channels, swaps)
     if right is recording:
         return right, channels, mended, swaps
     missed = mended.missed
     channels, mended = repaired(right)
-    certain = _but_for_throughout(swaps, recording, channels)
+    certain = but_for_throughout(swaps, recording, channels)
     if mended.missed > missed and certain != swaps:
-        swaps, right = certain, _relabelled(recording, channels, certain)
+        swaps, right = certain, relabelled(recording, channels, certain)
         channels, mended = repaired(right)
     return right, channels, mended, swaps
 
@@ -257,12 +255,13 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
     """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    poles = as_pose = own_leaps = None
+    poles = as_pose = own_leaps = joints = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
         as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
         linked = channels_that_meet(recording.skeleton, channels.columns)
         own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
+        joints = joints_of(recording.skeleton, channels.columns)
     rounded = rounding(recording, channels.columns)
     mended = partial(
         mend_channels,
@@ -273,6 +272,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         as_pose=as_pose,
         own_leaps=own_leaps,
         rounded=rounded,
+        joints=joints,
     )
 
     def unmoved(found: Mended) -> Unmoving:
@@ -342,46 +342,6 @@ def _cleaned(mended: Mended) -> Floats:
     return values.reshape(len(values), -1, 3) / CENTIMETRES
 
 
-def _swaps(positions: Floats, fps: float, postures: MarkerLibrary | None) -> tuple[Swap, ...]:
-    reference: MarkerDistances | None = None
-    if postures is not None and len(postures.windows) >= FEWEST_POSTURES:
-        reference = learn_distances([postures.postures])
-    found = find_swaps(positions, fps, reference=reference)
-    return tuple(s for s in found if s.put_right or s.last - s.first + 1 >= LEAST_SWAP)
-
-
-def _swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
-    """Those that touch the markers asked for; put right only where no other marker would have to move as well."""
-    return tuple(
-        replace(swap, put_right=swap.put_right and asked.issuperset(swap.markers))
-        for swap in swaps
-        if not asked.isdisjoint(swap.markers)
-    )
-
-
-def _but_for_throughout(swaps: tuple[Swap, ...], recording: Markers, channels: Channels) -> tuple[Swap, ...]:
-    """The same, but what is swapped in every frame that shows one of the markers is only declared."""
-
-    def throughout(swap: Swap) -> bool:
-        shown = np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
-        return bool(len(shown)) and swap.first <= shown[0] and shown[-1] <= swap.last
-
-    return tuple(replace(swap, put_right=swap.put_right and not throughout(swap)) for swap in swaps)
-
-
-def _relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...]) -> Markers:
-    """The recording with labels given back."""
-    if not any(s.put_right for s in swaps):
-        return recording
-    own = channels.columns
-    here = [
-        replace(swap, markers=tuple(int(own[m]) for m in swap.markers))
-        for swap in swaps
-        if all(own[m] >= 0 for m in swap.markers)
-    ]
-    return recording.with_positions(put_right(recording.positions, here))
-
-
 def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None, beside: bool) -> Mended:
     """Gaps, and long bursts of outliers, taken from the markers about them: what walks alone cannot know.
 
@@ -412,28 +372,3 @@ def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None
             origin=np.where(missing, kind, found.origin),
         ),
     )
-
-
-def _relabelled_origin(origin: Bytes, channels: Channels, swaps: tuple[Swap, ...]) -> Bytes:
-    """A sample under its own label again was repaired."""
-    marked = origin.copy()
-    for swap in swaps:
-        if swap.put_right:
-            for marker in swap.markers:
-                column = channels.columns[marker]
-                if column >= 0:
-                    stretch = marked[swap.first : swap.last + 1, column]
-                    stretch[stretch == Origin.MEASURED] = Origin.REPAIRED
-    return marked
-
-
-def _told(swaps: tuple[Swap, ...], layout: Layout) -> tuple[str, ...]:
-    said = []
-    for swap in swaps:
-        names = ", ".join(layout.names[m] for m in swap.markers)
-        where = f"frames {swap.first} to {swap.last}"
-        if swap.put_right:
-            said.append(f"{names}: labels were swapped in {where} and are put right")
-        else:
-            said.append(f"{names}: labels may be swapped in {where} and were left; look at them")
-    return tuple(said)

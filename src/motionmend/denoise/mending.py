@@ -65,6 +65,7 @@ def mend_channels(
     into: Floats | None = None,
     deviations: bool = True,
     rounded: Callable[[slice], Floats] | None = None,
+    joints: Ints | None = None,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -81,6 +82,7 @@ def mend_channels(
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
+    joints : (C,) which columns are angles of one joint, as `adapt` has them.
 
     Returns
     -------
@@ -107,6 +109,7 @@ def mend_channels(
             as_pose=as_pose,
             own_leaps=own_leaps,
             rounding=open_by,
+            joints=joints,
         )
 
     places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))

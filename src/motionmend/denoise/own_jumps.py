@@ -16,7 +16,7 @@ from .adaptive import OUTLIER_SPAN
 from .noise import LEAST_NOISE
 
 TAIL = 1.5  # what is sharper than the sharpest of the calm motion is x times as sharp, or more, at x ** -1.5
-FEWEST = 20  # second differences that tell how sharply a channel moves
+FEWEST = 8  # second differences that tell how sharply a channel moves
 ROUNDS = 30
 HOLE, LONGEST = 0.2, 0.25  # s; rejected samples no further apart than the one are a burst if they last for the other
 HALF = 0.5  # sample of either kind that is taken for granted

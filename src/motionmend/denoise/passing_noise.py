@@ -5,10 +5,13 @@ six to sixteen times in the square. Where a channel is mostly noise, their logar
 loud it is; what all channels share is sure sooner than what a channel says for itself.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
+from .swift_noise import goes_with_speed, speeds
 
 # s, of the Gaussian over which noise is taken to last; and frames that tell enough: no more are asked
 WIDTH, FRAMES = 0.2, 6.0
@@ -23,12 +26,14 @@ FEW = 0.1  # of all channels: if no more are noise for the most part, what they 
 # moments say, so many widths and so many seconds apart, of which nothing is believed and from which all is: bursts of
 # outliers are no noise.
 APART, BURST, BY_CHANCE, LASTING = 2.67, 0.27, 0.2, 0.5
+BEYOND = 1.5  # times the square that the usual channel strays, of which for one channel nothing is believed
+FEW_MOMENTS = 1.5  # times one by their number, of the correlation of one channel's, of which nothing is believed either
 MOST = 4.0  # logarithm of a variance, beyond which a moment tells of no more
 _LOG_MIDDLE = -0.5 * (np.euler_gamma + np.log(2.0))  # mean of log |N(0, 1)|
 _UNKNOWN, _NOTHING = 0.05, 1e-6
 
 
-def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
+def loudness(measured: Floats, fps: float, together: int = 1, joints: Ints | None = None) -> Floats:
     """(T, C) standard deviation of noise relative to the channel's usual; 1 throughout where no more can be told.
 
     Parameters
@@ -36,10 +41,11 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     measured : (T, C) in degrees or cm, NaN = missing; outliers and all.
     fps : Hz.
     together : neighbouring columns that are as noisy as each other: 1 for angles, 3 for markers.
+    joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
     """
     frames, channels = measured.shape
     width = min(WIDTH * fps, FRAMES)
-    apart = round(max(APART * width, BURST * fps))
+    apart = max(1, round(max(APART * width, BURST * fps)))
     if frames <= 2 * apart:
         return np.ones(measured.shape)
     once, seen = _log_squares(measured, 1, width)
@@ -50,6 +56,16 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     noisy = (grown < GROWS) & (seen > _UNKNOWN)
     most = np.logaddexp(once - np.log(NOISE), faint)
     noise = np.logaddexp(once + np.log(np.clip((STEP - grown) / (STEP - 1.0), 0.2, None) / NOISE), faint)
+    swift = goes_with_speed(
+        noise,
+        noisy,
+        twice - once,
+        speeds(measured, _smooth(np.exp(noise), width), fps, together, joints),
+        partial(_smooth, width=width),
+        width,
+        faint,
+    )
+    noise, most = (one - _smooth(swift, width) for one in (noise, most))
     usual = np.array([np.median(noise[noisy[:, c], c]) if noisy[:, c].any() else np.inf for c in range(channels)])
     louder = np.where(noisy, noise - usual, np.minimum(most - usual, 0.0))
     tells = np.isfinite(louder) & (seen > _UNKNOWN) & (louder != 0.0)
@@ -63,8 +79,13 @@ def loudness(measured: Floats, fps: float, together: int = 1) -> Floats:
     # a single moment is believed if it goes far; a channel that goes up and down throughout is, in all its moments
     moment = _kept(np.square(own), STRAYS**2 * by_chance)
     throughout = _kept(np.square(np.clip(own, -MOST, MOST)).mean(axis=0), by_chance.mean(axis=0))
-    own *= _lasting(own, apart) * np.maximum(moment, throughout)
-    return np.asarray(np.exp(0.5 * (shared + own.repeat(together, axis=1))))
+    own *= _lasting(own, apart, width) * np.maximum(moment, throughout)
+    return np.asarray(np.exp(0.5 * (swift + shared + own.repeat(together, axis=1))))
+
+
+def _smooth(values: Floats, width: float) -> Floats:
+    """Values (T, C) over the moment that tells of noise."""
+    return np.asarray(gaussian_filter1d(values, width, axis=0, mode="nearest"))
 
 
 def _log_squares(measured: Floats, lag: int, width: float) -> tuple[Floats, Floats]:
@@ -88,8 +109,14 @@ def _kept(square: Floats, by_chance: Floats) -> Floats:
     return np.asarray(np.maximum(1.0 - by_chance / np.maximum(square, _NOTHING), 0.0))
 
 
-def _lasting(own: Floats, apart: int) -> float:
-    """0 to 1: whether what channels say for themselves (T, N) lasts."""
+def _lasting(own: Floats, apart: int, width: float) -> Floats:
+    """(N,) 0 to 1: whether what each channel says for itself (T, N) lasts, by itself or as all do."""
     held = np.clip(own, -MOST, MOST)
-    alike = float((held[apart:] * held[:-apart]).mean()) / max(float(np.square(held).mean()), _NOTHING)
-    return float(np.clip((alike - BY_CHANCE) / (LASTING - BY_CHANCE), 0.0, 1.0))
+    alike, square = (held[apart:] * held[:-apart]).mean(axis=0), np.square(held).mean(axis=0)
+    # one channel's moments may be alike by chance, the more so the fewer there are apart from each other; but hardly
+    # by more than the usual channel strays at all
+    chance = FEW_MOMENTS * 2.0 * np.sqrt(np.pi) * width / max(1, len(own) - apart)
+    each = alike / np.maximum(square, _NOTHING) - chance
+    each *= _kept(alike, np.full(alike.shape, BEYOND * np.median(square)))
+    all_ = alike.mean() / max(square.mean(), _NOTHING)
+    return np.asarray(np.clip((np.maximum(each, all_) - BY_CHANCE) / (LASTING - BY_CHANCE), 0.0, 1.0))
