@@ -110,6 +110,7 @@ def settled_frame(
     bones: Ints,
     prior: Floats,
     hinges: Hinges | None = None,
+    belief: float = 1.0,
 ) -> tuple[Body, Floats]:
     """One live frame made steady, its bones kept, and limbs bent back that bend too far.
 
@@ -122,6 +123,7 @@ def settled_frame(
     bones : (B, 2) of `bones_outward`.
     prior : (B,) m, lengths to begin with; NaN = not known.
     hinges : joints that have limits.
+    belief : in [0, 1], in `prior`.
     """
     if not np.isfinite(positions).any():
         return body, positions  # what was put out last still is when somebody is seen again
@@ -131,6 +133,7 @@ def settled_frame(
         trust,
         bones,
         prior,
+        belief,
         first,
         second,
         body.last,
