@@ -97,7 +97,7 @@ def followed_slowly(before, now, seconds, lasting, resting, last, earlier, betwe
     return np.where(np.isfinite(slow), slow, now)
 
 
-def settle_frame(positions, trust, bones, prior, times, last, earlier, known, yielded):
+def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded):
     """One live frame made steady, its bones brought to their lengths."""
     from motionmend.kernels import bones as kernel
 
@@ -118,7 +118,7 @@ def settle_frame(positions, trust, bones, prior, times, last, earlier, known, yi
     gain = np.where(known[1] < enough, gain, share / kernel.MEMORY_SECONDS)
     after = np.stack([known[0] + gain * np.nan_to_num(lengths - known[0]), spent])
     seen = np.where(spent > 0, after[0], np.nan_to_num(lengths))
-    begun = kernel.PRIOR_SECONDS / (spent + kernel.PRIOR_SECONDS)
+    begun = belief * kernel.PRIOR_SECONDS / (spent + belief * kernel.PRIOR_SECONDS)
     usual = np.where(np.isfinite(prior), seen + begun * (prior - seen), seen)
     mobility = 1.0 + LOOSE * (1.0 - trust)[None]
     relaxed = settle(calm[None], bones, usual[None], mobility, ROUNDS)[0] - calm

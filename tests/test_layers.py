@@ -18,6 +18,7 @@ PACKAGE = Path(motionmend.__file__).parent
 BELOW = {
     "errors": set[str](),
     "arrays": {"errors"},
+    "rooms": set[str](),
     "kernels": set[str](),
     "numerics": {"kernels"},
     "bodies": {"kernels"},
@@ -29,7 +30,7 @@ BELOW = {
     "samples": {"bodies", "kernels"},
 }
 ROOF = {"__init__", "__main__", "report", "view", "live", "batch", "datasets", "models", "cli"}
-FREE = {"errors", "arrays"}
+FREE = {"errors", "arrays", "rooms"}
 HEAVY = {"numba", "sklearn", "matplotlib", "ezc3d", "cv2"}
 
 

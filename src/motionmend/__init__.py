@@ -6,6 +6,8 @@ The public face: names only. Each is loaded when first used, so that the import 
 from importlib import import_module
 from typing import Any
 
+from .rooms import opened_late
+
 __version__ = "0.1.0"
 
 _HOME = {
@@ -43,13 +45,13 @@ _ROOMS = ("correct", "denoise", "evaluate", "io", "report", "samples", "track")
 
 __all__ = ["__version__", *_HOME, *_ROOMS]
 
+_named = opened_late(__name__, _HOME)
+
 
 def __getattr__(name: str) -> Any:
     if name in _ROOMS:
         return import_module(f".{name}", __name__)
-    if name in _HOME:
-        return getattr(import_module(f".{_HOME[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _named(name)
 
 
 def __dir__() -> list[str]:

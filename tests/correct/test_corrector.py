@@ -190,6 +190,17 @@ def test_learning_on_the_way_keeps_its_memory_and_does_no_harm(model: CorrectorM
     assert model.start(NAMES).memory is None
 
 
+def test_learning_on_the_way_does_not_learn_from_itself_live(model: CorrectorModel) -> None:
+    """What was remembered is no news when it comes back: it would be remembered the more."""
+    ratios = []
+    for seed, motion in ((21, "reach"), (22, "walk"), (23, "jump")):
+        true = truth(motion, seed, 8.0)
+        raw = recording(sensed(true, seed))
+        live, online = (model.correct(raw, online=way, look_ahead=0) for way in (False, True))
+        ratios.append(error(online, true) / error(live, true))
+    assert max(ratios) < 1.02
+
+
 def test_nothing_is_learned_from_joints_that_fail(model: CorrectorModel) -> None:
     raw = recording(sensed(truth("walk", 15, 4.0), 15))
     positions = np.array(raw.positions)

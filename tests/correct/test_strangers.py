@@ -152,6 +152,15 @@ def test_what_was_learned_of_one_sensor_is_not_done_to_another(model: CorrectorM
     assert one.std.mean() > 1.3 * model.step(model.start(model.names), usual.positions[0], None, 0.0)[1].std.mean()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_another_sensors_bones_are_its_own_from_the_first_frame(model: CorrectorModel, seed: int) -> None:
+    """What bones of the sensor that was learned from are like is no reason to pull joints about."""
+    strange = recording(foreign(truth("reach", 80 + seed, 3.0), seed))
+    found = model.correct(strange, look_ahead=0).positions
+    moved = np.linalg.norm(found - strange.positions, axis=2)
+    assert moved[:3].mean() < 1.5 * moved[60:].mean() + 0.002
+
+
 def test_who_sits_is_seen_by_the_same_sensor(model: CorrectorModel) -> None:
     """Legs that a sensor guesses throughout are no sign of another one."""
     true = truth("reach", 75, 3.0)

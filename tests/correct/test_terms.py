@@ -189,6 +189,44 @@ def test_a_foot_that_a_sensor_throws_about_leaves_the_planted_ankle_where_it_is(
     assert np.ptp(lengths, axis=0).max() < 1e-9
 
 
+def test_frames_without_anybody_leave_the_others_as_steady_as_they_are_without_them() -> None:
+    rng, times = np.random.default_rng(0), np.arange(120) / 30.0
+    chain = np.array([[0.0, 0, 0], [0, -0.4, 0], [0, -0.8, 0]])
+    bones = np.array([[0, 1], [1, 2]])
+    seen = chain + 0.01 * np.sin(2.0 * times)[:, None, None] + 0.004 * rng.standard_normal((120, 3, 3))
+    for gone in (slice(0, 40), slice(60, 61), slice(60, 100), slice(None, None, 9)):
+        there = np.ones(120, dtype=np.bool_)
+        there[gone] = False
+        gappy = np.where(there[:, None, None], seen, np.nan)
+        whole = settled_recording(gappy, times, np.ones((120, 3)), bones)
+        np.testing.assert_array_equal(np.isfinite(whole).all(axis=(1, 2)), there)
+        alone = settled_recording(seen[there], times[there], np.ones((there.sum(), 3)), bones)
+        np.testing.assert_allclose(whole[there], alone, atol=1e-3)
+        body, frames = unborn(3, 2), []
+        for row, time in zip(gappy, times, strict=True):
+            body, frame = settled_frame(body, row, float(time), np.ones(3), bones, np.array([0.4, 0.4]))
+            frames.append(frame)
+        body, others = unborn(3, 2), []
+        for row, time in zip(seen[there], times[there], strict=True):
+            body, frame = settled_frame(body, row, float(time), np.ones(3), bones, np.array([0.4, 0.4]))
+            others.append(frame)
+        np.testing.assert_array_equal(np.stack(frames)[there], np.stack(others))
+
+
+def test_who_rests_does_not_tremble_with_what_others_do() -> None:
+    """A joint at rest follows its bones more slowly than one that moves, at any rate."""
+    for fps in (15.0, 30.0):
+        times = np.arange(int(6 * fps)) / fps
+        ends = np.zeros((len(times), 2, 3))
+        ends[:, 1, 1] = 0.4 + 0.05 * np.sin(2.0 * np.pi * 1.5 * times)  # a bone that a sensor stretches
+        bones, trust = np.array([[0, 1]]), np.ones((len(times), 2))
+        settled = settled_recording(ends, times, trust, bones)
+        moving = settled_recording(ends + 0.5 * times[:, None, None], times, trust, bones)
+        moving = moving - 0.5 * times[:, None, None]
+        middle = slice(int(fps), -int(fps))
+        assert np.ptp(settled[middle, 0, 1]) < 0.5 * np.ptp(moving[middle, 0, 1])
+
+
 def test_a_quick_move_keeps_its_peak_where_the_joint_is_believed_and_a_resting_one_is_calmed() -> None:
     times = np.arange(90) / 30.0
     rng = np.random.default_rng(0)

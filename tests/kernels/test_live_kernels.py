@@ -199,8 +199,9 @@ def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
     same((placed, deviation, reliable), naive.given_back(*told))
 
 
+@pytest.mark.parametrize("belief", [1.0, 0.3])
 @pytest.mark.parametrize("known", [True, False])
-def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool) -> None:
+def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belief: float) -> None:
     rng = np.random.default_rng(8)
     positions, trust, prior = some_posture(rng, 1), rng.uniform(0.0, 1.0, JOINTS), rng.uniform(0.1, 0.4, BONES)
     prior[2] = np.nan
@@ -211,12 +212,13 @@ def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool) -> No
     sums = np.stack([np.where(count > 0, 0.3, 0.0), count])
     times = (1 / 30, 1 / 30) if known else (np.nan, np.nan)
     state = (last, earlier, sums, yielded)
-    got = bones.settle_frame(positions, trust, TREE, prior, *times, *state)
-    same(got, naive.settle_frame(positions, trust, TREE, prior, times, *state))
+    got = bones.settle_frame(positions, trust, TREE, prior, belief, *times, *state)
+    same(got, naive.settle_frame(positions, trust, TREE, prior, belief, times, *state))
     whole = np.isfinite(got[0][TREE]).all(axis=(1, 2))
     found = np.linalg.norm(got[0][TREE[:, 1]] - got[0][TREE[:, 0]], axis=1)
     length, seen = got[1]
-    usual = (seen * length + bones.PRIOR_SECONDS * prior) / (seen + bones.PRIOR_SECONDS)
+    begun = belief * bones.PRIOR_SECONDS
+    usual = (seen * length + begun * prior) / (seen + begun)
     clear = whole & np.isfinite(prior)
     np.testing.assert_allclose(found[clear], usual[clear], rtol=1e-9)
 

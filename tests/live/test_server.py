@@ -203,6 +203,22 @@ def test_a_joint_that_is_not_tracked_may_be_missing(live):
             assert np.isfinite(singles(answer["reliability"])).all()
 
 
+def test_who_comes_late_is_corrected_as_who_was_there_from_the_beginning(live, model):
+    positions = moving(KINECT20, 12)
+    wanted = alone(model, KINECT20, positions)
+    nobody, untracked = np.full((20, 3), np.nan), np.zeros(20, np.uint8)
+    with client(live.url) as connection:
+        for k in range(10):
+            answer = ask(connection, frame(k, nobody, state=untracked, t=(k - 10) / 30.0))
+            assert "error" not in answer
+            assert "refused" in answer["flags"]
+            assert not np.isfinite(singles(answer["joints"])).any()
+            assert not singles(answer["reliability"]).any()
+        for k, joints in enumerate(positions):
+            answer = ask(connection, frame(10 + k, joints, t=k / 30.0))
+            assert singles(answer["joints"]).reshape(20, 3) == pytest.approx(wanted[k], abs=1e-6)
+
+
 def test_a_new_hello_and_a_clock_that_goes_back_begin_anew(live, model):
     positions = moving(KINECT20, 60)
     wanted = alone(model, KINECT20, positions[:5])

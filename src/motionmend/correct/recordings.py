@@ -18,7 +18,7 @@ from .normalise import Placement, placed, upright
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
-from .settling import OFFSET, settled_recording, smoothed
+from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
@@ -250,7 +250,8 @@ def _calmed(offsets: Floats, sights: Sequence[Sight], times: Floats) -> Floats:
     trembles is a reason to move the others."""
     turn = np.stack([one.placement.turn[0] for one in sights])
     scale = np.array([one.scale for one in sights])[:, None, None]
-    calm = smoothed(scale * offsets @ turn, times, OFFSET)
+    rows = np.stack([one.rows for one in sights])
+    calm = gently(scale * offsets @ turn, rows, times, OFFSET)
     return np.asarray(calm @ turn.swapaxes(1, 2) / scale)
 
 

@@ -18,15 +18,15 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
-from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS
+from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS, STILL
 from ..numerics.whittaker import whittaker
 from .limits import Hinges
 
 STEADY = 0.06  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 4 Hz
 COURSE = 1.0  # the same of where a joint is going: half passes at 5 Hz
 MOVING = 0.3  # m/s, a centimetre a frame: what a joint that is seen trembles hardly shows beside it
-SLOW = 33.0  # the same of how joints give way: half passes at 2 Hz
-OFFSET = 2.3  # and of learned offsets: 4 Hz
+SLOW = 33.0, 528.0  # the same of how joints give way, of those that move: half passes at 2 Hz, and at rest: 1 Hz
+OFFSET = 2.3, 1437.0  # and of learned offsets: 4 and 0.8 Hz
 OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
 TURNS = 2  # of relaxing and smoothing
 
@@ -97,7 +97,7 @@ def settled_recording(
     placed = steady
     for _ in range(TURNS):
         relaxed = kernel.settle(placed, bones, wanted, mobility, ROUNDS)
-        placed = steady + smoothed(relaxed - steady, times, SLOW)
+        placed = steady + gently(relaxed - steady, steady, times, SLOW)
     settled = kernel.settle(placed, bones, wanted, mobility, 0)
     return settled if hinges is None else hinges.kept(settled, trust)
 
@@ -110,6 +110,7 @@ def settled_frame(
     bones: Ints,
     prior: Floats,
     hinges: Hinges | None = None,
+    belief: float = 1.0,
 ) -> tuple[Body, Floats]:
     """One live frame made steady, its bones kept, and limbs bent back that bend too far.
 
@@ -122,13 +123,17 @@ def settled_frame(
     bones : (B, 2) of `bones_outward`.
     prior : (B,) m, lengths to begin with; NaN = not known.
     hinges : joints that have limits.
+    belief : in [0, 1], in `prior`.
     """
+    if not np.isfinite(positions).any():
+        return body, positions  # what was put out last still is when somebody is seen again
     first, second = time - body.time, body.time - body.before
     placed, lengths, yielded = kernel.settle_frame(
         positions,
         trust,
         bones,
         prior,
+        belief,
         first,
         second,
         body.last,
@@ -150,19 +155,40 @@ def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
     times : (T,) s.
     trust : (T, J) in [0, 1].
     """
-    calm, course = smoothed(positions, times, STEADY), smoothed(positions, times, COURSE)
-    usual = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    if usual <= 0:
-        return calm
-    going = np.gradient(course, usual, axis=0)
-    speed = np.nan_to_num(np.sqrt((going * going).sum(axis=2)))
-    rest = 1.0 / (1.0 + (speed / MOVING) ** 4)
-    share = (1.0 - (1.0 - rest) * trust)[..., None]
+    calm = smoothed(positions, times, STEADY)
+    share = (1.0 - (1.0 - _resting(positions, times, MOVING)) * trust)[..., None]
     return np.asarray(positions + share * (calm - positions))
 
 
+def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:
+    """Shifts of joints (T, J, 3) smoothed, and more where a joint rests: what others do is then no reason to tremble.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) m, of the joints in the same axes; NaN = missing.
+    times : (T,) s.
+    weights : as of `smoothed`, of joints that move and at rest.
+    """
+    moving, resting = smoothed(shifts, times, weights[0]), smoothed(shifts, times, weights[1])
+    return np.asarray(moving + _resting(positions, times, STILL)[..., None] * (resting - moving))
+
+
+def _resting(positions: Floats, times: Floats, moving: float) -> Floats:
+    """(T, J) how far joints rest: 1 if they stay, half at `moving` m/s."""
+    usual = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if usual <= 0:
+        return np.ones(positions.shape[:2])
+    steps = np.full((len(positions) + 1, *positions.shape[1:]), np.nan)
+    steps[1:-1] = np.diff(smoothed(positions, times, COURSE), axis=0)
+    around = np.stack([steps[:-1], steps[1:]])  # who is not seen before or after a frame is asked of the other side
+    known = np.isfinite(around)
+    going = np.where(known, around, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1) / usual
+    speed = np.sqrt((going * going).sum(axis=2))
+    return np.asarray(1.0 / (1.0 + (speed / moving) ** 4))
+
+
 def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
-    """(T, J, 3) each unbroken stretch smoothed; joints that are missing somewhere in a stretch stay as they are.
+    """(T, J, 3) each joint smoothed where it is seen without a long break; what is missing stays so.
 
     Parameters
     ----------
@@ -173,15 +199,20 @@ def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
     steady = np.array(values)
     if usual <= 0:
         return steady
-    cuts = np.flatnonzero((steps > BREAK_STEPS * usual) | (steps <= 0)) + 1
-    for stretch in np.split(np.arange(len(values)), cuts):
-        part = values[stretch]
-        whole = np.isfinite(part).all(axis=(0, 2))
-        if len(stretch) < 4 or not whole.any():
-            continue
-        flat = part[:, whole].reshape(len(stretch), -1)
-        smooth = whittaker(flat, np.ones(len(stretch)), weight * (1.0 / (30.0 * usual)) ** 4)
-        steady[np.ix_(stretch, np.flatnonzero(whole))] = smooth.reshape(len(stretch), -1, 3)
+    smoothness = weight * (1.0 / (30.0 * usual)) ** 4
+    there = np.isfinite(values).all(axis=2)
+    patterns, same = np.unique(there, axis=1, return_inverse=True)
+    for k, pattern in enumerate(patterns.T):  # joints that are missing in the same frames
+        joints, seen = np.flatnonzero(same.ravel() == k), np.flatnonzero(pattern)
+        steps = np.diff(times[seen])
+        for stretch in np.split(seen, np.flatnonzero((steps > BREAK_STEPS * usual) | (steps <= 0)) + 1):
+            if len(stretch) < 4:
+                continue
+            # frames that were dropped, or in which nobody is seen, take their time all the same
+            at = np.cumsum(np.append(0, np.maximum(np.rint(np.diff(times[stretch]) / usual), 1))).astype(int)
+            flat, weights = np.zeros((at[-1] + 1, 3 * len(joints))), np.zeros(at[-1] + 1)
+            flat[at], weights[at] = values[np.ix_(stretch, joints)].reshape(len(stretch), -1), 1.0
+            steady[np.ix_(stretch, joints)] = whittaker(flat, weights, smoothness)[at].reshape(len(stretch), -1, 3)
     return steady
 
 

@@ -1,7 +1,6 @@
 """The denoising room: clean clips teach it, spoiled recordings come out repaired (section 2 of the dissertation)."""
 
-from importlib import import_module
-from typing import Any
+from ..rooms import opened_late
 
 _HOME = {
     "CLASSIC_METHODS": "model",
@@ -16,9 +15,4 @@ _HOME = {
 
 __all__ = list(_HOME)
 
-
-def __getattr__(name: str) -> Any:
-    # the room is opened when something in it is first used: a command's help needs none of it
-    if name in _HOME:
-        return getattr(import_module(f".{_HOME[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = opened_late(__name__, _HOME)

@@ -117,6 +117,7 @@ def settle_frame(
     trust: Floats,
     bones: Ints,
     prior: Floats,
+    belief: float,
     first: float,
     second: float,
     last: Floats,
@@ -130,6 +131,7 @@ def settle_frame(
     ----------
     positions, trust : (J, 3) m, NaN = missing; (J,) in [0, 1].
     bones, prior : (B, 2) parent and child, parents' bones first; (B,) m, lengths to begin with, NaN = not known.
+    belief : in [0, 1], in those.
     first, second : s since the frame before, and from the one before that; NaN = none.
     last, earlier : (J, 3) m, what was put out then.
     known : (2, B) lengths so far in m, and s for which they were seen, 0 at first.
@@ -164,9 +166,9 @@ def settle_frame(
             after[0, b] += share / MEMORY_SECONDS * (length - known[0, b] if there else 0.0)
         elif share > 0.0:
             after[0, b] += min(LATER * share / after[1, b], 1.0) * (length - known[0, b])
-        if isfinite(prior[b]):
-            whole = after[1, b] + PRIOR_SECONDS
-            lengths[0, b] = (after[1, b] * after[0, b] + PRIOR_SECONDS * prior[b]) / whole
+        if isfinite(prior[b]) and after[1, b] + belief > 0.0:
+            usual = PRIOR_SECONDS * belief
+            lengths[0, b] = (after[1, b] * after[0, b] + usual * prior[b]) / (after[1, b] + usual)
         elif after[1, b] > 0.0:
             lengths[0, b] = after[0, b]
         else:

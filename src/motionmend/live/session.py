@@ -4,8 +4,6 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, final
 
-import numpy as np
-
 from .messages import (
     Answer,
     Frame,
@@ -192,12 +190,7 @@ def answered(
         _, answers = rested(model, session)
         session = opened(model, session.hello, session.online, session.look_ahead)
         flags = (*flags, "restarted")
-    if session.last is None:
-        if not np.isfinite(frame.joints).any():
-            raise MessageError("joints: somebody was wanted in the first frame, all joints are missing", frame.seq)
-        time_of = frame.t
-    else:
-        time_of = max(frame.t, session.last + STILL)
+    time_of = frame.t if session.last is None else max(frame.t, session.last + STILL)
     state, corrected = model.feed(session.state, frame.joints, frame.state, time_of)
     owed = (*session.owed, Owed(frame, t_in, flags))
     if corrected is not None:

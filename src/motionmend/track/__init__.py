@@ -1,7 +1,6 @@
 """The tracking room: one body followed through one depth and colour stream (section 3 of the dissertation)."""
 
-from importlib import import_module
-from typing import Any
+from ..rooms import opened_late
 
 _HOME = {
     "Estimate": "tracker",
@@ -20,9 +19,4 @@ _HOME = {
 
 __all__ = list(_HOME)
 
-
-def __getattr__(name: str) -> Any:
-    # the room is opened when something in it is first used: a command's help needs none of it
-    if name in _HOME:
-        return getattr(import_module(f".{_HOME[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = opened_late(__name__, _HOME)
