@@ -101,13 +101,15 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
 
 def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     """The repair, with what was held still or leapt away for a while taken as missing."""
-    outcome = _mended_once(recording, known)
+    # a root's leaps show in what was recorded; markers' places, and whether what is held is noisy, in a repair
+    leapt = thrown(recording) if isinstance(recording, Motion) else np.zeros(recording.present.shape, np.bool_)
+    outcome = _mended_once(without(recording, leapt) if leapt.any() else recording, known)
     still = in_noise(held(recording), outcome, recording)
-    away = _elsewhere(recording, outcome) & ~still
-    if not still.any() and not away.any():
-        return outcome
-    del outcome  # of a long recording only one is held at once
-    return told(_mended_once(without(recording, still | away), known), still, away)
+    away = leapt if isinstance(recording, Motion) else _elsewhere(recording, outcome) & ~still
+    if still.any() or (away != leapt).any():
+        del outcome  # of a long recording only one is held at once
+        outcome = _mended_once(without(recording, still | away), known)
+    return told(outcome, still, away) if still.any() or away.any() else outcome
 
 
 def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
@@ -123,10 +125,8 @@ def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
     )
 
 
-def _elsewhere(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Bools:
-    """(T, C) measured samples of markers that are not in their place, and of a root that is not."""
-    if isinstance(recording, Motion):
-        return thrown(recording)
+def _elsewhere(recording: Markers, outcome: Repaired[Markers]) -> Bools:
+    """(T, M) measured samples of markers that are not in their place."""
     believed = outcome.origin[..., None] == Origin.MEASURED
     return displaced(np.where(believed, recording.positions, np.nan), recording.fps)
 
