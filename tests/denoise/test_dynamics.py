@@ -33,12 +33,12 @@ class _System:
         return self.mean + z[100:] @ self.mix.T + detail
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def system():
     return _System(np.random.default_rng(5))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def dynamics(system):
     return fit_dynamics([system.clip(200) for _ in range(6)], 30.0)
 
@@ -166,18 +166,26 @@ def test_a_recording_unlike_the_clips_is_trusted_less(system, dynamics):
     assert _rms(found.values - other) < 0.6
 
 
-def test_a_recording_at_a_multiple_of_the_rate_keeps_its_frames_and_gets_calmer(system, dynamics):
-    slow = system.clip(150)
+def test_a_recording_at_a_multiple_of_the_rate_keeps_its_frames_and_gets_calmer():
     frames = np.arange(150 * 4 - 3) / 4
-    truth = np.stack([np.interp(frames, np.arange(150), c) for c in slow.T], axis=1)
-    noisy = truth + system.rng.normal(0, 1.0, truth.shape)
-    joined = smooth_with(dynamics, noisy, 120.0)
-    assert joined.values.shape == noisy.shape
-    apart = np.empty(noisy.shape)
-    for phase in range(4):
-        apart[phase::4] = smooth_with(dynamics, noisy[phase::4], 30.0).values
-    assert _rms(joined.values - truth) < 0.8 * _rms(apart - truth)
-    assert _rms(np.diff(joined.values - truth, axis=0)) < 0.6 * _rms(np.diff(apart - truth, axis=0))
+    error, jitter = [], []
+    for seed in range(8):
+        system = _System(np.random.default_rng(seed))
+        dynamics = fit_dynamics([system.clip(200) for _ in range(6)], 30.0)
+        slow = system.clip(150)
+        truth = np.stack([np.interp(frames, np.arange(150), c) for c in slow.T], axis=1)
+        noisy = truth + system.rng.normal(0, 1.0, truth.shape)
+        joined = smooth_with(dynamics, noisy, 120.0).values
+        assert joined.shape == noisy.shape
+        apart = np.empty(noisy.shape)
+        for phase in range(4):
+            apart[phase::4] = smooth_with(dynamics, noisy[phase::4], 30.0).values
+        error.append(_rms(joined - truth) / _rms(apart - truth))
+        jitter.append(_rms(np.diff(joined - truth, axis=0)) / _rms(np.diff(apart - truth, axis=0)))
+    assert max(error) < 0.95
+    assert max(jitter) < 0.9
+    assert np.mean(error) < 0.8
+    assert np.mean(jitter) < 0.7
 
 
 def test_refuses_what_makes_no_sense(system, dynamics):
