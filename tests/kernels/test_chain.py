@@ -88,7 +88,7 @@ def run_without_writable_folders(tmp_path: Path, temporary: Path) -> subprocess.
     source = Path(motionmend.__file__).parent
     package = tmp_path / "install" / "motionmend"
     shutil.copytree(source / "kernels", package / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
-    for module in ("__init__.py", "arrays.py"):
+    for module in ("__init__.py", "arrays.py", "rooms.py"):
         shutil.copy(source / module, package / module)
     for folder in (package, package / "kernels"):
         (folder / "__pycache__").write_text("")
