@@ -136,7 +136,7 @@ def _against_peers(model: DenoiserModel, frames: int) -> list[Metric]:
 
 def _kernels() -> list[Metric]:
     """The search and the certainty of walks against the tests' reading twins, once both say the same."""
-    loops = twins.naive()
+    loops = twins.of_tests()
     case = search_case(SEARCH_FRAMES)
     outlier, _ = likeliest_history(*case.values())
     if not np.array_equal(outlier.astype(bool), loops.beam_of_histories(case, WIDTH, RECENT)[2]):

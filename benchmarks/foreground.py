@@ -1,9 +1,6 @@
 """Telling a person from the room in depth images: the compiled passes over all pixels against plain NumPy."""
 
-import importlib.util
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -22,6 +19,7 @@ from motionmend.track.room import NOISE_NEAR, NOISE_STEEP, Scene
 
 from .metric import Metric
 from .timing import Plan, race, ratio
+from .twins import of_tests
 
 FPS = 30.0
 FEET = 0.95  # m below the standing pose's pelvis
@@ -68,7 +66,7 @@ def _frame(camera: Camera, depth: np.ndarray, number: int) -> DepthFrame:
 
 def _passes(frame: DepthFrame, before: Scene) -> dict[str, Callable[[], object]]:
     """Each pass over the image, and its plain twin on the same; what both give is compared first."""
-    plain, few = _plain(), evened(frame)
+    plain, few = of_tests("naive_detector"), evened(frame)
     depth, numbers = few.depth.copy(), intrinsics(few.camera)
     seen = np.isfinite(depth)
     body = person_of(before, few, None, 1)[0].depth
@@ -109,14 +107,3 @@ def _blocks(depth: np.ndarray, near: float, steep: float) -> np.ndarray:
         on = np.abs(four - middle) <= near + steep * middle**2
         mean = np.where(on, four, 0.0).sum(axis=0) / on.sum(axis=0)
     return np.where(count > 1, mean, np.nan)
-
-
-def _plain() -> ModuleType:
-    """The tests' twins of the passes that are written for whole images."""
-    path = Path(__file__).parents[1] / "tests" / "naive_detector.py"
-    found = importlib.util.spec_from_file_location("motionmend_naive_detector", path)
-    assert found is not None
-    assert found.loader is not None
-    twin: ModuleType = importlib.util.module_from_spec(found)
-    found.loader.exec_module(twin)
-    return twin

@@ -48,7 +48,7 @@ def _forward(frames: int, rounds: int, direction: Direction) -> list[Metric]:
 def _poses(rounds: int) -> list[Metric]:
     """A few poses, against the tests' own twins: one matrix at a time, and finite differences."""
     moved = data.motion(POSES)
-    body, q, loops = moved.skeleton, moved.q, twins.naive()
+    body, q, loops = moved.skeleton, moved.q, twins.of_tests()
     if not np.allclose(jacobian(body, q[0]), loops.chain_jacobian(body, q[0]), rtol=0.0, atol=1e-6):
         raise AssertionError("kinematics.jacobian: ours and the finite differences disagree")
     times = race(

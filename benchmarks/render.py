@@ -1,11 +1,8 @@
 """Depth images of the performer: the compiled ray-caster against plain NumPy and, if installed, Embree and OpenGL."""
 
-import importlib.util
 import os
 from collections.abc import Callable
 from importlib import import_module
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +16,7 @@ from motionmend.bodies.surface import Rendering, render
 
 from .metric import Metric
 from .timing import Plan, race, ratio
+from .twins import of_tests
 
 FINENESS = 48  # facets around each solid of the mesh that Embree is given
 AIM = 0.0003  # s for a picture of 320 x 240
@@ -48,12 +46,7 @@ def run(plan: Plan) -> list[Metric]:
 
 def _plain(person: Performer, pose: Pose) -> Callable[[], Floats]:
     """The tests' twin: every solid for every pixel, all pixels at once."""
-    path = Path(__file__).parents[1] / "tests" / "naive_body.py"
-    found = importlib.util.spec_from_file_location("motionmend_naive_body", path)
-    assert found is not None
-    assert found.loader is not None
-    twin: ModuleType = importlib.util.module_from_spec(found)
-    found.loader.exec_module(twin)
+    twin = of_tests("naive_body")
     v, u = np.mgrid[: KINECT.height, : KINECT.width]
     pixels = np.stack((u.ravel(), v.ravel()), axis=1)
 

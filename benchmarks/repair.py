@@ -122,7 +122,7 @@ def _same_cost(spoiled: Case, rounds: int) -> list[Metric]:
 def _against_loops() -> list[Metric]:
     """Against the twin that the tests read: Python loops over windows and bases."""
     spoiled = case(NAIVE_FRAMES)
-    bases, loops = spoiled.bases, twins.naive()
+    bases, loops = spoiled.bases, twins.of_tests()
     fit = spoiled.fit()
     starts = window_starts(NAIVE_FRAMES, bases.window, 1)
     weight = ESTIMATORS["welsch"].weight

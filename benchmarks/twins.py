@@ -18,10 +18,10 @@ from motionmend.numerics.robust import ESTIMATORS
 from motionmend.numerics.ssa import Eigenbases
 
 
-def naive() -> ModuleType:
-    """The tests' plain twins of the kernels, `tests/naive.py`."""
-    path = Path(__file__).parents[1] / "tests" / "naive.py"
-    found = importlib.util.spec_from_file_location("motionmend_naive_twins", path)
+def of_tests(name: str = "naive") -> ModuleType:
+    """The tests' plain twins of kernels, `tests/NAME.py`."""
+    path = Path(__file__).parents[1] / "tests" / f"{name}.py"
+    found = importlib.util.spec_from_file_location(f"motionmend_{name}", path)
     assert found is not None
     assert found.loader is not None
     module = importlib.util.module_from_spec(found)

@@ -193,7 +193,7 @@ def test_peak_memory_sees_a_matrix_that_is_built() -> None:
 
 
 def test_the_twins_do_the_same_as_the_reading_ones() -> None:
-    loops, spoiled = twins.naive(), repair.case(45)
+    loops, spoiled = twins.of_tests(), repair.case(45)
     bases, starts = spoiled.bases, window_starts(45, spoiled.bases.window, 1)
     rows = twins.trajectory_matrix(spoiled.start, bases.window)
     np.testing.assert_array_equal(rows, loops.trajectory_matrix(spoiled.start, bases.window))

@@ -5,23 +5,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_detector as naive
+from depth_images import INTRINSICS, stepped
 from motionmend.kernels import regions
 
 SEEDS = st.integers(0, 10**6)
-INTRINSICS = np.array([30.0, 28.0, 15.5, 11.5])
-
-
-def _depth(rng, missing=0.25):
-    depth = (2.0 + 0.02 * rng.normal(size=(18, 22))).astype(np.float32)
-    depth[:, 11:] += 0.6
-    depth[rng.uniform(size=depth.shape) < missing] = np.nan
-    return depth
 
 
 @given(SEEDS, st.integers(0, 2))
 @settings(max_examples=25)
 def test_clean_up_is_the_twins(seed, radius):
-    depth = _depth(np.random.default_rng(seed))
+    depth = stepped(np.random.default_rng(seed))
     out = np.empty_like(depth)
     regions.mend(depth, radius, 6, 0.05, out)
     np.testing.assert_allclose(out, naive.mended(depth, radius, 6, 0.05), rtol=1e-6)
@@ -31,7 +24,7 @@ def test_clean_up_is_the_twins(seed, radius):
 @settings(max_examples=25)
 def test_surfaces_are_those_of_a_flood(seed):
     rng = np.random.default_rng(seed)
-    depth = _depth(rng)
+    depth = stepped(rng)
     inside = np.isfinite(depth)
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, inside, 0.04, 0.005, labels)
@@ -44,7 +37,7 @@ def test_surfaces_are_those_of_a_flood(seed):
 @settings(max_examples=10)
 def test_measures_and_samples_are_those_of_the_surfaces(seed):
     rng = np.random.default_rng(seed)
-    depth = _depth(rng, 0.1)
+    depth = stepped(rng, 0.1)
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, np.isfinite(depth), 0.1, 0.0, labels)
     moved = (rng.uniform(size=depth.shape) < 0.5).astype(np.uint8)
@@ -64,7 +57,7 @@ def test_measures_and_samples_are_those_of_the_surfaces(seed):
 @given(SEEDS, st.integers(2, 4), st.floats(0.1, 0.9), st.tuples(st.integers(15, 18), st.integers(19, 22)))
 @settings(max_examples=40)
 def test_blocks_are_the_twins(seed, step, missing, shape):
-    depth = _depth(np.random.default_rng(seed), missing)[: shape[0], : shape[1]].copy()
+    depth = stepped(np.random.default_rng(seed), missing)[: shape[0], : shape[1]].copy()
     out = np.empty((-(-shape[0] // step), -(-shape[1] // step)), np.float32)
     regions.blocks(depth, step, 0.05, 0.004, out)
     np.testing.assert_allclose(out, naive.blocks(depth, step, 0.05, 0.004), rtol=1e-6)

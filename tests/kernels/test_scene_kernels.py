@@ -5,24 +5,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_detector as naive
+from depth_images import INTRINSICS, stepped
 from motionmend.kernels import scene
 
 SEEDS = st.integers(0, 10**6)
-INTRINSICS = np.array([30.0, 28.0, 15.5, 11.5])
-
-
-def _depth(rng, missing=0.25):
-    depth = (2.0 + 0.02 * rng.normal(size=(18, 22))).astype(np.float32)
-    depth[:, 11:] += 0.6
-    depth[rng.uniform(size=depth.shape) < missing] = np.nan
-    return depth
 
 
 @given(SEEDS)
 @settings(max_examples=25)
 def test_what_stands_before_the_scene_is_the_twins(seed):
     rng = np.random.default_rng(seed)
-    depth = _depth(rng)
+    depth = stepped(rng)
     background = (depth + rng.uniform(-0.2, 0.3, depth.shape)).astype(np.float32)
     background[rng.uniform(size=depth.shape) < 0.3] = np.nan
     normal = np.column_stack([rng.normal(0, 0.2, (2, 2)), -np.ones(2)])
@@ -38,7 +31,7 @@ def test_what_stands_before_the_scene_is_the_twins(seed):
 @settings(max_examples=25)
 def test_what_may_hide_the_person_is_the_twins(seed, closest):
     rng = np.random.default_rng(seed)
-    depth = _depth(rng)
+    depth = stepped(rng)
     normal = np.column_stack([rng.normal(0, 0.2, (2, 2)), -np.ones(2)])
     planes = np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)])
     free = rng.uniform(size=depth.shape) < 0.7
@@ -51,7 +44,7 @@ def test_what_may_hide_the_person_is_the_twins(seed, closest):
 @settings(max_examples=25)
 def test_what_is_learned_of_the_background_is_the_twins(seed):
     rng = np.random.default_rng(seed)
-    depth, person = _depth(rng), _depth(rng, 0.6)
+    depth, person = stepped(rng), stepped(rng, 0.6)
     background = (depth + rng.uniform(-0.2, 0.3, depth.shape)).astype(np.float32)
     background[rng.uniform(size=depth.shape) < 0.3] = np.nan
     seen = np.isfinite(depth) & (rng.uniform(size=depth.shape) < 0.7)

@@ -30,7 +30,7 @@ def goes_with_speed(
     noise: Floats,
     tells: Bools,
     grown: Floats,
-    speeds: list[Floats],
+    moving: list[Floats],
     smooth: Callable[[Floats], Floats],
     width: float,
     faint: float,
@@ -45,7 +45,7 @@ def goes_with_speed(
     noise : (T, C) logarithm of the variance of noise about each moment.
     tells : (T, C) True where it is that of noise.
     grown : (T, C) logarithm of how much larger squared differences are over two frames than over one: 0 of noise.
-    speeds : each (T, C) of what noise may go with.
+    moving : speeds that noise may go with, each (T, C) in channel units a second (`speeds`).
     smooth : what `noise` was smoothed with.
     width : frames, of that.
     faint : logarithm of a variance below which noise is not followed.
@@ -55,7 +55,7 @@ def goes_with_speed(
     (T, C) added to the logarithm of the variance, at that frame.
     """
     found, best = np.zeros(noise.shape), NEEDED
-    for speed in speeds:
+    for speed in moving:
         added, gain = _added(noise, tells, grown, speed, smooth, width, faint)
         if gain > best:
             found, best = added, gain
