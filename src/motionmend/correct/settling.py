@@ -161,10 +161,11 @@ def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
 
 
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:
-    """Shifts of joints (T, J, 3) smoothed, and more where a joint rests: what others do is then no reason to tremble.
+    """Shifts of joints smoothed, and more where a joint rests: what others do is then no reason to tremble.
 
     Parameters
     ----------
+    shifts : (T, J, 3) m; NaN = missing.
     positions : (T, J, 3) m, of the joints in the same axes; NaN = missing.
     times : (T,) s.
     weights : as of `smoothed`, of joints that move and at rest.

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
 from ..arrays import Bools, Floats, Ints
+from .support import bridged
 
 SMOOTHED, LEAST_SMOOTHED = 0.03, 2.0  # s and frames, of the Gaussian whose slope is the speed
 LONE = 5  # frames, of which outliers of one or two are seen to be none of the motion
@@ -88,12 +89,7 @@ def speeds(measured: Floats, noise: Floats, fps: float, together: int, joints: I
 
 def _speed(moving: Floats, noise: Floats, fps: float, together: int) -> Floats:
     """(T, C) of the columns that move together, of what is left without lone outliers."""
-    bridged = moving.copy()
-    frames = np.arange(len(moving))
-    for c in range(moving.shape[1]):
-        known = np.isfinite(moving[:, c])
-        bridged[:, c] = np.interp(frames, frames[known], moving[known, c]) if known.any() else 0.0
-    calm = median_filter(bridged, (LONE, 1), mode="nearest")
+    calm = median_filter(bridged(moving), (LONE, 1), mode="nearest")
     width = max(SMOOTHED * fps, LEAST_SMOOTHED)
     slope = fps * gaussian_filter1d(calm, width, axis=0, order=1, mode="nearest")
     # of white noise the slope of a Gaussian has this variance, and that of the sum of some squares is twice as many
