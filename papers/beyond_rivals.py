@@ -127,7 +127,7 @@ def draw(path: Path, errors: Errors, oracle: dict[tuple[str, Cell], float]) -> N
     for share in (0.0, 0.1, 0.2):
         cells = [(noise, share) for noise in NOISES]
         rows[f"noise, degrees | {share}"] = {
-            f"{problem}, {100 * share:g} % outliers": (
+            f"{problem}\n{100 * share:g} % outliers": (
                 np.array(NOISES),
                 {"adaptive": np.array([errors["adaptive", problem, cell] for cell in cells])}
                 | {"oracle": np.array([oracle[problem, cell] for cell in cells])}
