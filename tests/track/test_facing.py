@@ -1,21 +1,17 @@
 """Front and back: two readings of one body, and what a second of walking says of them."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT, DepthFrame
-from motionmend.bodies.performer import BONES, FACING, FIRST, LANDMARKS, Pose, landmarks, rotation, standing
+from motionmend.bodies.performer import LANDMARKS, Pose, landmarks, standing
 from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.numerics.neighbors import Neighbors
-from motionmend.track.database import PoseDatabase
 from motionmend.track.facing import (
-    MOST,
     Facing,
     about_face,
     along,
@@ -25,64 +21,12 @@ from motionmend.track.facing import (
     walked,
     weighed,
 )
-from motionmend.track.model import TrackerModel
+from motionmend.track.readings import MOST
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import TrackState, start, step
+from walkers import BODY, DT, followed, library, off, walk, walking
 
-BODY = anatomy.average()
-DT = 1.0 / 30.0
 LEFT_RIGHT = [LANDMARKS.index({"l_": "r_", "r_": "l_"}.get(n[:2], n[:2]) + n[2:]) for n in LANDMARKS]
-
-
-def column(bone, of=0):
-    return int(FIRST[BONES.index(bone)]) + of
-
-
-def walking(phase, place, heading, swing=0.45):
-    """A stride: legs and arms to and fro, the knee bent in the swing, elbows a little."""
-    joints = standing().joints.copy()
-    for side, sign in (("l", 1.0), ("r", -1.0)):
-        forward = sign * np.sin(phase)
-        joints[column(f"{side}_thigh")] -= swing * forward
-        joints[column(f"{side}_shank")] = 0.15 + 0.5 * max(sign * np.cos(phase), 0.0)
-        joints[column(f"{side}_forearm")] = 0.5
-        joints[column(f"{side}_upperarm")] += 0.6 * swing * forward
-    return Pose(place, rotation(np.array([0.0, np.radians(heading), 0.0])) @ FACING, joints)
-
-
-def walk(frames, heading, speed=1.1):
-    """Poses of somebody who passes 3 m before the camera; to where they face unless the speed is negative."""
-    root = rotation(np.array([0.0, np.radians(heading), 0.0])) @ FACING
-    way = root[:, 2] * speed * DT
-    return [
-        walking(np.sign(speed) * 2.0 * np.pi * k * DT / 1.1, (0, 0.05, 3.0) + (k - frames / 2) * way, heading)
-        for k in range(frames)
-    ]
-
-
-@cache
-def library():
-    poses = [walking(2.0 * np.pi * k / 33.0, np.zeros(3), 0.0, swing).joints for swing in (0.3, 0.6) for k in range(33)]
-    return TrackerModel(PoseDatabase(np.array(poses), np.repeat([32, 65], 33)))
-
-
-def followed(poses, first, facing=None):
-    """The poses that the tracker finds when it begins with `first`."""
-    model, settings = library(), settings_of()
-    state, found = None, []
-    for k, pose in enumerate(poses):
-        depth = sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k)
-        frame = DepthFrame(KINECT, depth, None, k * DT)
-        if state is None:
-            state = start(model, settings, frame, BODY, first)
-            state = replace(state, facing=Facing() if facing is None else facing)
-        state, estimate = step(model, settings, state, frame)
-        found.append(estimate.pose)
-    return found
-
-
-def off(pose, other):
-    return float(np.linalg.norm(landmarks(BODY, pose) - landmarks(BODY, other), axis=1).mean())
 
 
 @pytest.mark.parametrize("heading", [-40.0, 30.0, 150.0])
@@ -99,7 +43,7 @@ def test_the_other_reading_has_left_where_right_was(heading):
 def test_who_was_read_the_wrong_way_round_is_turned_within_a_second_of_walking(heading):
     poses = walk(32, heading)
     wrong = about_face(BODY, poses[0])
-    found = followed(poses, wrong, doubted(BODY, wrong, None))
+    found = followed(poses, wrong, facing=doubted(BODY, wrong, None))
     assert faces_otherwise(found[1], poses[1])
     assert all(not faces_otherwise(a, b) for a, b in zip(found[-3:], poses[-3:], strict=True))
     assert off(found[-1], poses[-1]) < 0.08 < 0.15 < off(found[1], poses[1])
@@ -115,7 +59,7 @@ def test_who_walks_backwards_for_long_is_asked_again_although_the_question_was_c
 @pytest.mark.parametrize("speed", [1.1, -1.1])
 def test_a_right_reading_stays_even_of_somebody_who_walks_backwards(speed):
     poses = walk(32, 35.0, speed)
-    found = followed(poses, poses[0], doubted(BODY, poses[0], None))
+    found = followed(poses, poses[0], facing=doubted(BODY, poses[0], None))
     assert not any(faces_otherwise(a, b) for a, b in zip(found, poses, strict=True))
     assert off(found[-1], poses[-1]) < 0.08
 
@@ -129,10 +73,11 @@ def test_while_both_readings_stand_the_deviation_is_half_of_how_far_they_are_apa
         if state is None:
             state = replace(start(model, settings, frame, BODY, poses[0]), facing=doubted(BODY, poses[0], None))
         state, estimate = step(model, settings, state, frame)
-        if state.facing.other is None:
+        if state.facing.question is None:
             break
-        other = state.facing.other
-        there = Pose(estimate.pose.translation + other.translation - state.facing.place, other.root, other.joints)
+        question = state.facing.question
+        other = question.pose
+        there = Pose(estimate.pose.translation + other.translation - question.place, other.root, other.joints)
         half = 0.5 * np.linalg.norm(landmarks(BODY, there) - estimate.landmarks, axis=1)
         assert (estimate.std >= half - 1e-9).all()
         assert (estimate.std >= estimate.settled).all()
@@ -177,7 +122,7 @@ def test_of_two_readings_the_one_that_explains_more_is_left(ours, theirs, turns)
 
     facing, state = doubted(BODY, pose, other), TrackState(BODY, pose=pose, lost=False)
     taken, frames = None, 0
-    while facing.other is not None and taken is None:
+    while facing.question is not None and taken is None:
         facing, taken = weighed(facing, state, pose, ours, 0.0, Neighbors(np.empty((0, 28))), follow)
         frames += 1
         assert frames < 60
@@ -199,7 +144,7 @@ def test_a_little_that_speaks_for_the_back_of_somebody_new_is_not_enough(new, ah
 
     facing, taken = doubted(BODY, pose, None, new=new), None
     state = TrackState(BODY, pose=pose, lost=False)
-    while facing.other is not None and taken is None:
+    while facing.question is not None and taken is None:
         facing, taken = weighed(facing, state, pose, 0.2, 0.0, Neighbors(np.empty((0, 28))), follow)
     assert (taken is not None) == turns
 

@@ -23,10 +23,11 @@ from ..arrays import Bools, Floats, frozen
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
-from .facing import either
+from .left_right import strange_legs
 from .limbs import LIMBS, coarse_of, disagreements, with_limb
 from .model import TrackerModel
 from .objective import PAUSE, expected_pose, terms_of
+from .readings import either
 from .settings import TrackSettings
 from .smooth_term import difference
 from .solve import solve_pose
@@ -42,6 +43,7 @@ BESIDE = 3  # frames after those told of that are solved together with them
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
+_LEGS = slice(2, 4)
 _IDENTITY = np.eye(3)
 
 _OF_LIMBS = tuple(
@@ -92,7 +94,7 @@ class Back:
     readings : (16,) m, half of how far apart front and back have them, if that was open where the way back began.
     apart : (5,) m from the pose first written, of each of `PARTS`.
     costs : (2, 5) share explained wrongly by the pose first written, alone and with each limb of the other; and
-        the same of the way back's.
+        the same of the way back's. Where they have the legs apart, with what is strange about them.
     """
 
     solution: Solution[Pose]
@@ -196,7 +198,7 @@ def way_back(model: TrackerModel, settings: TrackSettings, moments: Sequence[Mom
             gained[:] = 0.0
             continue
         # Against the whole pose first written, and against its limbs on the body as the way back has it.
-        better = back.wrong - np.append(back.costs[1, 1:], back.costs[0, 0])
+        better = back.costs[1, 0] - np.append(back.costs[1, 1:], back.costs[0, 0])
         gained = np.maximum(FADES * gained + better, 0.0)
         gained[:TRUNK][back.apart[:TRUNK] < NEAR] = 0.0
         most = int(np.argmax(gained))
@@ -289,6 +291,9 @@ def _stepped(
         wrong = float(costs[1, 0])
         gap = np.linalg.norm(landmarks(body, first) - landmarks(body, pose), axis=1)
         apart = np.array([np.sort(gap[part])[-2:].mean() for part in PARTS])
+        if apart[_LEGS].max() > NEAR:
+            known = np.maximum(here.state.trust, at.trust)
+            costs += [[strange_legs(model.database.search, one, known) for one in some] for some in ways]
     if is_lost(here.state, wrong):
         return None
     shown, denied = shown_and_denied(body, pose, coarse, evidence.weight)
@@ -305,7 +310,7 @@ def _stepped(
         hidden=frozen(hidden),
         facing=at.facing,
     )
-    doubt, readings = astray(shown, denied, wrong, here.state.wrong), either(at.facing, body, pose)
+    doubt, readings = astray(shown, denied, wrong, here.state.wrong), either(at.facing.question, body, pose)
     return after, Back(solution, wrong, ~seen, hidden, doubt, readings, apart, costs)
 
 

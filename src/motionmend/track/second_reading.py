@@ -1,4 +1,4 @@
-"""The other reading of front and back carried along with the one that is followed, and taken when it is right."""
+"""Other readings, of front and back and of left and right, weighed in each frame, and taken when they are right."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from .certainty import shown_and_denied, trust_of
 from .evidence import Evidence
 from .facing import along, doubted, walked, weighed
 from .girth import Girth
+from .left_right import PAIRS, Sides, of_pair, sides_weighed
 from .limbs import Coarse, disagreement
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
@@ -34,20 +35,25 @@ def faced(
     elapsed: float,
     ways: list[Pose] | None,
 ) -> tuple["TrackState", Solution[Pose], float, bool]:
-    """Front and back weighed in one more frame: what is followed from here, and whether that is the other reading.
+    """Front and back, and left and right, weighed in one more frame.
 
     Parameters
     ----------
     state : its pose is still that of the frame before. solution, wrong : of this frame.
     elapsed : s, since then.
     ways : the readings between which a search of this frame decided; None = it was not searched.
+
+    Returns
+    -------
+    State, solution and share of what is followed from here, and whether that faces the other way.
     """
     assert state.pose is not None
-    pose = solution.state
+    pose, last = solution.state, state.pose
     if ways is not None:
         other = ways[1] if len(ways) > 1 else None
         new = not np.isfinite(state.wrong)
-        return replace(state, facing=doubted(state.performer, pose, other, new=new)), solution, wrong, False
+        facing = doubted(state.performer, pose, other, new=new)
+        return replace(state, facing=facing, sides=Sides()), solution, wrong, False
 
     def follow(twin: "TrackState", expected: Pose) -> tuple[Solution[Pose], Floats, float]:
         twin = replace(twin, pose=expected)
@@ -61,14 +67,21 @@ def faced(
     facing = state.facing
     speed = 0.0
     if 0.0 < elapsed < PAUSE:
-        speed = along(pose, (pose.translation - state.pose.translation) / elapsed)
+        speed = along(pose, (pose.translation - last.translation) / elapsed)
         facing = walked(facing, speed, elapsed)
     facing, taken = weighed(facing, state, pose, wrong, speed, model.database.search, follow)
     state = replace(state, facing=facing)
     if taken is None:
+        if facing.question is None:
+            sides, taken = sides_weighed(state.sides, state, pose, wrong, elapsed, model.database.search, follow)
+            state = replace(state, sides=sides)
+        if taken is not None:
+            solution, wrong = taken
+            before = of_pair(last, solution.state, PAIRS[state.sides.asked])  # they did not move there
+            state = replace(state, pose=before)
         return state, solution, wrong, False
     solution, wrong = taken
     girth = None if state.girth is None else Girth(state.girth.base)  # what was learned was the other one's
     body = state.performer if girth is None else girth.base
-    state = replace(state, pose=solution.state, performer=body, girth=girth, wrong=wrong)
+    state = replace(state, pose=solution.state, performer=body, girth=girth, wrong=wrong, sides=Sides())
     return state, solution, wrong, True

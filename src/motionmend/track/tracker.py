@@ -14,11 +14,12 @@ from ..errors import UsageError
 from ..numerics.least_squares import Solution
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .evidence import Evidence, evidence_of
-from .facing import Facing, either, faces_otherwise, unlikeliness
+from .facing import Facing, faces_otherwise, unlikeliness
 from .fineness import evened
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
 from .hypotheses import Hypothesis, contested
+from .left_right import Sides, sides_doubt
 from .limbs import Coarse, coarse_of, disagreement, left_over
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
@@ -27,6 +28,7 @@ from .observation import Observation
 from .offers import MUCH, offers_tried
 from .person import person_of
 from .pieces import CLAIMED, claimed
+from .readings import either
 from .rescue import moved_to, rescued, turned
 from .second_reading import faced
 from .settings import TrackSettings
@@ -61,7 +63,7 @@ class TrackState:
     found : s since the body was found anew after it had been lost.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
-    facing : what is known of front and back.
+    facing : what is known of front and back. sides : of left and right.
     hypothesis : another pose that is followed beside this one, until one of them is refuted.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities, depths and intrinsics of the last frame, where colour counts.
@@ -81,6 +83,7 @@ class TrackState:
     wrong: float = float("nan")
     searched: int = 0
     facing: Facing = field(default_factory=Facing)
+    sides: Sides = field(default_factory=Sides)
     hypothesis: Hypothesis | None = None
     girth: Girth | None = None
     before: tuple[Floats, Singles, Singles, Floats] | None = None
@@ -351,6 +354,7 @@ def _tracked(
     shown, denied = shown_and_denied(performer, pose, coarse, evidence.weight)
     trust, seen = trust_of(shown)
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
+    doubt = np.hypot(doubt, sides_doubt(state.sides, performer, pose))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     anew = recovered or (state.lost and bool(np.isfinite(state.wrong)))  # not who is seen for the first time
@@ -398,7 +402,7 @@ def _tracked(
         before=before,
     )
     std = np.maximum(std, 0.10) if lost else std
-    unsure = np.maximum(std, either(state.facing, performer, pose))
+    unsure = np.maximum(std, either(state.facing.question, performer, pose))
     clock.lap("certainty")
     return after, Estimate(
         pose,
