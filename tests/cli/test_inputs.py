@@ -184,7 +184,11 @@ def test_what_only_shares_an_ending_with_recordings_is_left_out_of_a_folder_and_
     inputs, refused = gather([tmp_path], (".txt", ".zip", ".csv"))
     assert places(inputs) == ["broken.zip", "empty.csv", "take.txt", "take.zip"]
     assert refused == []
-    said = capsys.readouterr().err.splitlines()
-    assert [Path(line.split(" is left out")[0]).name for line in said] == ["README.txt", "README.zip", "index.csv"]
+    (said,) = capsys.readouterr().err.splitlines()  # not a line for each
+    assert said.startswith(f"{tmp_path}: 3 files are left out (README.txt, README.zip, index.csv): ")
+    (tmp_path / "day").mkdir()
+    (tmp_path / "day" / "notes.txt").write_text("Field notes of the fourth day\n")
+    gather([tmp_path / "day"], (".txt",))
+    assert f"{tmp_path / 'day' / 'notes.txt'} is left out: " in capsys.readouterr().err
     named, _ = gather([tmp_path / "README.txt"], (".txt",))
     assert places(named) == ["README.txt"]  # who names a file wants to hear what is wrong with it

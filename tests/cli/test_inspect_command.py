@@ -143,3 +143,19 @@ def test_a_table_of_joints(cli: Command, tmp_path: Path) -> None:
     assert facts["share_missing"] == pytest.approx(0.2)
     assert [one["name"] for one in facts["suspicious"]] == ["head", "l_wrist"]
     assert any("without any joint" in warning for warning in facts["warnings"])
+
+
+def test_a_folder_has_the_joints_of_every_sensor_and_leaves_out_what_goes_with_other_files(
+    cli: Command, data: Path
+) -> None:
+    kinect = data / "kinect"
+    ran = cli("inspect", kinect / "ist_rgbd")  # pictures as .mat, each useless by itself
+    assert len(ran.failures) == 1
+    assert "no recording in this folder" in ran.failures[0]
+    tables = [path for path in sorted(kinect.rglob("*.csv")) if path.name != "index.csv"]
+    assert tables
+    for folder in {path.parent for path in tables}:
+        said = cli("inspect", folder, "--json")
+        assert {Path(json.loads(line)["input"]).name for line in said.out.splitlines() if line} >= {
+            path.name for path in tables if path.parent == folder
+        }

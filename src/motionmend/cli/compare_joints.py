@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from ..bodies.postures import Postures
 
 SENSORS = (".skl", ".skeleton", ".gz", ".mat", ".json")  # endings that only recordings of joints have
+TEXTS = (".csv", ".txt")  # endings that they share with others
 _ANGLES = (".amc", ".bvh")
 _WORST = 5  # joints listed for people; JSON has them all
 
@@ -24,7 +25,7 @@ def holds_joints(path: Path) -> bool:
     from ..io.joint_table import beside_of, read_joint_table
     from ..io.sensor import kind_of
 
-    if not path.is_file() or ending(path) not in (*SENSORS, ".csv", ".txt"):
+    if not path.is_file() or ending(path) not in (*SENSORS, *TEXTS):
         return False
     kind = kind_of(path)
     if kind == "joints":

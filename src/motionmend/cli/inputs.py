@@ -206,11 +206,18 @@ def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | Non
     from .output import say
 
     kept: list[Path] = []
+    others: dict[Path, list[Path]] = {}
     for file in files:
         if (meant or looks_meant)(file):
             kept.append(file)
         else:
-            say(f"{file} is left out: not a {what}, as it starts otherwise")
+            others.setdefault(file.parent, []).append(file)
+    for folder, left in others.items():
+        if len(left) == 1:
+            say(f"{left[0]} is left out: not a {what}, as it starts otherwise")
+        else:
+            some = ", ".join(file.name for file in left[:3]) + (", ..." if len(left) > 3 else "")
+            say(f"{folder}: {len(left)} files are left out ({some}): none is a {what}, as they start otherwise")
     return kept
 
 

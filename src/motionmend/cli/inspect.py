@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .compare_joints import SENSORS
+from .compare_joints import SENSORS, TEXTS
 from .inputs import Input, Refusal, ending, gather
 from .options import WORKING, AsJson, Files, Rate, SkeletonFile, Working
 from .output import Done, work
@@ -65,8 +65,15 @@ def _meant(path: Path, looks_meant: Callable[[Path], bool]) -> bool:
     from ..io.sensor import looks_like_sensor
 
     if ending(path) in SENSORS:
-        return _is_depth(path) or looks_like_sensor(path)
-    return looks_meant(path)
+        return looks_like_sensor(path) or _is_clip(path)
+    return looks_meant(path) or (ending(path) in TEXTS and looks_like_sensor(path))
+
+
+def _is_clip(path: Path) -> bool:
+    """Whether a .mat has a clip of depth that can be read by itself; other depth in a .mat goes with more files."""
+    from ..io.utdmhad import variables_of
+
+    return ending(path) == ".mat" and "d_depth" in variables_of(path)
 
 
 def _is_depth(path: Path) -> bool:
