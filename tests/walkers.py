@@ -53,6 +53,11 @@ def library():
 
 def followed(poses, first, **known):
     """The poses that the tracker finds when it begins with `first` and with what is known of readings."""
+    return [estimate.pose for estimate in told(poses, first, **known)]
+
+
+def told(poses, first, **known):
+    """What the tracker says of each frame then."""
     model, settings = library(), settings_of()
     state, found = None, []
     for k, pose in enumerate(poses):
@@ -61,7 +66,7 @@ def followed(poses, first, **known):
         if state is None:
             state = replace(start(model, settings, frame, BODY, first), **known)
         state, estimate = step(model, settings, state, frame)
-        found.append(estimate.pose)
+        found.append(estimate)
     return found
 
 

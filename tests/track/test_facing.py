@@ -12,6 +12,7 @@ from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.facing import (
+    BENT,
     Facing,
     about_face,
     along,
@@ -175,3 +176,26 @@ def test_who_was_out_of_sight_for_a_moment_has_not_turned_about():
         assert ranks == sorted(ranks, reverse=True)
         assert ranks[0] > 0.2 == unlikeliness(none, pose, 0.2, pose, 0.1)
         assert ranks[-1] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("bent", "asked"), [(0.5 * BENT, False), (1.5 * BENT, True)])
+def test_who_bends_as_nobody_does_is_asked_now_and_then_though_nobody_walks_backwards(bent, asked):
+    pose = standing((0.0, 0.1, 3.0))
+    search = Neighbors(np.repeat(pose.joints[None] + bent, 5, axis=0))
+    state, system = TrackState(BODY, pose=pose, lost=False), System(np.eye(34), np.zeros(34))
+    facing, opened = Facing(), []
+
+    def follow(_, begun):
+        return Solution(begun, system, 1, True), np.ones(28), 0.5  # explains less
+
+    for frame in range(120):
+        before = facing.question
+        facing, taken = weighed(walked(facing, 0.0, DT), state, pose, 0.2, 0.0, search, follow)
+        assert taken is None
+        if facing.question is not None and before is None:
+            assert facing.question.suspected
+            opened.append(frame)
+    assert bool(opened) == asked
+    if asked:
+        assert 3 <= len(opened) <= 4
+        assert np.diff(opened).min() >= 30

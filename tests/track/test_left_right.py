@@ -19,13 +19,12 @@ from motionmend.track.left_right import (
     changed_over,
     of_pair,
     passed,
-    sides_doubt,
     sides_weighed,
     strange_legs,
 )
-from motionmend.track.readings import LEAST, MOST, Question
+from motionmend.track.readings import LEAST, MOST, Question, either
 from motionmend.track.tracker import TrackState
-from walkers import BODY, DT, followed, library, off, walk, walking
+from walkers import BODY, DT, followed, library, off, told, walk, walking
 
 ALL = np.ones(28)
 PLACE = np.array([0.0, 0.05, 3.0])
@@ -68,8 +67,8 @@ def test_only_what_belongs_to_the_pair_is_taken_over():
 def test_legs_pass_each_other_twice_in_a_stride_seen_from_the_side_and_never_from_ahead():
     side, ahead = walk(33, 90.0), walk(33, 0.0)
     counts = [
-        np.diff(np.array([passed(BODY, pose, before, LEGS) for before, pose in pairwise(poses)]).astype(int))
-        for poses in (side, ahead)
+        np.diff(np.array([passed(now, before, LEGS) for before, now in pairwise(places)]).astype(int))
+        for places in ([landmarks(BODY, pose) for pose in poses] for poses in (side, ahead))
     ]
     assert (counts[0] == 1).sum() == 2
     assert not counts[1].any()
@@ -78,9 +77,12 @@ def test_legs_pass_each_other_twice_in_a_stride_seen_from_the_side_and_never_fro
 @pytest.mark.parametrize("heading", [75.0, -60.0])
 def test_legs_that_were_changed_over_are_put_right_within_a_second(heading):
     poses = walk(48, heading)[8:]  # from where the legs are apart
-    found = followed(poses, changed_over(BODY, poses[0], LEGS))
-    assert off(found[1], poses[1]) > 0.05
-    assert max(off(one, pose) for one, pose in zip(found[-4:], poses[-4:], strict=True)) < 0.05
+    said = told(poses, changed_over(BODY, poses[0], LEGS))
+    gaps = [off(one.pose, pose) for one, pose in zip(said, poses, strict=True)]
+    assert gaps[1] > 0.05
+    assert max(gaps[-4:]) < 0.05
+    put_right = int(np.argmin(np.diff(gaps))) + 1
+    assert "recovered" in said[put_right].flags
 
 
 @pytest.mark.parametrize("heading", [90.0, -90.0, 60.0, 0.0])
@@ -131,7 +133,9 @@ def test_nothing_is_asked_of_who_bends_as_the_library_does():
 def test_while_the_question_is_open_knees_and_ankles_are_less_sure_the_more_speaks_for_the_other_reading():
     pose = walking(np.pi / 2.0, PLACE, 80.0)
     other = changed_over(BODY, pose, LEGS)
-    doubts = [sides_doubt(Sides(Question(other, pose.translation, odds=odds)), BODY, pose) for odds in (-3.0, 0.0, 1.9)]
+    doubts = [
+        either(Question(other, pose.translation, odds=odds, suspected=True), BODY, pose) for odds in (-3.0, 0.0, 1.9)
+    ]
     knees = np.concatenate((LEGS.left, LEGS.right))
     assert (np.diff([doubt[knees] for doubt in doubts], axis=0) > 0.0).all()
     assert (
@@ -140,4 +144,6 @@ def test_while_the_question_is_open_knees_and_ankles_are_less_sure_the_more_spea
         < doubts[1][knees].max()
         < 0.5 * np.max(np.linalg.norm(landmarks(BODY, other) - landmarks(BODY, pose), axis=1))
     )
-    assert not sides_doubt(Sides(), BODY, pose).any()
+    assert not either(None, BODY, pose).any()
+    half = 0.5 * np.linalg.norm(landmarks(BODY, other) - landmarks(BODY, pose), axis=1)
+    np.testing.assert_allclose(either(Question(other, pose.translation, odds=-1.0), BODY, pose), half)

@@ -65,7 +65,7 @@ def _meant(path: Path, looks_meant: Callable[[Path], bool]) -> bool:
     from ..io.sensor import looks_like_sensor
 
     if ending(path) in SENSORS:
-        return looks_like_sensor(path) or _is_clip(path)
+        return _is_clip(path) or looks_like_sensor(path)
     return looks_meant(path) or (ending(path) in TEXTS and looks_like_sensor(path))
 
 

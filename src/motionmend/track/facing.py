@@ -13,7 +13,7 @@ from ..arrays import Floats
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ..numerics.neighbors import Neighbors
 from .first_pose import poses_to
-from .readings import EVERY, IMAGE, STRANGE, Follow, Question, Taken, looked_at, strange
+from .readings import EVERY, IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
 
 if TYPE_CHECKING:
     from .tracker import TrackState
@@ -25,7 +25,6 @@ FASTEST = 1.0  # m/s; faster tells no more
 BACKWARDS = 0.4  # m walked backwards, after which the other reading is tried
 STROLL = 0.3  # m/s; slower is swaying
 AGAIN = 1.0  # m, more of it after a reading was confirmed
-LATER = 1.0  # s after which a body that bends strangely is asked again
 BENT = 0.25  # rad from the library's poses, up to which people bend so
 _SIDES = {"l_": "r_", "r_": "l_"}
 OTHER_SIDE = np.array([LANDMARKS.index(_SIDES.get(name[:2], name[:2]) + name[2:]) for name in LANDMARKS])
@@ -40,12 +39,12 @@ class Facing:
     ----------
     question : which of two readings it is; None when that is closed.
     backwards : m, how far the followed reading has walked backwards lately.
-    due : s until it is asked again of a body that bends strangely.
+    wait : s until it is asked again of a body that bends strangely.
     """
 
     question: Question | None = None
     backwards: float = 0.0
-    due: float = 0.0
+    wait: float = 0.0
 
 
 def about_face(performer: Performer, pose: Pose) -> Pose:
@@ -87,7 +86,7 @@ def walked(facing: Facing, speed: float, elapsed: float) -> Facing:
     """How far the followed body walked backwards, with a frame in which it moved ahead with `speed` m/s."""
     back = max(-speed - STROLL, -FASTEST) * elapsed
     backwards = max(facing.backwards + back, min(facing.backwards, 0.0))
-    return replace(facing, backwards=backwards, due=max(facing.due - elapsed, 0.0))
+    return replace(facing, backwards=backwards, wait=max(facing.wait - elapsed, 0.0))
 
 
 def weighed(
@@ -114,17 +113,18 @@ def weighed(
     """
     question = facing.question
     if question is None:
-        if facing.backwards < BACKWARDS:
-            if facing.due > 0.0 or not len(search.samples):
+        suspected = facing.backwards < BACKWARDS
+        if suspected:
+            if facing.wait > 0.0 or not len(search.samples):
                 return facing, None
             if strange(search, pose, state.trust) < BENT:
-                return replace(facing, due=LATER), None
-        question = replace(_asked(state.performer, pose, None), frames=EVERY)
+                return replace(facing, wait=LATER), None
+        question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected)
     if not question.due:
         return replace(facing, question=question.waiting), None
     ahead = -2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
     question, taken = looked_at(question, state, pose, wrong, search, follow, beside=ahead, one=_face_alike)
-    return (Facing(backwards=-AGAIN, due=LATER) if question is None else replace(facing, question=question)), taken
+    return (Facing(backwards=-AGAIN, wait=LATER) if question is None else replace(facing, question=question)), taken
 
 
 def _face_alike(pose: Pose, other: Pose) -> bool:

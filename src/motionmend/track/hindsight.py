@@ -43,7 +43,7 @@ BESIDE = 3  # frames after those told of that are solved together with them
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
-_LEGS = slice(2, 4)
+_LEGS = slice(2, 4)  # of `PARTS`
 _IDENTITY = np.eye(3)
 
 _OF_LIMBS = tuple(
@@ -293,7 +293,8 @@ def _stepped(
         apart = np.array([np.sort(gap[part])[-2:].mean() for part in PARTS])
         if apart[_LEGS].max() > NEAR:
             known = np.maximum(here.state.trust, at.trust)
-            costs += [[strange_legs(model.database.search, one, known) for one in some] for some in ways]
+            of_legs = [[strange_legs(model.database.search, some[k], known) for k in (0, 3, 4)] for some in ways]
+            costs += np.array(of_legs)[:, [0, 0, 0, 1, 2]]  # with an arm of the other the legs are the same
     if is_lost(here.state, wrong):
         return None
     shown, denied = shown_and_denied(body, pose, coarse, evidence.weight)

@@ -18,14 +18,12 @@ from ..numerics.neighbors import Neighbors
 from .first_pose import poses_to
 from .hypotheses import ONE, apart
 from .limbs import LIMBS, Limb
-from .readings import IMAGE, STRANGE, Follow, Question, Taken, either, looked_at, strange
+from .readings import IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
 
 if TYPE_CHECKING:
     from .tracker import TrackState
 
-RARE = 4.0  # log odds that limbs are not changed over: one in fifty
 NEAR, APART = 0.12, 0.20  # m, across the line of sight, and in space
-AGAIN = 1.0  # s after which the question is asked again
 BENT = 0.2  # rad from the library's poses, up to which people bend so, and the other reading bends no less
 _CHEST = BONES.index("chest")
 
@@ -68,20 +66,12 @@ class Sides:
     Attributes
     ----------
     question : which of two readings it is; None when that is closed. asked : of which of `PAIRS` it is.
-    due : (2,) s until each of them is asked for.
+    wait : (2,) s until each of them is asked for.
     """
 
     question: Question | None = None
     asked: int = 0
-    due: tuple[float, ...] = (0.0,) * len(PAIRS)
-
-
-def sides_doubt(sides: Sides, performer: Performer, pose: Pose) -> Floats:
-    """(16,) m, how far joints may be from where they are if left and right are changed over, by how likely that is."""
-    if sides.question is None:
-        return np.zeros(len(LANDMARKS))
-    changed = 1.0 / (1.0 + np.exp(RARE - sides.question.odds))
-    return np.asarray(2.0 * np.sqrt(changed * (1.0 - changed)) * either(sides.question, performer, pose))
+    wait: tuple[float, ...] = (0.0,) * len(PAIRS)
 
 
 def changed_over(performer: Performer, pose: Pose, pair: Pair) -> Pose:
@@ -108,10 +98,16 @@ def strange_legs(search: Neighbors, pose: Pose, trust: Floats) -> float:
     return STRANGE / IMAGE * strange(search, pose, trust, LEGS.counted) if len(search.samples) else 0.0
 
 
-def passed(performer: Performer, pose: Pose, before: Pose, pair: Pair) -> bool:
-    """Whether joints of the two sides are near each other in the image, or have changed over in it."""
-    now, then = _across(performer, pose, pair), _across(performer, before, pair)
-    return bool((np.linalg.norm(now, axis=1) < NEAR).any() or (now * then).sum(axis=1).min() < 0.0)
+def passed(now: Floats, before: Floats, pair: Pair) -> bool:
+    """Whether joints of the two sides are near each other in the image, or have changed over in it.
+
+    Parameters
+    ----------
+    now, before : (16, 3) m, landmarks in this frame and the one before, in camera axes.
+    pair : whose joints.
+    """
+    gap, then = _across(now, pair), _across(before, pair)
+    return bool((np.linalg.norm(gap, axis=1) < NEAR).any() or (gap * then).sum(axis=1).min() < 0.0)
 
 
 def sides_weighed(
@@ -132,22 +128,24 @@ def sides_weighed(
     """
     if not len(search.samples):
         return sides, None  # what tells is how people bend
+    assert state.pose is not None
     performer, question = state.performer, sides.question
-    due = tuple(
-        0.0 if state.pose is not None and passed(performer, pose, state.pose, pair) else max(left - elapsed, 0.0)
-        for left, pair in zip(sides.due, PAIRS, strict=True)
+    place, before = landmarks(performer, pose), landmarks(performer, state.pose)
+    wait = tuple(
+        0.0 if passed(place, before, pair) else max(left - elapsed, 0.0)
+        for left, pair in zip(sides.wait, PAIRS, strict=True)
     )
-    sides = replace(sides, due=due)
+    sides = replace(sides, wait=wait)
     if question is None:
-        first = next((k for k, left in enumerate(due) if left <= 0.0), None)
+        first = next((k for k, left in enumerate(wait) if left <= 0.0), None)
         if first is None:
             return sides, None
-        asked, later = PAIRS[first], tuple(AGAIN if k == first else left for k, left in enumerate(due))
-        place = landmarks(performer, pose)
+        asked, later = PAIRS[first], tuple(LATER if k == first else left for k, left in enumerate(wait))
         alike = np.linalg.norm(place[asked.left] - place[asked.right], axis=1).max() < APART
         if alike or strange(search, pose, state.trust, asked.counted) < BENT:
-            return replace(sides, due=later), None
-        return Sides(Question(changed_over(performer, pose, asked), pose.translation), first, later), None
+            return replace(sides, wait=later), None
+        question = Question(changed_over(performer, pose, asked), pose.translation, suspected=True)
+        return Sides(question, first, later), None
     if not question.due:
         return replace(sides, question=question.waiting), None
 
@@ -159,8 +157,7 @@ def sides_weighed(
     return replace(sides, question=question), taken
 
 
-def _across(performer: Performer, pose: Pose, pair: Pair) -> Floats:
+def _across(place: Floats, pair: Pair) -> Floats:
     """(n, 2) m from the right joints to the left ones, across the line of sight."""
-    place = landmarks(performer, pose)
     beside = place[:, :2] / place[:, 2:] * float(place[:, 2].mean())
     return np.asarray(beside[pair.left] - beside[pair.right])

@@ -25,6 +25,8 @@ FADES = 0.85  # of the odds at each look: a start has to settle first
 SURE = 2.0  # odds (log) at which a reading is taken
 IMAGE = 20.0  # odds for a reading that explains all of the pixels more
 STRANGE = 4.0  # odds against a reading one radian (of every joint coordinate) farther from the library
+LATER = 1.0  # s after which it is asked again of a body that bends strangely
+RARE = 4.0  # log odds that what was only suspected is not so: one in fifty
 _EVERYWHERE = frozen(np.ones(DOFS - 6))
 
 Follow: TypeAlias = Callable[["TrackState", Pose], tuple[Solution[Pose], Floats, float]]
@@ -45,6 +47,7 @@ class Question:
     trust : (28,) of the other reading, as a state's. wrong : share of pixels it explained wrongly.
     odds : log, for the other reading. prior : the same before anything was seen; that does not fade.
     looks : taken so far. frames : since the last one.
+    suspected : asked because the body bends strangely, the other reading being no likelier than `RARE` says.
     """
 
     pose: Pose
@@ -55,6 +58,7 @@ class Question:
     prior: float = 0.0
     looks: int = 0
     frames: int = 0
+    suspected: bool = False
 
     @property
     def due(self) -> bool:
@@ -111,15 +115,20 @@ def looked_at(
         return None, (other, share)
     if looks >= MOST or (looks >= LEAST and odds + question.prior < -SURE):
         return None, None
-    return Question(other.state, pose.translation, frozen(trust), share, odds, question.prior, looks), None
+    seen = replace(question, pose=other.state, place=pose.translation, trust=frozen(trust), wrong=share)
+    return replace(seen, odds=odds, looks=looks, frames=0), None
 
 
 def either(question: Question | None, performer: Performer, pose: Pose) -> Floats:
-    """(16,) m, half of how far apart the two readings have each joint; 0 once the question is closed."""
+    """(16,) m, the deviation of each joint between two readings; 0 once the question is closed.
+
+    Half of how far apart they have it, either being as likely; less of what is only suspected, by how likely it is.
+    """
     if question is None:
         return np.zeros(len(LANDMARKS))
     there = landmarks(performer, question.moved(pose.translation))
-    return np.asarray(0.5 * np.linalg.norm(there - landmarks(performer, pose), axis=1))
+    other = 1.0 / (1.0 + np.exp(RARE - question.odds)) if question.suspected else 0.5
+    return np.asarray(np.sqrt(other * (1.0 - other)) * np.linalg.norm(there - landmarks(performer, pose), axis=1))
 
 
 def strange(search: Neighbors, pose: Pose, trust: Floats, counted: Floats = _EVERYWHERE) -> float:

@@ -19,7 +19,7 @@ from .fineness import evened
 from .foreground import Scene, scene_of
 from .girth import FRAMES, Girth, learned
 from .hypotheses import Hypothesis, contested
-from .left_right import Sides, sides_doubt
+from .left_right import Sides
 from .limbs import Coarse, coarse_of, disagreement, left_over
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
@@ -256,11 +256,14 @@ def step(
             wrong, recovered = disagreement(state.performer, solution.state, coarse), True
         clock.lap("detect")
     if settings.search and not is_lost(state, wrong):
+        mended = solution
         state, solution, wrong, turned_about = faced(
-            model, settings, state, evidence, coarse, solution, wrong, elapsed, ways if recovered or first else None
+            model, settings, state, evidence, coarse, mended, wrong, elapsed, ways if recovered or first else None
         )
         if turned_about:
             elapsed, recovered = 0.0, True  # it did not move there
+        else:
+            restarts += solution is not mended
         clock.lap("facing")
     return _tracked(
         settings,
@@ -354,7 +357,7 @@ def _tracked(
     shown, denied = shown_and_denied(performer, pose, coarse, evidence.weight)
     trust, seen = trust_of(shown)
     doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
-    doubt = np.hypot(doubt, sides_doubt(state.sides, performer, pose))
+    doubt = np.hypot(doubt, either(state.sides.question, performer, pose))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     anew = recovered or (state.lost and bool(np.isfinite(state.wrong)))  # not who is seen for the first time
