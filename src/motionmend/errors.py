@@ -15,3 +15,8 @@ class MismatchError(MotionMendError):
 
 class UsageError(MotionMendError):
     """A call that makes no sense whatever the data; the command line exits with 2."""
+
+
+def counted(number: int, noun: str) -> str:
+    """A number before its noun as a message says it: 1 frame, 2 frames."""
+    return f"{number} {noun}{'s'[: number != 1]}"

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ..errors import UsageError
+from ..errors import UsageError, counted
 from .inputs import Refusal, gather
 from .options import WORKING, AsJson, Rate, SkeletonFile, Working
 from .output import Done, work
@@ -91,7 +91,7 @@ def _table(facts: Mapping[str, Any]) -> str:
     rows = [
         ("truth", str(facts["truth"])),
         ("other", str(facts["input"])),
-        ("kind", f"{facts['kind']}, {facts['frames']} frames at {facts['fps']:g} Hz"),
+        ("kind", f"{facts['kind']}, {counted(facts['frames'], 'frame')} at {facts['fps']:g} Hz"),
         ("body angles, RMS", _both(facts, "rms_deg", "degrees")),
         ("all angles, RMS", _value(facts["rms_deg_all"], "degrees")),
         ("position, mean", _both(facts, "mean_cm", "cm")),
@@ -102,7 +102,7 @@ def _table(facts: Mapping[str, Any]) -> str:
             f"{_value(facts['bone_drift_cm'], 'cm')} (truth {_value(facts['bone_drift_truth_cm'], 'cm')})",
         ),
         ("foot skate", f"{_value(skate['other'], 'cm/s')} (truth {_value(skate['truth'], 'cm/s')})"),
-        ("missing", f"{missing['samples']} samples, {100 * missing['share']:.3g} %"),
+        ("missing", f"{counted(missing['samples'], 'sample')}, {100 * missing['share']:.3g} %"),
     ]
     rows += [("worst angles", line) for line in _worst(facts["rms_deg_by_channel"], "degrees")]
     rows += [("worst places", line) for line in _worst(facts["mean_cm_by_joint"], "cm")]

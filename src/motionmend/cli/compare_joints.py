@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..errors import counted
 from .inputs import ending
 from .output import Done
 
@@ -92,7 +93,7 @@ def _table(facts: Mapping[str, Any]) -> str:
     rows = [
         ("truth", str(facts["truth"])),
         ("other", str(facts["input"])),
-        ("kind", f"joints, {facts['frames']} frames at {facts['fps']:g} Hz"),
+        ("kind", f"joints, {counted(facts['frames'], 'frame')} at {facts['fps']:g} Hz"),
         (
             "distance, mean",
             f"{_value(facts['mean_cm'], 'cm')} ({_value(facts['mean_cm_counting_missing'], 'cm')} counting what is "
@@ -109,10 +110,10 @@ def _table(facts: Mapping[str, Any]) -> str:
             f"{_share(facts['frames_above_15cm'])} of frames",
         ),
         ("jitter", f"{_value(jitter['other'], 'm/s3')} (truth {_value(jitter['truth'], 'm/s3')})"),
-        ("missing", f"{missing['samples']} samples, {_share(missing['share'])}"),
+        ("missing", f"{counted(missing['samples'], 'sample')}, {_share(missing['share'])}"),
     ]
     if extra["samples"]:
-        rows.append(("claimed in vain", f"{extra['samples']} samples where the truth has nothing"))
+        rows.append(("claimed in vain", f"{counted(extra['samples'], 'sample')} where the truth has nothing"))
     worst = sorted(((v, name) for name, v in facts["mean_cm_by_joint"].items() if v is not None), reverse=True)
     rows.append(("worst joints", ", ".join(f"{name} {_value(v, 'cm')}" for v, name in worst[:_WORST])))
     rows += [("note", note) for note in facts["notes"]]

@@ -11,7 +11,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import UsageError
+from ..errors import UsageError, counted
 from .inputs import Input, Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing
 from .output import Done
@@ -170,7 +170,7 @@ class Correction:
         seconds: dict[str, float],
     ) -> Done:
         """Write the output and what is said of it."""
-        counts = counted(sensor, corrected)
+        counts = tallied(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
         ahead = self._ahead(sensor)
         latency = None if ahead is None else round(1000.0 * ahead / rate_of(sensor), 3)
@@ -229,7 +229,7 @@ class Correction:
         late = f", given out {latency:.0f} ms late" if latency else ""
         mean = reliability["all"]["mean"]
         line = (
-            f"{job.source}: {sensor.frames} frames{empty}{late}, moved by {counts['moved_cm']} cm, "
+            f"{job.source}: {counted(sensor.frames, 'frame')}{empty}{late}, moved by {counts['moved_cm']} cm, "
             f"reliability {mean if mean is not None else 'unknown'}: {job.target}"
         )
         return Done(said, line=line, warnings=warnings, guesses=sensor.guesses)
@@ -247,7 +247,7 @@ def empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
     return replace(corrected, positions=positions, std=std, reliability=sure)
 
 
-def counted(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
+def tallied(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
     """How many samples (frames x joints) the sensor tracked, inferred and lacked, and how far they were moved (cm)."""
     there, now = sensor.present, corrected.present
     moved = np.linalg.norm(corrected.positions - sensor.positions, axis=2)[there & now]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import UsageError
+from ..errors import UsageError, counted
 from .inputs import Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Working, Writing
 from .output import Done, say
@@ -155,7 +155,8 @@ class Spoil:
             "warnings": [],
             "guesses": clean.guesses,
         }
-        share = f"{counts['outliers']} outliers, {counts['missing']} missing of {counts['samples']} samples"
+        samples = counted(counts["samples"], "sample")
+        share = f"{counted(counts['outliers'], 'outlier')}, {counts['missing']} missing of {samples}"
         return Done(facts, line=f"{job.source}: {share}: {job.target}", guesses=clean.guesses)
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..batch import Failure
-from ..errors import FileError, MotionMendError, UsageError
+from ..errors import FileError, MotionMendError, UsageError, counted
 from .options import AsJson, Debug
 from .output import exit_code, json_line, progress, say, tell_failure
 
@@ -20,7 +20,7 @@ def listed(*, as_json: AsJson = False, debug: Debug = False) -> int:
             facts = {"name": one.name, "what": one.what, "source": one.source, "terms": one.terms}
             print(json_line({**facts, "files": len(one.items), "bytes": one.size}))
         else:
-            print(f"{one.name}  {len(one.items)} files, {one.size / 1e6:.1f} MB, {one.terms}")
+            print(f"{one.name}  {counted(len(one.items), 'file')}, {one.size / 1e6:.1f} MB, {one.terms}")
             print(f"  {one.what}\n  {one.source}")
     return 0
 
@@ -53,5 +53,5 @@ def get(
             continue
         if as_json:
             print(json_line({"name": one.name, "folder": dir / one.name, "files": files, "bytes": one.size}))
-        say(f"{one.name}: {len(files)} files in {dir / one.name} ({one.terms}; {one.source})")
+        say(f"{one.name}: {counted(len(files), 'file')} in {dir / one.name} ({one.terms}; {one.source})")
     return exit_code(failures)

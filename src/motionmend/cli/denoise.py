@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import UsageError
+from ..errors import UsageError, counted
 from .inputs import Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Working, Writing
 from .output import Done
@@ -210,7 +210,7 @@ class Repair:
             "guesses": recording.guesses,
         }
         late = "" if latency is None else f", given out {latency:.2f} s late"
-        line = f"{job.source}: {recording.frames} frames, {_summed(counts)}{late}: {job.target}"
+        line = f"{job.source}: {counted(recording.frames, 'frame')}, {_summed(counts)}{late}: {job.target}"
         return Done(said, line=line, warnings=repaired.warnings, guesses=recording.guesses)
 
     def _latency(self, fps: float) -> float | None:

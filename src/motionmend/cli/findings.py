@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, wrapped
+from ..errors import counted
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does
 FAST_TURN = np.radians(2500.0)  # rad/s; a pitcher's elbow reaches 2,400 degrees a second
@@ -119,7 +120,7 @@ def _fast(name: str, speed: Floats, limit: float, turns: bool) -> list[Suspicion
 
 def _share(frames: Bools) -> str:
     count = int(frames.sum())
-    return f"{count} frame{'s'[: count != 1]} ({percent(count / frames.size)})"
+    return f"{counted(count, 'frame')} ({percent(count / frames.size)})"
 
 
 def percent(share: float) -> str:

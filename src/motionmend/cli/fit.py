@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..batch import Failure, one_blas_thread, workers
-from ..errors import FileError, MismatchError, UsageError
+from ..errors import FileError, MismatchError, UsageError, counted
 from .archive import Reading, learn, survey, total
 from .inputs import gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Working
@@ -98,7 +98,7 @@ def denoiser(
     }
     if as_json:
         print(json_line(facts))
-    say(f"{model.clips} clips, {model.frames} frames, {model.bases.count} bases: {out}")
+    say(f"{counted(model.clips, 'clip')}, {counted(model.frames, 'frame')}, {model.bases.count} bases: {out}")
     return exit_code(failures, refused)
 
 

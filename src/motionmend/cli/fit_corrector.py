@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from ..batch import Failure, one_blas_thread, run
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .options import WORKING, AsJson, Force, Rate, SkeletonFile, Working
 from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
 
@@ -92,7 +92,7 @@ def corrector(
     if as_json:
         print(json_line(facts))
     aside = f", {len(left_out)} left out" if left_out else ""
-    say(f"{len(used)} pairs, {frames} frames{aside}: {out}")
+    say(f"{counted(len(used), 'pair')}, {counted(frames, 'frame')}{aside}: {out}")
     return exit_code(failures)
 
 

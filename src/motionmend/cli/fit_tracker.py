@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ..batch import Failure, Outcome, one_blas_thread, run
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .archive import Reading
 from .inputs import Input, gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Working
@@ -97,7 +97,7 @@ def tracker(
     }
     if as_json:
         print(json_line(facts))
-    say(f"{len(motions)} clips, {len(model.database)} poses, {images} images: {out}")
+    say(f"{counted(len(motions), 'clip')}, {counted(len(model.database), 'pose')}, {counted(images, 'image')}: {out}")
     return exit_code(failures, refused)
 
 

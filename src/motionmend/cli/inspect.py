@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..errors import counted
 from .compare_joints import SENSORS, TEXTS
 from .inputs import Input, Refusal, ending, gather
 from .options import WORKING, AsJson, Files, Rate, SkeletonFile, Working
@@ -146,7 +147,7 @@ def _warnings(frames: int, share_missing: float, jumped: "Sequence[Jump]") -> li
     """What will matter to whoever works on the recording."""
     said = []
     if frames < 2:
-        said.append(f"{frames} frame: nothing moves in it")
+        said.append(f"{counted(frames, 'frame')}: nothing moves in it")
     if share_missing > 0.5:
         said.append(f"{100 * share_missing:.0f} % of all samples are missing")
     turned = sum(sum(jump.wraps) for jump in jumped)

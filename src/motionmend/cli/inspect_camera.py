@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Floats
+from ..errors import counted
 
 if TYPE_CHECKING:
     from ..bodies.postures import Postures
@@ -82,7 +83,7 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
     warnings = [*warnings_of(postures.source), *_lapses(postures.times)]
     nobody = int((~present.any(axis=1)).sum())
     if nobody:
-        warnings.append(f"{nobody} frames without any joint")
+        warnings.append(f"{counted(nobody, 'frame')} without any joint")
     rate = float(f"{postures.fps:.7g}") if np.isfinite(postures.fps) else None  # times in files are rounded
     return {
         "input": path,
@@ -150,5 +151,6 @@ def _fast(names: tuple[str, ...], positions: Floats, times: Floats) -> list[dict
         fast = speed[:, j] > FAST
         if fast.any():
             most = float(np.nanmax(speed[:, j]))
-            found.append({"name": name, "what": "extreme speed", "detail": f"{int(fast.sum())} frames, {most:.0f} m/s"})
+            detail = f"{counted(int(fast.sum()), 'frame')}, {most:.0f} m/s"
+            found.append({"name": name, "what": "extreme speed", "detail": detail})
     return found

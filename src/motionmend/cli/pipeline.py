@@ -10,7 +10,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import FileError, MismatchError
+from ..errors import FileError, MismatchError, counted
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
@@ -168,8 +168,8 @@ class Chain:
         recording = read_depth(take.job.source)
         followed = self.follow.followed(recording)
         if not followed.seen.any():
-            raise FileError(f"{take.job.source}: nobody was found in any of {recording.frames} frames")
-        lost = f"{followed.lost} of {recording.frames} frames without the person"
+            raise FileError(f"{take.job.source}: nobody was found in any of {counted(recording.frames, 'frame')}")
+        lost = f"{followed.lost} of {counted(recording.frames, 'frame')} without the person"
         step = Step(
             "track",
             self.follow.model_facts,
@@ -357,7 +357,7 @@ def _said(
         "warnings": _warnings(steps),
         "guesses": guesses,
     }
-    line = f"{take.job.source}: {frames} frames, {' and '.join(names) or 'nothing'} done: {take.job.target}"
+    line = f"{take.job.source}: {counted(frames, 'frame')}, {' and '.join(names) or 'nothing'} done: {take.job.target}"
     return Done(facts, line=line, warnings=_warnings(steps), guesses=guesses)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from ..errors import FileError, MotionMendError, UsageError
+from ..errors import FileError, MotionMendError, UsageError, counted
 from .drawable import failed, read_drawable
 from .options import Debug, Files, Force, Rate, SkeletonFile
 from .output import exit_code, say
@@ -62,7 +62,7 @@ def report(
         raise FileError(f"{out} not written: none of the recordings given can be shown")
     out.parent.mkdir(parents=True, exist_ok=True)
     html_report(out, shown, repaired=repaired, facts=facts, pictures=pictures)
-    say(f"{len(shown)} recording{'s'[: len(shown) != 1]}: {out}")
+    say(f"{counted(len(shown), 'recording')}: {out}")
     return exit_code(failures, refused)
 
 

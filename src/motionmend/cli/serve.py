@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ..batch import one_blas_thread
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .options import Debug
 from .output import say
 
@@ -160,4 +160,5 @@ async def _serve(server: "Server", address: "Address", look_ahead: float) -> Non
 
     await server.run(address, stop, ready)
     done = server.counts
-    say(f"stopped: {done.clients} clients, {done.frames} frames, {done.dropped} dropped, {done.errors} errors")
+    taken = f"{counted(done.clients, 'client')}, {counted(done.frames, 'frame')}"
+    say(f"stopped: {taken}, {done.dropped} dropped, {counted(done.errors, 'error')}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .options import AsJson, Debug, Force, Rate
 from .output import json_line, progress, say, tell_guesses
 from .serve import need_live
@@ -96,12 +96,14 @@ def _tell(file: Path, out: Path | None, postures: "Postures", replayed: "Replaye
         print(json_line(facts))
     times = ", ".join(f"{name} {value:.2f}" for name, value in round_trip.items()) if took.size else "none"
     late = f"; {replayed.latency_ms:g} of it to look ahead" if replayed.latency_ms else ""
-    say(f"{file}: {took.size} of {frames} frames answered; round trip in ms: {times}{late}")
+    say(f"{file}: {took.size} of {counted(frames, 'frame')} answered; round trip in ms: {times}{late}")
     if replayed.refused:
         first = min(replayed.refused)
-        say(f"warning ({file}): {len(replayed.refused)} frames refused, {first} first: {replayed.refused[first]}")
+        refused = counted(len(replayed.refused), "frame")
+        say(f"warning ({file}): {refused} refused, {first} first: {replayed.refused[first]}")
     if replayed.lost:
         say(
-            f"motionmend: {file}: {replayed.lost} frames got no answer: the server or this machine is too slow for them"
+            f"motionmend: {file}: {counted(replayed.lost, 'frame')} got no answer: "
+            "the server or this machine is too slow for them"
         )
     return 1 if replayed.lost or not took.size else 0

@@ -9,7 +9,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .clock import began
 from .depth_inputs import FORMATS, gather_depth, plan_depth
 from .inputs import Job, Refusal, ready
@@ -217,7 +217,7 @@ class Follow:
             "guesses": recording.guesses,
         }
         lost = f", {followed.lost} of them without the person" if followed.lost else ""
-        line = f"{job.source}: {recording.frames} frames{lost}: {job.target}"
+        line = f"{job.source}: {counted(recording.frames, 'frame')}{lost}: {job.target}"
         return Done(said, line=line, warnings=tuple(warnings), guesses=recording.guesses)
 
     def _warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
@@ -228,7 +228,7 @@ class Follow:
             taken = "the person could not be measured, proportions of an average adult were taken: give --skeleton"
             warnings.append(f"{taken} or --body" if self.body is None else f"{taken}; {self.body.name} has them too")
         if followed.lost > 0.1 * recording.frames:
-            warnings.append(f"{followed.lost} of {recording.frames} frames without the person")
+            warnings.append(f"{followed.lost} of {counted(recording.frames, 'frame')} without the person")
         return warnings
 
     def _facts(
@@ -303,8 +303,9 @@ def _nobody(followed: "Followed") -> str:
     """Why nobody was followed."""
     frames = len(followed.returns)
     if not followed.returns.any():
-        return f"nobody is in it: all {frames} depth images are empty; check the sensor or depth_scale"
-    return f"nobody was found in any of {frames} frames; give --start, or check camera.json (depth_scale, fx, fy)"
+        return f"nobody is in it: {counted(frames, 'depth image')}, all empty; check the sensor or depth_scale"
+    where = f"in any of {counted(frames, 'frame')}"
+    return f"nobody was found {where}; give --start, or check camera.json (depth_scale, fx, fy)"
 
 
 def _frame_ms(followed: "Followed") -> dict[str, float | None]:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .drawable import read_drawable
 from .options import Debug, Files, Rate, SkeletonFile
 from .output import exit_code, say
@@ -34,7 +34,7 @@ def view(
     shown = [(one.name, one.recording) for one in drawn]
     try:
         with served(shown, port) as (address, process):
-            say(f"{len(shown)} recording{'s'[: len(shown) != 1]}: {address} (Ctrl-C ends it)")
+            say(f"{counted(len(shown), 'recording')}: {address} (Ctrl-C ends it)")
             process.wait()
             raise FileError(f"rerun's viewer ended by itself with code {process.returncode}")
     except KeyboardInterrupt:

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Bytes
 from ..bodies.joint_sets import AZURE32
 from ..bodies.postures import Postures
-from ..errors import FileError
+from ..errors import FileError, counted
 from .number_rows import unpacked
 from .sensor_source import SensorSource, even_times, seconds_of, seen_longest, spread_states, with_absent
 
@@ -67,7 +67,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         for k, body in enumerate(one["bodies"])
     }
     if not found:
-        raise FileError(f"{name}: wanted a body in some frame, the file holds none in {len(frames)} frames")
+        raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(len(frames), 'frame')}")
     chosen, said = seen_longest(Counter(body for body, _ in found), len(frames))
     positions = np.full((len(frames), len(names), 3), np.nan)
     confidence = np.zeros((len(frames), len(names)))

@@ -11,7 +11,7 @@ from ..arrays import Bools, Floats, Ints
 from ..bodies.motion import Motion
 from ..bodies.put_before import rest_frames
 from ..bodies.skeleton import ROTATION, Skeleton, height, rest_positions
-from ..errors import FileError
+from ..errors import FileError, counted
 from .atomic import atomic
 from .biovision import bvh_of
 from .hierarchy import BvhSource, parse_hierarchy, replaces, skeleton_of
@@ -58,7 +58,7 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
         raise FileError(f"{path}: wanted at least one joint with CHANNELS, found none; nothing moves in this file")
     values = _values(text, found.end(), frames, width, head.count("\n", 0, found.end()) + 1)
     if len(values) > frames:
-        guesses.append(f"{frames} frames stated after 'Frames:', {len(values)} in the file: took all")
+        guesses.append(f"{counted(frames, 'frame')} stated after 'Frames:', {len(values)} in the file: took all")
 
     still, columns = skeleton_of(hierarchy, 1.0, np.array([0.0, 1.0, 0.0]))
     up, up_guess = up_axis(still.names, rest_positions(still))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
-from ..errors import FileError
+from ..errors import FileError, counted
 from .c3d_chain import BYTE, GROUP, INTEGER, REAL, TEXT, Record, continued, read_chain, write_chain
 
 BLOCK = 512
@@ -233,10 +233,11 @@ def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ..
         raise FileError(f"{name}: wanted frames, the header of this C3D file promises {promised}; empty or damaged")
     if held < promised:
         raise FileError(
-            f"{name}: the header promises {promised} frames, the file holds {held}: it is cut off; get a complete copy"
+            f"{name}: the header promises {counted(promised, 'frame')}, the file holds {held}: it is cut off; "
+            "get a complete copy"
         )
     notes = [
-        f"the header says {promised} frames, {where} {count}: took {promised}"
+        f"the header says {counted(promised, 'frame')}, {where} {count}: took {promised}"
         for where, count in others.items()
         if count not in (0, promised)
     ]

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..bodies.joint_sets import KINECT25
 from ..bodies.postures import NOT_TRACKED, Postures
-from ..errors import FileError
+from ..errors import FileError, counted
 from .columns import lines_of
 from .number_rows import unpacked
 from .sensor_source import SensorSource, even_times, seen_longest, spread_states, states_of, with_absent
@@ -60,7 +60,7 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
             found[body, frame] = take(12 * joints, f"frame {frame} of {frames}")
     warnings = (f"{len(words) - place} numbers behind the last frame were not read",) if place < len(words) else ()
     if not found:
-        raise FileError(f"{name}: wanted a body in some frame, the file holds none in {frames} frames")
+        raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(frames, 'frame')}")
     chosen, said = seen_longest(Counter(one for one, _ in found), frames)
     values = np.full((frames, len(KINECT25.names), 12), np.nan)
     for (one, frame), numbers in found.items():

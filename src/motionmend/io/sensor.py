@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..bodies.postures import Postures
-from ..errors import FileError, UsageError
+from ..errors import FileError, UsageError, counted
 from .kinect_table import layout_without_titles, titles_of_kinect
 from .number_rows import split_cells
 from .sensor_source import SensorSource
@@ -64,7 +64,9 @@ def read_postures(path: str | os.PathLike[str], *, fps: float | None = None) -> 
         raise FileError(f"{file}: wanted joints as a sensor gives them, came {_OTHERS[kind]}")
     postures = _read(file, kind, fps)
     if not (postures.present & postures.positions.any(axis=2)).any():  # zeros are what recorders write for nobody
-        raise FileError(f"{file}: nobody is in it: no joint has a position in any of {postures.frames} frames")
+        raise FileError(
+            f"{file}: nobody is in it: no joint has a position in any of {counted(postures.frames, 'frame')}"
+        )
     if fps is None or np.allclose(np.diff(postures.times), 1.0 / fps, rtol=1e-4):
         return postures
     return replace(

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.postures import NOT_TRACKED
-from ..errors import UsageError
+from ..errors import UsageError, counted
 from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
@@ -110,7 +110,9 @@ def seen_longest(frames_of: Mapping[object, int], total: int) -> tuple[object, t
     best = max(frames_of, key=lambda body: frames_of[body])
     if len(frames_of) == 1:
         return best, ()
-    said = f"{len(frames_of)} bodies: took {best}, which is seen longest ({frames_of[best]} of {total} frames)"
+    said = (
+        f"{len(frames_of)} bodies: took {best}, which is seen longest ({frames_of[best]} of {counted(total, 'frame')})"
+    )
     return best, (said,)
 
 

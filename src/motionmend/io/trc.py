@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers
-from ..errors import FileError
+from ..errors import FileError, counted
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
 from .text import LARGEST
@@ -163,14 +163,14 @@ def _promises(header: dict[str, str], rows: Floats, names: Sequence[str], name: 
     frames, markers = int(_number(header, "NumFrames")), int(_number(header, "NumMarkers"))
     if frames > len(rows):
         raise FileError(
-            f"{name}: the header promises {frames} frames, the file holds {len(rows)}: it is cut off; "
+            f"{name}: the header promises {counted(frames, 'frame')}, the file holds {len(rows)}: it is cut off; "
             f"get a complete copy"
         )
     said = []
     if 0 < frames < len(rows):
-        said.append(f"the header says {frames} frames, the file holds {len(rows)}: took them all")
+        said.append(f"the header says {counted(frames, 'frame')}, the file holds {len(rows)}: took them all")
     if markers not in (0, len(names)):
-        said.append(f"the header says {markers} markers, the file names {len(names)}: took those")
+        said.append(f"the header says {counted(markers, 'marker')}, the file names {len(names)}: took those")
     return tuple(said)
 
 
