@@ -1,4 +1,4 @@
-"""The few kinds of failure. Every message is one line: what was wanted, what came, what to do."""
+"""The few kinds of failure, and how messages count. Each is one line: what was wanted, what came, what to do."""
 
 
 class MotionMendError(Exception):
@@ -18,5 +18,11 @@ class UsageError(MotionMendError):
 
 
 def counted(number: int, noun: str) -> str:
-    """A number before its noun as a message says it: 1 frame, 2 frames."""
+    """A number before its noun as a message says it: 1 frame, 2 frames.
+
+    Parameters
+    ----------
+    number : how many.
+    noun : one of them; an s makes it several.
+    """
     return f"{number} {noun}{'s'[: number != 1]}"

@@ -239,3 +239,17 @@ def test_depth_is_tracked_and_denoised(cli: Command, clip: Motion, tmp_path: Pat
     assert table.std is not None
     beside = json.loads((tmp_path / "out" / "take.mend.json").read_text())
     assert [step["step"] for step in beside["steps"]] == ["track", "denoise"]
+
+    dark = (DepthFrame(CAMERA, np.full(frames[0].depth.shape, np.nan, np.float32), None, t / 30.0) for t in range(3))
+    write_depth_folder(tmp_path / "in" / "dark", dark, 30.0)
+    (tmp_path / "c.toml").write_text('[track]\nmodel = "t.mend"\nterms = ["surface", "color"]\n')
+    chained = cli("pipeline", tmp_path / "in", "-o", tmp_path / "again", "--config", tmp_path / "c.toml")
+    alone = cli(
+        "track", tmp_path / "in", "-o", tmp_path / "alone", "-m", tmp_path / "t.mend", "--terms", "surface,color"
+    )
+    assert chained.code == alone.code == 1
+    assert len(alone.failures) == 1
+    assert chained.failures == alone.failures  # which say why nobody was found
+    said = [json.loads((tmp_path / out / "take.mend.json").read_text())["warnings"] for out in ("alone", "again")]
+    assert any("no colour" in warning for warning in said[0])
+    assert {f"track: {warning}" for warning in said[0]} <= set(said[1])

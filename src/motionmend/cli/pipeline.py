@@ -166,15 +166,12 @@ class Chain:
         assert self.follow is not None
         start = perf_counter()
         recording = read_depth(take.job.source)
-        followed = self.follow.followed(recording)
-        if not followed.seen.any():
-            raise FileError(f"{take.job.source}: nobody was found in any of {counted(recording.frames, 'frame')}")
-        lost = f"{followed.lost} of {counted(recording.frames, 'frame')} without the person"
+        followed = self.follow.followed(take.job.source, recording)
         step = Step(
             "track",
             self.follow.model_facts,
             perf_counter() - start - followed.read,
-            (lost,) if followed.lost > 0.1 * recording.frames else (),
+            tuple(self.follow.warnings(recording, followed)),
         )
         found = followed_motion(followed, self.follow.skeleton, recording.fps) if angles else followed.postures
         return found, step, recording.guesses, followed.read

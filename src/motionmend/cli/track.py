@@ -166,19 +166,25 @@ class Follow:
         begin = perf_counter()
         recording = read_depth(job.source)
         opened = perf_counter() - begin
-        followed = self.followed(recording)
-        if not followed.seen.any():
-            raise FileError(f"{job.source}: {_nobody(followed)}")
+        followed = self.followed(job.source, recording)
         return self.save(job, recording, followed, startup, opened)
 
-    def followed(self, recording: "DepthRecording") -> "Followed":
-        """The person through the whole recording."""
+    def followed(self, source: Path, recording: "DepthRecording") -> "Followed":
+        """The person through the whole recording, read from `source`.
+
+        Raises
+        ------
+        FileError : nobody is in it.
+        """
         from ..track.settings import settings_of
         from .following import follow
 
         assert self.model is not None
         settings = settings_of(self.preset, self.terms)
-        return follow(self.model, settings, recording, self.performer, self.landmarks)
+        followed = follow(self.model, settings, recording, self.performer, self.landmarks)
+        if not followed.seen.any():
+            raise FileError(f"{source}: {_nobody(followed)}")
+        return followed
 
     def save(self, job: Job, recording: "DepthRecording", followed: "Followed", startup: float, opened: float) -> Done:
         """Write the output and the file beside it."""
@@ -186,7 +192,7 @@ class Follow:
         from .tracked_files import write_followed
 
         begin = perf_counter()
-        warnings = self._warnings(recording, followed)
+        warnings = self.warnings(recording, followed)
         with job.together(".mend.json"):
             write_followed(job.target, followed, self.skeleton, recording.fps)
             if self.body is not None and self.performer is None:
@@ -220,13 +226,14 @@ class Follow:
         line = f"{job.source}: {counted(recording.frames, 'frame')}{lost}: {job.target}"
         return Done(said, line=line, warnings=tuple(warnings), guesses=recording.guesses)
 
-    def _warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
+    def warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
+        """What a user should know before they trust the joints."""
         warnings = []
         if "color" in self.terms and not recording.has_color:
             warnings.append("there is no colour: the term color does nothing")
         if self.performer is None and not followed.calibrated:
-            taken = "the person could not be measured, proportions of an average adult were taken: give --skeleton"
-            warnings.append(f"{taken} or --body" if self.body is None else f"{taken}; {self.body.name} has them too")
+            taken = "the person could not be measured, proportions of an average adult were taken: give their skeleton"
+            warnings.append(f"{taken} or body" if self.body is None else f"{taken}; {self.body.name} has them too")
         if followed.lost > 0.1 * recording.frames:
             warnings.append(f"{followed.lost} of {counted(recording.frames, 'frame')} without the person")
         return warnings
@@ -304,8 +311,8 @@ def _nobody(followed: "Followed") -> str:
     frames = len(followed.returns)
     if not followed.returns.any():
         return f"nobody is in it: {counted(frames, 'depth image')}, all empty; check the sensor or depth_scale"
-    where = f"in any of {counted(frames, 'frame')}"
-    return f"nobody was found {where}; give --start, or check camera.json (depth_scale, fx, fy)"
+    said = f"nobody was found in {counted(frames, 'frame')}"
+    return f"{said}; check camera.json (depth_scale, fx, fy), or give `motionmend track` a --start"
 
 
 def _frame_ms(followed: "Followed") -> dict[str, float | None]:

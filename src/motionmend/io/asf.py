@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.skeleton import ROTATION, TRANSLATION, Skeleton, height, rest_positions
-from ..errors import FileError
+from ..errors import FileError, counted
 from .atomic import atomic
 from .supposed import length_unit, up_axis
 from .text import LARGEST, read_text, shown
@@ -371,5 +371,5 @@ def _floats(words: list[str], count: int, path: Path, number: int, what: str, mo
         values = []
     if len(values) != count or not all(abs(value) <= most for value in values):
         came = shown(" ".join(words))
-        raise FileError(f"{place}: wanted {count} number{'s'[: count > 1]} for {what}, came {came}; correct the line")
+        raise FileError(f"{place}: wanted {counted(count, 'number')} for {what}, came {came}; correct the line")
     return values
