@@ -94,7 +94,7 @@ def test_contradicting_file_is_one_clear_line(data: Path, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Millimeters", 0.001)])
 def test_units_are_converted_there_and_back(tmp_path: Path, rng, unit: str, metres: float) -> None:
-    points = rng.normal(size=(4, 3, 3)) + 3
+    points = (rng.normal(size=(4, 3, 3)) + 3) / metres
     path = written_by_ezc3d(tmp_path / "a.c3d", points, ["a", "b", "c"], unit)
     read = read_c3d(path)
     np.testing.assert_allclose(read.positions, points * metres, rtol=1e-6)
@@ -109,6 +109,14 @@ def test_unknown_unit_is_guessed_and_said(tmp_path: Path, rng, metres: float) ->
     read = read_c3d(written_by_ezc3d(tmp_path / "a.c3d", body / metres, [f"m{k}" for k in range(8)], "furlong"))
     np.testing.assert_allclose(read.positions, body, rtol=1e-5)
     assert any("'furlong'" in guess for guess in read.guesses)
+
+
+@pytest.mark.parametrize(("stated", "metres"), [("mm", 1.0), ("m", 0.001)])
+def test_a_unit_that_makes_no_person_is_kept_and_said(tmp_path: Path, rng, stated: str, metres: float) -> None:
+    points = rng.random((6, 8, 3)) * [0.5, 0.4, 1.7] / metres
+    read = read_c3d(written_by_ezc3d(tmp_path / "a.c3d", points, [f"m{k}" for k in range(8)], stated))
+    np.testing.assert_allclose(read.positions, points * (0.001 if stated == "mm" else 1.0), rtol=1e-5)
+    assert any(f"is {stated}" in guess and "no person's size" in guess for guess in read.guesses)
 
 
 def test_more_than_255_points_keep_their_names(tmp_path: Path, rng) -> None:

@@ -152,6 +152,14 @@ def test_a_rate_that_is_none(tmp_path: Path, fps: float) -> None:
         read(tmp_path / "a.amc", fps=fps)
 
 
+@pytest.mark.parametrize("fps", [1e-3, 1e7])
+def test_a_rate_nobody_records_at(tmp_path: Path, rng, fps: float) -> None:
+    markers = some_markers(rng)
+    write(tmp_path / "a.trc", Markers(markers.names, markers.positions, fps))
+    with pytest.raises(FileError, match=r"a\.trc: wanted a rate of 0\.1 to 100000 Hz, came"):
+        read(tmp_path / "a.trc")
+
+
 # ---- whole or not there
 
 

@@ -14,6 +14,7 @@ from ..errors import FileError, UsageError
 READABLE = (".amc", ".bvh", ".c3d", ".trc", ".csv", ".txt", ".zip")
 WRITABLE = (".amc", ".bvh", ".c3d", ".trc", ".csv")
 _OF_MARKERS = (".c3d", ".trc", ".csv")
+_SLOWEST, _FASTEST = 0.1, 1e5  # Hz; nobody is recorded slower or faster, and work at a usual rate would never end
 
 __all__ = ["READABLE", "WRITABLE", "looks_meant", "read", "write"]
 
@@ -35,7 +36,7 @@ def read(
 
     Raises
     ------
-    FileError : not there, empty, not what its ending promises, damaged or cut off.
+    FileError : not there, empty, not what its ending promises, damaged or cut off, at a rate nobody records at.
     UsageError : a rate that is none.
     """
     file = Path(path)
@@ -53,6 +54,11 @@ def read(
     if not file.stat().st_size:
         raise FileError(f"{file}: wanted a recording, this file is empty; get a complete copy")
     recording = _read(file, ending, fps, skeleton)
+    if not _SLOWEST <= recording.fps <= _FASTEST:
+        raise FileError(
+            f"{file}: wanted a rate of {_SLOWEST:g} to {_FASTEST:g} Hz, came {recording.fps:g} Hz; correct it in the"
+            " file or, where the file states none, --fps"
+        )
     if fps is not None and abs(recording.fps - fps) > 1e-6 * fps:
         note = f"the file states its own rate, {recording.fps:g} Hz: the {fps:g} Hz given were not used"
         return replace(recording, guesses=(*recording.guesses, note))

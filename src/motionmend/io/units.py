@@ -12,6 +12,7 @@ _METRES = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
     **dict.fromkeys(("in", "inch", "inches"), 0.0254),
 }
+_LEAST, _MOST = 0.03, 40.0  # m; a finger's markers, and a hall's
 
 
 def metres_per_unit(stated: Sequence[str], values: Floats, present: Bools, where: str) -> tuple[float, tuple[str, ...]]:
@@ -27,12 +28,18 @@ def metres_per_unit(stated: Sequence[str], values: Floats, present: Bools, where
     Returns
     -------
     metres : by name; when the name is missing or unknown, the one of m, cm, mm that makes a body of 0.2 m to 4 m.
-    guesses : a sentence when it was guessed.
+    guesses : a sentence when it was guessed, or when the stated one makes something no person is.
     """
     unit = stated[0].strip().lower() if stated else ""
-    if unit in _METRES:
-        return _METRES[unit], ()
     spread = _spread(values, present)
+    if unit in _METRES:
+        metres = _METRES[unit]
+        if not spread or _LEAST <= spread * metres <= _MOST:
+            return metres, ()
+        return metres, (
+            f"{where} is {stated[0].strip()}, which makes the markers spread over {spread * metres:.2g} m: "
+            "no person's size, lengths may be wrong",
+        )
     name, metres = next(((n, m) for n, m in (("m", 1.0), ("cm", 0.01)) if spread * m <= 4), ("mm", 0.001))
     came = f"is '{stated[0].strip()}'" if unit else "is missing"
     return metres, (f"{where} {came}: took {name}, which makes the markers spread over {spread * metres:.3g} m",)
