@@ -10,8 +10,10 @@ from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import BONES, FACING, FIRST, Pose, landmarks, rotation, standing
 from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
+from motionmend.numerics.least_squares import Solution, System
 from motionmend.track.database import PoseDatabase
 from motionmend.track.model import TrackerModel
+from motionmend.track.readings import Begun
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
 
@@ -72,3 +74,14 @@ def told(poses, first, **known):
 
 def off(pose, other):
     return float(np.linalg.norm(landmarks(BODY, pose) - landmarks(BODY, other), axis=1).mean())
+
+
+def begun_at(twin, expected, wrong):
+    """The first half of a look that finds the other reading where it was expected, and so wrong."""
+    solution = Solution(expected, System(np.eye(34), np.zeros(34)), 1, True)
+    return Begun(twin, None, None, [], expected, solution, wrong)
+
+
+def finished(begun):
+    """The second half, in which no limb is found elsewhere."""
+    return begun.solution, np.ones(28), begun.wrong

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motionmend.bodies.performer import LANDMARKS, landmarks
-from motionmend.numerics.least_squares import Solution, System
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.left_right import (
     ARMS,
@@ -22,9 +21,9 @@ from motionmend.track.left_right import (
     sides_weighed,
     strange_legs,
 )
-from motionmend.track.readings import LEAST, MOST, Question, either
+from motionmend.track.readings import LEAST, MOST, Follow, Question, either
 from motionmend.track.tracker import TrackState
-from walkers import BODY, DT, followed, library, off, told, walk, walking
+from walkers import BODY, DT, begun_at, followed, library, off, told, walk, walking
 
 ALL = np.ones(28)
 PLACE = np.array([0.0, 0.05, 3.0])
@@ -95,15 +94,16 @@ def test_legs_that_are_right_stay(heading):
 @pytest.mark.parametrize(("ours", "theirs", "taken"), [(0.30, 0.15, True), (0.15, 0.30, False), (0.20, 0.20, False)])
 def test_each_pair_is_asked_for_in_its_turn_and_again_after_a_second(ours, theirs, taken):
     pose = walking(np.pi / 2.0, PLACE, 0.0)
-    state, system = TrackState(BODY, pose=pose, lost=False), System(np.eye(34), np.zeros(34))
+    state = TrackState(BODY, pose=pose, lost=False)
     search = Neighbors(np.repeat(pose.joints[None] + 1.5 * BENT, 5, axis=0))  # bent, and neither is stranger
     asked, looks, verdicts = [], 0, 0
 
-    def follow(_, begun):
+    def finish(begun):
         nonlocal looks
         looks += 1
-        return Solution(of_pair(begun, begun, LEGS), system, 1, True), np.zeros(28), theirs
+        return begun.solution, np.zeros(28), begun.wrong
 
+    follow = Follow(lambda twin, expected: begun_at(twin, expected, theirs), finish)
     sides = Sides()
     for frame in range(300):
         before = sides

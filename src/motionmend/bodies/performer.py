@@ -5,7 +5,7 @@ all bones point the same way, x to the performer's left, y up, z forward. Limbs 
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import final
 
 import numpy as np
@@ -328,11 +328,17 @@ FACING = frozen(np.diag((1.0, -1.0, -1.0)))
 
 def standing(translation: Floats | tuple[float, float, float] = (0.0, 0.0, 3.0), root: Floats = FACING) -> Pose:
     """Upright with hanging arms; unless told otherwise 3 m before the camera and facing it."""
+    return Pose(np.asarray(translation, dtype=np.float64), root, _hanging())
+
+
+@cache
+def _hanging() -> Floats:
+    """(28,) rad of who stands upright: balls have the axes x, y, z, and their rests undone."""
     joints = np.zeros(len(AXES))
     for bone in range(1, len(BONES)):
-        if FIRST[bone + 1] - FIRST[bone] == 3:  # balls have the axes x, y, z: undo their rest
+        if FIRST[bone + 1] - FIRST[bone] == 3:
             joints[FIRST[bone] : FIRST[bone + 1]] = rotation_vector(RESTS[bone].T)
-    return Pose(np.asarray(translation, dtype=np.float64), root, joints)
+    return frozen(joints)
 
 
 def advance(performer: Performer, pose: Pose, delta: Floats) -> Pose:

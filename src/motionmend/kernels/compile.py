@@ -18,21 +18,22 @@ def compiled(function: Function) -> Function:
     numba stores the code beside the source file or in the user's cache folder and refuses to decorate when it
     may write to neither, as in a read-only install run by an account without a home. Then the code goes to a
     folder of this user's own under the temporary folder, or, failing that too, is compiled anew in each run.
-    The environment and numba's settings stay as they were. Kernels let other threads run.
+    The environment and numba's settings stay as they were. Kernels let other threads run, and divide as NumPy does: by
+    zero too, to infinity or NaN.
     """
     try:
-        return cast(Function, njit(cache=True, nogil=True)(function))
+        return cast(Function, njit(cache=True, nogil=True, error_model="numpy")(function))
     except RuntimeError as refusal:
         if "no locator available" not in str(refusal):
             raise
     folder = _private_folder()
     if folder is None:
-        return cast(Function, njit(nogil=True)(function))
+        return cast(Function, njit(nogil=True, error_model="numpy")(function))
     config: Any = numba.config
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)  # read once, while decorating
     try:
-        return cast(Function, njit(cache=True, nogil=True)(function))
+        return cast(Function, njit(cache=True, nogil=True, error_model="numpy")(function))
     finally:
         config.CACHE_DIR = before
 

@@ -142,19 +142,19 @@ def steps(depth: Singles, unknown: Bools, jump: float, edge: Singles) -> None:
     edge : (H, W) gets the depths on edges, NaN elsewhere.
     """
     height, width = depth.shape
-    doubts = unknown.shape[0] > 0
-    for row in range(height):
-        for column in range(width):
-            z = depth[row, column]
-            edge[row, column] = np.nan
-            if np.isnan(z):
-                continue
-            far = z + np.float32(jump)
-            for k in range(4):
-                r = row + (k == 0) - (k == 1)
-                c = column + (k == 2) - (k == 3)
-                if r < 0 or c < 0 or r >= height or c >= width or (doubts and unknown[r, c]):
-                    continue
-                if not depth[r, c] <= far:  # also where there is none
-                    edge[row, column] = z
-                    break
+    nan, least = np.float32(np.nan), np.float32(jump)
+    doubts, none = unknown.shape[0] > 0, np.zeros(width, np.bool_)
+    for row in range(height):  # without branches, several pixels at once; the border's own neighbour is itself
+        up, down = max(row - 1, 0), min(row + 1, height - 1)
+        here, above, below, out = depth[row], depth[up], depth[down], edge[row]
+        over, beside, under = (unknown[up], unknown[row], unknown[down]) if doubts else (none, none, none)
+        for c in range(width):
+            far = here[c] + least  # what is empty is not nearer either
+            sharp = (not above[c] <= far) & (not over[c]) | (not below[c] <= far) & (not under[c])
+            out[c] = here[c] if sharp else nan
+        for c in range(1, width):
+            sharp = (not here[c - 1] <= here[c] + least) & (not beside[c - 1])
+            out[c] = here[c] if sharp else out[c]
+        for c in range(width - 1):
+            sharp = (not here[c + 1] <= here[c] + least) & (not beside[c + 1])
+            out[c] = here[c] if sharp else out[c]

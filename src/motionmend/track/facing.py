@@ -97,6 +97,8 @@ def weighed(
     speed: float,
     search: Neighbors,
     follow: Follow,
+    *,
+    busy: bool = False,
 ) -> tuple[Facing, Taken | None]:
     """One more frame of the question.
 
@@ -105,7 +107,7 @@ def weighed(
     facing : as of the frame before. state : of this frame but for its pose.
     pose, wrong, speed : of the reading that is followed: this frame's pose, the share of pixels that it explains
         wrongly, m/s ahead.
-    search : poses of the library. follow : the tracker's step.
+    search : poses of the library. follow : the tracker's step. busy : this frame was searched for something else.
 
     Returns
     -------
@@ -120,7 +122,7 @@ def weighed(
             if strange(search, pose, state.trust) < BENT:
                 return replace(facing, wait=LATER), None
         question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected)
-    if not question.due:
+    if not question.due(busy):
         return replace(facing, question=question.waiting), None
     ahead = -2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
     question, taken = looked_at(question, state, pose, wrong, search, follow, beside=ahead, one=_face_alike)

@@ -66,7 +66,8 @@ class Girth:
     scale : (G,) the logarithms in use.
     frames : that were learned from.
     hand : how far the hands reach, of `HANDS`; None = as the base's.
-    wrong : (H,) share of the person's pixels explained wrongly with each of `HANDS`, summed over frames.
+    wrong : (H,) by what share of the person's pixels more each of `HANDS` explains wrongly than the first, summed over
+        frames.
     """
 
     base: Performer
@@ -151,8 +152,10 @@ def learned(
     if frames >= FIRST_FRAMES:
         wanted = np.linalg.solve(information + np.diag(SPREAD**-2.0), right)
         scale = scale + np.clip(wanted - scale, -LONGEST, LONGEST)
-    body = girth.stretched
-    wrong = girth.wrong + [disagreement(_with_hands(body, one), pose, coarse) for one in HANDS]
+    # One of the other reaches has its turn in each frame, and speaks for as many frames as there are others.
+    body, asked, wrong = girth.stretched, 1 + girth.frames % (len(HANDS) - 1), girth.wrong.copy()
+    without = disagreement(body, pose, coarse)
+    wrong[asked] += (len(HANDS) - 1) * (disagreement(_with_hands(body, HANDS[asked]), pose, coarse) - without)
     evident = wrong[HANDS.index(girth.hand)] - wrong.min() > EVIDENT
     hand = HANDS[int(np.argmin(wrong))] if evident else girth.hand
     return Girth(girth.base, frozen(information), frozen(right), frozen(scale), frames, hand, frozen(wrong))

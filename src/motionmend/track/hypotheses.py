@@ -34,6 +34,7 @@ STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
 MOST = 10.0  # times that gain that frames together must show for the longest leap
 FADES = 0.9  # of what earlier frames gained, in each frame
 LEAST = -0.03  # gained in sum; a hypothesis that has lost more is given up
+STEPS = 6  # of Gauss-Newton for it in one frame
 LASTS = 15  # frames that a hypothesis is followed
 ONE = 0.06  # m; two poses whose limbs are closer are one
 OWN = 2.0 * ONE  # m apart, from where on a pose is worth following beside the other
@@ -100,7 +101,7 @@ def contested(
         twin = replace(state, pose=old.pose, velocity=old.velocity, trust=old.trust, before=None)
         expected = expected_pose(twin, settings, elapsed, coarse)
         others = terms_of(model, settings, twin, evidence, expected)
-        found = solve_pose(state.performer, evidence, others, expected, settings)
+        found = solve_pose(state.performer, evidence, others, expected, settings, STEPS)
         share = disagreement(state.performer, found.state, coarse)
         odd = strangeness(others, found.state) - strangeness(terms, solution.state)
         gained = FADES * old.gained + wrong - share - odd

@@ -111,7 +111,15 @@ def passed(now: Floats, before: Floats, pair: Pair) -> bool:
 
 
 def sides_weighed(
-    sides: Sides, state: "TrackState", pose: Pose, wrong: float, elapsed: float, search: Neighbors, follow: Follow
+    sides: Sides,
+    state: "TrackState",
+    pose: Pose,
+    wrong: float,
+    elapsed: float,
+    search: Neighbors,
+    follow: Follow,
+    *,
+    busy: bool = False,
 ) -> tuple[Sides, Taken | None]:
     """One more frame of the question.
 
@@ -120,7 +128,7 @@ def sides_weighed(
     sides : as of the frame before. state : of this frame but for its pose, which is that of the frame before.
     pose, wrong : of the reading that is followed: this frame's pose, and the share of pixels that it explains wrongly.
     elapsed : s since the frame before.
-    search : poses of the library. follow : the tracker's step.
+    search : poses of the library. follow : the tracker's step. busy : this frame was searched for something else.
 
     Returns
     -------
@@ -146,7 +154,7 @@ def sides_weighed(
             return replace(sides, wait=later), None
         question = Question(changed_over(performer, pose, asked), pose.translation, suspected=True)
         return Sides(question, first, later), None
-    if not question.due:
+    if not question.due(busy):
         return replace(sides, question=question.waiting), None
 
     def one(pose: Pose, other: Pose) -> bool:

@@ -1,6 +1,7 @@
 """Limbs that explain too little are tried elsewhere; what explains the frame clearly better is taken."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ..numerics.least_squares import Solution
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
 from .hypotheses import GAIN, STEP, Hypothesis
-from .limbs import SEARCHED, Coarse, Limb, disagreement, draws, limb_places, limb_search, with_limb
+from .limbs import SEARCHED, Coarse, Draws, Limb, disagreement, draws, limb_places, limb_search, with_limb
 from .model import TrackerModel
 from .prior_term import said_against, strangeness
 from .settings import TrackSettings
@@ -27,8 +28,30 @@ SUSPECT = 1.08  # times the usual share of pixels explained wrongly, above which
 WORTH = 0.25 * GAIN  # a gain from where on a pose that was not taken is worth following
 SPREADS = (0.3, 0.15)  # rad, of poses of a limb drawn about the best, in each round
 KEPT, DRAWN = 6, 24  # how many best those are, and how many poses are drawn about them
+CLOSER = 3  # of all looks at limbs, those that promise most, about whose best poses others are drawn
+NONE = Draws(np.empty((0, 0), np.int64), np.empty((0, 0, 0)), 1)
 DRAWS = tuple(draws(np.random.default_rng(0), limb, SPREADS, KEPT, DRAWN) for limb in SEARCHED)
 TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """One limb looked for among a library's poses.
+
+    Attributes
+    ----------
+    gain : share of the pixels, the best of them beside the limb as it is. number : of `SEARCHED`.
+    body : from where. elite : (E, n) rad, the best poses. here : what the limb costs as it is.
+    most : what another pose may cost to be better.
+    """
+
+    gain: float
+    number: int
+    body: Pose
+    elite: Floats
+    here: float
+    most: float
 
 
 def mend_limbs(
@@ -70,7 +93,7 @@ def mend_limbs(
     pose, place = solution.state, landmarks(performer, expected)
     mean, form = said_against(terms)
     form = STRANGE * form
-    better: list[tuple[float, int, Pose]] = []
+    looks: list[_Look] = []
     for number, limb in enumerate(SEARCHED):
         hidden = min(shown[b] for b in limb.shown) <= ENOUGH
         against = max(denied[b] / (shown[b] + denied[b] + ENOUGH) for b in limb.shown)
@@ -80,19 +103,22 @@ def mend_limbs(
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
-        costs, best, cost = limb_search(performer, pose, limb, candidates, coarse, DRAWS[number], mean, form)
-        way = with_limb(pose, limb, best)
-        here = costs[0]  # as the search counts, which leaves no margin about the limb
-        if cost < here - 0.5 * GAIN:
-            better.append((cost - here, number, way))
-        if worse:
-            # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
-            before, best, cost = limb_search(performer, expected, limb, candidates, coarse, DRAWS[number], mean, form)
-            way = with_limb(expected, limb, best)
-            if cost < min(before[1] - 0.5 * GAIN, here + GAIN):
-                better.append((cost - here, number, way))
+        costs, _, least = limb_search(performer, pose, limb, candidates, coarse, NONE, mean, form)
+        here = float(costs[0])  # as the search counts, which leaves no margin about the limb
+        looks.append(_Look(least - here, number, pose, _elite(candidates, costs), here, here - 0.5 * GAIN))
         if hidden:
             doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
+        if worse:
+            # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
+            costs, _, least = limb_search(performer, expected, limb, candidates, coarse, NONE, mean, form)
+            most = min(float(costs[1]) - 0.5 * GAIN, here + GAIN)
+            looks.append(_Look(least - here, number, expected, _elite(candidates, costs), here, most))
+    better: list[tuple[float, int, Pose]] = []
+    for look in sorted(looks, key=lambda one: one.gain)[:CLOSER]:
+        limb, drawn = SEARCHED[look.number], DRAWS[look.number]
+        _, best, cost = limb_search(performer, look.body, limb, look.elite, coarse, drawn, mean, form)
+        if cost < look.most:
+            better.append((cost - look.here, look.number, with_limb(look.body, limb, best)))
     moved, hypothesis = 0, None
     for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
         limb = SEARCHED[number]
@@ -108,6 +134,11 @@ def mend_limbs(
         elif gain > WORTH:
             hypothesis = Hypothesis(trial.state, gain)
     return solution, wrong, moved, doubt, hypothesis
+
+
+def _elite(candidates: Floats, costs: Floats) -> Floats:
+    """The `KEPT` cheapest of candidates (C, n), the cheapest first."""
+    return candidates[np.argsort(costs, kind="stable")[:KEPT]]
 
 
 def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:

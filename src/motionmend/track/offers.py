@@ -13,11 +13,12 @@ from .detect import Detector, detect
 from .evidence import Evidence
 from .hypotheses import apart, asked
 from .judge import JUDGED, Verdict, judge
-from .limbs import LIMBS, Coarse, disagreement, limb_costs, with_limb
+from .limbs import LIMBS, Coarse, disagreement, limb_costs, limb_search, with_limb
+from .mend_limbs import DRAWS
 from .model import TrackerModel
 from .observation import Observation
 from .settings import TrackSettings
-from .settle import limb_hints, searched
+from .settle import limb_hints
 from .solve import solve_pose
 from .terms import Term
 
@@ -84,7 +85,7 @@ def limb_offers(
     performer, pose : as tracked.
     seen, coarse : the frame.
     shapes : for each of `LIMBS` poses of a library (C, n): where much is unexplained the limbs that may be there are
-        searched as at a start; without shapes they are not.
+        searched, too; without shapes they are not.
     most : how many.
     """
     verdict = judge(performer, pose, seen.as_fine_as(JUDGED))
@@ -95,12 +96,11 @@ def limb_offers(
     offers: list[tuple[float, Pose]] = []
     here = landmarks(performer, pose)
     doubtful = _doubtful(performer, pose, verdict) if len(shapes) and verdict.area > MUCH else ()
-    rng = np.random.default_rng(0)
     for number, (limb, some) in enumerate(zip(LIMBS, hints, strict=True)):
         ways = [some] if len(some) else []
         if number in doubtful:
             more = np.concatenate((shapes[number], some))
-            ways.append(searched(performer, pose, limb, coarse, more, rng)[0][None])
+            ways.append(limb_search(performer, pose, limb, more, coarse, DRAWS[number])[1][None])
         for way in ways:
             costs = limb_costs(performer, pose, limb, np.concatenate((pose.joints[limb.columns][None], way)), coarse)
             best = int(np.argmin(costs[1:]))

@@ -2,7 +2,8 @@
 
 In depth a person from behind looks much as from the front, and legs that pass each other as legs that part again. A
 body that is read wrongly fits worse while it moves, and bends as no body in the library does. The second reading is
-looked at every few frames only, begun where it was last, and scored against the one that is followed.
+looked at every few frames only, begun where it was last, and scored against the one that is followed. A look takes two
+frames' turns, so that none takes long: its pose is solved in the first, and its limbs looked for there in the second.
 """
 
 from collections.abc import Callable
@@ -15,11 +16,15 @@ from ..arrays import Floats, frozen
 from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ..numerics.least_squares import Solution
 from ..numerics.neighbors import Neighbors
+from .evidence import Evidence
+from .limbs import Coarse
+from .terms import Term
 
 if TYPE_CHECKING:
     from .tracker import TrackState
 
 EVERY = 3  # frames from one look at the other reading to the next
+PATIENCE = 3  # frames more that a look waits for one in which nothing else is searched for
 LEAST, MOST = 3, 12  # looks before one of the readings is taken, and after which the first one is kept
 FADES = 0.85  # of the odds at each look: a start has to settle first
 SURE = 2.0  # odds (log) at which a reading is taken
@@ -29,11 +34,61 @@ LATER = 1.0  # s after which it is asked again of a body that bends strangely
 RARE = 4.0  # log odds that what was only suspected is not so: one in fifty
 _EVERYWHERE = frozen(np.ones(DOFS - 6))
 
-Follow: TypeAlias = Callable[["TrackState", Pose], tuple[Solution[Pose], Floats, float]]
-"""The tracker's step of a state, begun at a pose: solution, trust (28,), share of pixels explained wrongly."""
-
 Taken: TypeAlias = tuple[Solution[Pose], float]
 """The other reading's solution, and the share of pixels that it explains wrongly."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """A pose solved in one frame, whose limbs were not looked for yet.
+
+    Attributes
+    ----------
+    state : before that frame. evidence, coarse, terms, expected : of that frame, as of `mend_limbs`.
+    solution : the pose. wrong : share of the person's pixels that it explains wrongly.
+    """
+
+    state: "TrackState"
+    evidence: Evidence
+    coarse: Coarse
+    terms: list[Term]
+    expected: Pose
+    solution: Solution[Pose]
+    wrong: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Follow:
+    """The tracker's step of a state.
+
+    Attributes
+    ----------
+    begin : state and the pose to begin at, to what is solved.
+    finish : with its limbs looked for: solution, trust (28,), share of pixels explained wrongly.
+    """
+
+    begin: Callable[["TrackState", Pose], Begun]
+    finish: Callable[[Begun], tuple[Solution[Pose], Floats, float]]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Look:
+    """The first half of a look.
+
+    Attributes
+    ----------
+    begun : the other reading. pose, trust, wrong : of the one that was followed in that frame.
+    beside : odds (log) for the other reading by what else was known of it.
+    """
+
+    begun: Begun
+    pose: Pose
+    trust: Floats
+    wrong: float
+    beside: float
 
 
 @final
@@ -46,7 +101,7 @@ class Question:
     pose : of the other reading in the frame it was last looked at. place : (3,) m, where the followed root was then.
     trust : (28,) of the other reading, as a state's. wrong : share of pixels it explained wrongly.
     odds : log, for the other reading. prior : the same before anything was seen; that does not fade.
-    looks : taken so far. frames : since the last one.
+    looks : taken so far. frames : since the last one began. look : one that is not finished.
     suspected : asked because the body bends strangely, the other reading being no likelier than `RARE` says.
     """
 
@@ -58,12 +113,12 @@ class Question:
     prior: float = 0.0
     looks: int = 0
     frames: int = 0
+    look: Look | None = None
     suspected: bool = False
 
-    @property
-    def due(self) -> bool:
-        """Whether the other reading is looked at in this frame."""
-        return self.frames + 1 >= EVERY
+    def due(self, busy: bool) -> bool:
+        """Whether the other reading is looked at in this frame; one in which much else was tried may be waited out."""
+        return self.frames + 1 >= (0 if self.look else EVERY) + (PATIENCE if busy else 0)
 
     @property
     def waiting(self) -> "Question":
@@ -87,7 +142,7 @@ def looked_at(
     counted: Floats = _EVERYWHERE,
     one: Callable[[Pose, Pose], bool],
 ) -> tuple[Question | None, Taken | None]:
-    """One look at the other reading.
+    """Half a look at the other reading.
 
     Parameters
     ----------
@@ -102,21 +157,26 @@ def looked_at(
     -------
     The question, None when it is closed; and the other reading, when that is to be followed from here.
     """
-    twin = replace(state, trust=question.trust, wrong=question.wrong, before=None)
-    other, trust, share = follow(twin, question.moved(pose.translation))
-    score = IMAGE * (wrong - share) + beside
+    look = question.look
+    if look is None:
+        twin = replace(state, trust=question.trust, wrong=question.wrong, before=None)
+        begun = follow.begin(twin, question.moved(pose.translation))
+        return replace(question, look=Look(begun, pose, state.trust, wrong, beside), frames=0), None
+    other, trust, share = follow.finish(look.begun)
+    score = IMAGE * (look.wrong - share) + look.beside
     if len(search.samples):
-        ours, theirs = strange(search, pose, state.trust, counted), strange(search, other.state, trust, counted)
+        ours, theirs = strange(search, look.pose, look.trust, counted), strange(search, other.state, trust, counted)
         score += STRANGE * (ours - theirs)
     odds, looks = FADES * question.odds + score, question.looks + 1
-    if one(pose, other.state):
+    if one(look.pose, other.state):
         return None, None
+    seen = replace(question, pose=other.state, place=look.pose.translation, trust=frozen(trust), wrong=share, look=None)
     if looks >= LEAST and odds + question.prior > SURE:
-        return None, (other, share)
+        now = follow.begin(replace(state, trust=seen.trust, wrong=share, before=None), seen.moved(pose.translation))
+        return None, (now.solution, now.wrong)
     if looks >= MOST or (looks >= LEAST and odds + question.prior < -SURE):
         return None, None
-    seen = replace(question, pose=other.state, place=pose.translation, trust=frozen(trust), wrong=share)
-    return replace(seen, odds=odds, looks=looks, frames=0), None
+    return replace(seen, odds=odds, looks=looks, frames=question.frames + 1), None
 
 
 def either(question: Question | None, performer: Performer, pose: Pose) -> Floats:

@@ -10,18 +10,21 @@ from ..bodies.performer import Pose
 from ..numerics.least_squares import Solution
 from .certainty import shown_and_denied, trust_of
 from .evidence import Evidence
-from .facing import along, doubted, walked, weighed
+from .facing import Facing, along, doubted, walked, weighed
 from .girth import Girth
 from .left_right import PAIRS, Sides, of_pair, sides_weighed
 from .limbs import Coarse, disagreement
 from .mend_limbs import mend_limbs
 from .model import TrackerModel
 from .objective import PAUSE, terms_of
+from .readings import Begun, Follow
 from .settings import TrackSettings
 from .solve import solve_pose
 
 if TYPE_CHECKING:
     from .tracker import TrackState
+
+STEPS = 6  # of Gauss-Newton for the other reading: it is begun where it was a few frames ago, and goes on in the next
 
 
 def faced(
@@ -34,6 +37,8 @@ def faced(
     wrong: float,
     elapsed: float,
     ways: list[Pose] | None,
+    *,
+    busy: bool = False,
 ) -> tuple["TrackState", Solution[Pose], float, bool]:
     """Front and back, and left and right, weighed in one more frame.
 
@@ -42,6 +47,7 @@ def faced(
     state : its pose is still that of the frame before. solution, wrong : of this frame.
     elapsed : s, since then.
     ways : the readings between which a search of this frame decided; None = it was not searched.
+    busy : limbs or the body were searched for in this frame: a look at the other reading may wait for the next.
 
     Returns
     -------
@@ -55,25 +61,26 @@ def faced(
         facing = doubted(state.performer, pose, other, new=new)
         return replace(state, facing=facing, sides=Sides()), solution, wrong, False
 
-    def follow(twin: "TrackState", expected: Pose) -> tuple[Solution[Pose], Floats, float]:
-        twin = replace(twin, pose=expected)
+    def begin(twin: "TrackState", expected: Pose) -> Begun:
+        twin = replace(twin, pose=expected, facing=Facing(), sides=Sides(), hypothesis=None)
         terms = terms_of(model, settings, twin, evidence, expected)
-        found = solve_pose(twin.performer, evidence, terms, expected, settings)
+        found = solve_pose(twin.performer, evidence, terms, expected, settings, STEPS)
         share = disagreement(twin.performer, found.state, coarse)
-        found, share, *_ = mend_limbs(model, settings, twin, evidence, coarse, terms, expected, found, share)
-        shown, _ = shown_and_denied(twin.performer, found.state, coarse, evidence.weight)
-        return found, trust_of(shown)[0], share
+        return Begun(twin, evidence, coarse, terms, expected, found, share)
 
-    facing = state.facing
+    follow = Follow(begin, lambda begun: _finished(model, settings, begun))
+    facing, asked = state.facing, state.facing.question is not None
     speed = 0.0
     if 0.0 < elapsed < PAUSE:
         speed = along(pose, (pose.translation - last.translation) / elapsed)
         facing = walked(facing, speed, elapsed)
-    facing, taken = weighed(facing, state, pose, wrong, speed, model.database.search, follow)
+    facing, taken = weighed(facing, state, pose, wrong, speed, model.database.search, follow, busy=busy)
     state = replace(state, facing=facing)
     if taken is None:
-        if facing.question is None:
-            sides, taken = sides_weighed(state.sides, state, pose, wrong, elapsed, model.database.search, follow)
+        if not asked and facing.question is None:  # of one thing at a time
+            sides, taken = sides_weighed(
+                state.sides, state, pose, wrong, elapsed, model.database.search, follow, busy=busy
+            )
             state = replace(state, sides=sides)
         if taken is not None:
             solution, wrong = taken
@@ -85,3 +92,13 @@ def faced(
     body = state.performer if girth is None else girth.base
     state = replace(state, pose=solution.state, performer=body, girth=girth, wrong=wrong, sides=Sides())
     return state, solution, wrong, True
+
+
+def _finished(model: TrackerModel, settings: TrackSettings, begun: Begun) -> tuple[Solution[Pose], Floats, float]:
+    """The pose with its limbs looked for, its trust (28,), and the share of pixels that it explains wrongly."""
+    twin, evidence, coarse = begun.state, begun.evidence, begun.coarse
+    found, share, *_ = mend_limbs(
+        model, settings, twin, evidence, coarse, begun.terms, begun.expected, begun.solution, begun.wrong
+    )
+    shown, _ = shown_and_denied(twin.performer, found.state, coarse, evidence.weight)
+    return found, trust_of(shown)[0], share

@@ -213,7 +213,7 @@ def step(
     clock.lap("prior")
     solution = solve_pose(state.performer, evidence, terms, expected, settings)
     clock.lap("solve")
-    restarts, hypothesis, offered = 0, None, False
+    restarts, hypothesis, offered, busy = 0, None, False, False
     doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
@@ -225,18 +225,22 @@ def step(
         solution, wrong, restarts, offered = offers_tried(
             model, settings, state, observation, evidence, coarse, terms, solution, wrong
         )
+        busy = True
         clock.lap("offers")
     if left is not None and not offered:
         solution, wrong, restarts, doubt, hypothesis = mend_limbs(
             model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
         )
+        busy |= bool(restarts) or hypothesis is not None
         clock.lap("limbs")
         if left.area > CLAIMED and not restarts:
             solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong, left)
             state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
+            busy = True
             clock.lap("pieces")
         if wrong > RESCUE * state.wrong + 0.03:
             solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
+            busy = True
             clock.lap("rescue")
     if settings.search:
         mended = solution
@@ -258,7 +262,16 @@ def step(
     if settings.search and not is_lost(state, wrong):
         mended = solution
         state, solution, wrong, turned_about = faced(
-            model, settings, state, evidence, coarse, mended, wrong, elapsed, ways if recovered or first else None
+            model,
+            settings,
+            state,
+            evidence,
+            coarse,
+            mended,
+            wrong,
+            elapsed,
+            ways if recovered or first else None,
+            busy=busy,
         )
         if turned_about:
             elapsed, recovered = 0.0, True  # it did not move there
