@@ -282,18 +282,24 @@ def crossed(rows, last, standard, place, place_cov, mean, own, noise, before, mi
     return swapped, unsure
 
 
-def signs(rows, before, earlier, size, usual, bones, spread, jerk, states):
+def signs(rows, before, earlier, size, usual, bones, twins, spread, jerk, states):
     """What tells of failures but the place of a joint."""
     lengths = np.linalg.norm(rows[bones[:, 1]] - rows[bones[:, 0]], axis=1)
     off = np.minimum(np.abs(np.log(np.maximum(lengths, 1e-6) / np.maximum(usual, 1e-6))) / spread, 50.0)
     off = np.where(np.isfinite(off), off, 0.0)
-    own, best = np.zeros(len(rows)), np.full(len(rows), np.inf)
+    longer = lengths - usual
+    apart = np.abs(longer - longer[twins])
+    odd = np.minimum(np.abs(longer), apart) / (np.maximum(0.3, 7.0 * spread) * usual + 0.03 * size)
+    odd = np.where(np.isfinite(odd), odd, 0.0)
+    own, best, broken = np.zeros(len(rows)), np.full(len(rows), np.inf), np.full(len(rows), np.inf)
     own[bones[:, 1]] = off
     for end in bones.T:
         np.minimum.at(best, end, off)
+        np.minimum.at(broken, end, odd)
     bent = np.linalg.norm(rows - 2.0 * before + earlier, axis=1) / size / jerk
     told = np.column_stack([states == 1, states == 0, states == 2]) if len(states) else np.zeros((len(rows), 3))
     best = np.log1p(np.where(np.isfinite(best), best, 0.0))
+    best += 10.0 * np.clip(np.where(np.isfinite(broken), broken, 0.0) - 0.4, 0.0, 1.0)
     return lengths, np.nan_to_num(bent), np.log1p(own), best, told, repeated(rows, before, earlier)
 
 
@@ -313,6 +319,13 @@ def counted(sums, lengths, failing, bones):
     return sums * np.minimum(1.0, 300.0 / np.maximum(sums[1], 1e-9)) + share * np.stack(
         [np.nan_to_num(lengths), np.ones(len(share))]
     )
+
+
+def likely(usual, size, standard_lengths, twins):
+    """Usual bones no farther from the standard body's than their twins are, and a little."""
+    off = usual - size * standard_lengths
+    most = np.where(twins == np.arange(len(twins)), np.inf, 0.05 * size + np.abs(off[twins]))
+    return size * standard_lengths + np.clip(off, -most, most)
 
 
 def given_back(given, rows, swapped, turn, origin, scale, upright, moved, std, failing, to_model, spread):

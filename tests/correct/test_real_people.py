@@ -1,5 +1,6 @@
 """Real people before a real sensor: strangers come out nearer to the truth, and failing limbs are mended."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,3 +60,28 @@ def test_failing_limbs_of_real_people_are_mended(model: CorrectorModel, folder: 
         before.append(np.linalg.norm(failed.postures.positions - one.truth.positions, axis=2)[there])
         after.append(np.linalg.norm(corrected.positions - one.truth.positions, axis=2)[there])
     assert np.concatenate(after).mean() < 0.7 * np.concatenate(before).mean()
+
+
+def test_a_limb_that_fails_calmly_from_the_first_frame_is_nobodys(model: CorrectorModel, folder: Path) -> None:
+    """It neither shakes nor jumps, and no frame before tells how long the person's own are."""
+    before, after, live = [], [], []
+    for seed, one in enumerate(paired(folder, TESTED)):
+        failed = fail(one.sensor, seed=seed, seconds=(2.0, 4.0), jitter=(0.0, 0.01), swaps=0.0)
+        start = int(np.flatnonzero(failed.affected.any(axis=1))[0]) + 2
+        cut = replace(
+            failed.postures,
+            positions=failed.postures.positions[start:],
+            times=failed.postures.times[start:],
+            state=None,
+        )
+        truth = one.truth.positions[start:]
+        there = failed.affected[start:] & np.isfinite(truth).all(axis=2)
+        for kept, positions in (
+            (before, cut.positions),
+            (after, model.correct(cut).positions),
+            (live, model.correct(cut, look_ahead=0).positions),
+        ):
+            kept.append(np.linalg.norm(positions - truth, axis=2)[there])
+    raw, mended, at_once = (np.concatenate(each).mean() for each in (before, after, live))
+    assert mended < 0.75 * raw
+    assert at_once < 0.75 * raw

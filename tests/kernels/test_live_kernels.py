@@ -148,7 +148,7 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
     rows[-rounded:, 1] = before[-rounded:, 1] if rounded else rows[:, 1]
     usual, spread, jerk = (rng.uniform(0.05, 0.5, n) for n in (BONES, BONES, JOINTS))
     states = rng.integers(0, 3, JOINTS if told else 0).astype(np.uint8)
-    every = (rows, before, earlier, 1.2, usual, BODY.bones, spread, jerk, states)
+    every = (rows, before, earlier, 1.2, usual, BODY.bones, BODY.twins, spread, jerk, states)
     got = sighting.signs(*every)
     same(got, naive.signs(*every))
     assert got[5].sum() == (still if (still, rounded) in ((3, 0), (3, 1)) else 0)
@@ -159,6 +159,23 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
         [proportions.counted(sums, got[0], failing, BODY.bones)],
         [naive.counted(sums, got[0], failing, BODY.bones)],
     )
+
+
+@given(seed=st.integers(0, 99), size=st.floats(0.6, 1.5), far=st.floats(0.0, 0.3))
+@settings(deadline=None)
+def test_a_bone_is_as_odd_as_its_twin_and_little_more(seed: int, size: float, far: float) -> None:
+    rng = np.random.default_rng(seed)
+    standard = rng.uniform(0.2, 0.5, BONES)
+    usual = size * (standard + far * rng.normal(size=BONES))
+    got = proportions.likely(usual, size, standard, BODY.twins)
+    same([got], [naive.likely(usual, size, standard, BODY.twins)])
+    alike = size * (standard + far)
+    same([proportions.likely(alike, size, standard, BODY.twins)], [alike])
+    sided = np.flatnonzero(BODY.twins != np.arange(BONES))
+    alike[sided[0]] += size
+    found = proportions.likely(alike, size, standard, BODY.twins)
+    assert found[sided[0]] == pytest.approx(size * (standard[sided[0]] + far + 0.05))
+    same([np.delete(found, sided[0])], [np.delete(alike, sided[0])])
 
 
 @pytest.mark.parametrize("unseen", [0, 4, BONES])

@@ -12,6 +12,7 @@ PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
 ENOUGH = 30.0  # frames beyond which a bone's length counts no more for the size
 LONGEST = 300.0  # frames after which older lengths fade
 PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
+ODD = 0.05  # standard m; a bone is off by no more than this and its twin, or it is of a limb that fails
 TRUSTED = 3.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
 
 _insert, _middle = rising.insert, rising.middle
@@ -90,6 +91,21 @@ def met(rows: Floats, bones: Ints, standard_lengths: Floats, usual: Floats) -> f
     for b in range(len(usual)):
         usual[b] = size * standard_lengths[b]
     return size
+
+
+@compiled
+def likely(usual: Floats, size: float, standard_lengths: Floats, twins: Ints) -> Floats:
+    """Usual bones (B,) m, none farther from the standard body's of that size (B,) than people and sensors go.
+
+    A limb that fails from the beginning would make its own lengths usual. What is a person's or a sensor's own is of
+    both sides: a bone may be off by as much as its twin (B,), and by `ODD` more.
+    """
+    found = np.empty(len(usual))
+    for b in range(len(usual)):
+        ours, other = usual[b] - size * standard_lengths[b], usual[twins[b]] - size * standard_lengths[twins[b]]
+        most = ODD * size + abs(other) if twins[b] != b else np.inf
+        found[b] = size * standard_lengths[b] + min(max(ours, -most), most)
+    return found
 
 
 @compiled

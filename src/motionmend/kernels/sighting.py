@@ -10,6 +10,10 @@ from . import proportions, rising
 from .compile import compiled
 
 LENGTHS_OFF = 50.0  # z-score of a bone's length beyond which it says nothing more
+SHARE, LENGTH = 0.3, 0.03  # of a bone's usual length, and standard m: off by both together it is nobody's
+SPREADS = 7.0  # deviations of the logarithm of its length that are the share, where sensors are restless
+SUSPECT = 0.4  # of that: nearer bones only tell by their z-scores, for sensors stretch them
+NOBODYS = 10.0  # by how much more a joint is off none of whose bones are anybody's, as a logarithm of z-scores
 SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
@@ -236,11 +240,15 @@ def signs(
     size: float,
     usual: Floats,
     bones: Ints,
+    twins: Ints,
     spread: Floats,
     jerk: Floats,
     states: Bytes,
 ) -> Any:
     """What tells of failures but the place of a joint.
+
+    A bone far from its usual length is nobody's, unless its twin on the other side is off alike: that is a habit of the
+    sensor.
 
     Parameters
     ----------
@@ -248,7 +256,7 @@ def signs(
     before, earlier : (J, 3) m, the two frames before.
     size : of the person.
     usual : (B,) m.
-    bones : (B, 2).
+    bones : (B, 2). twins : (B,) the bone on the other side, its own number in the middle.
     spread : (B,) usual deviation of the logarithm of a bone's length.
     jerk : (J,) usual size of the second difference, standard metres.
     states : (J,) 2 tracked, 1 inferred, 0 not tracked; empty when the sensor does not say.
@@ -256,26 +264,34 @@ def signs(
     Returns
     -------
     lengths (B,) m; second differences by the usual ones (J,); how far the bone to the parent is off, and the bone at
-    the joint that is least so (J,), (J,), logarithms of z-scores; (J, 3) one for inferred, not tracked, tracked; (J,)
-    whether the sensor repeats where it had the joint.
+    the joint that is least so (J,), (J,), logarithms of z-scores, the latter more where it is nobody's bone; (J, 3) one
+    for inferred, not tracked, tracked; (J,) whether the sensor repeats where it had the joint.
     """
     joints, count = rows.shape[0], bones.shape[0]
     lengths, raw, told = np.empty(count), np.empty(joints), np.zeros((joints, 3))
-    own, best = np.zeros(joints), np.full(joints, np.inf)
+    own, best, broken = np.zeros(joints), np.full(joints, np.inf), np.full(joints, np.inf)
     for b in range(count):
         lengths[b] = _length(rows, bones[b, 0], bones[b, 1])
-        off = 0.0
+    for b in range(count):
+        off, odd = 0.0, 0.0
         if isfinite(lengths[b]) and isfinite(usual[b]):
+            longer, other = lengths[b] - usual[b], lengths[twins[b]] - usual[twins[b]]
+            if isfinite(other):
+                odd = min(abs(longer), abs(longer - other))
+                odd /= max(SHARE, SPREADS * spread[b]) * usual[b] + LENGTH * size
             off = min(abs(log(max(lengths[b], 1e-6) / max(usual[b], 1e-6))) / spread[b], LENGTHS_OFF)
         own[bones[b, 1]] = off
         best[bones[b, 0]] = min(best[bones[b, 0]], off)
         best[bones[b, 1]] = min(best[bones[b, 1]], off)
+        broken[bones[b, 0]] = min(broken[bones[b, 0]], odd)
+        broken[bones[b, 1]] = min(broken[bones[b, 1]], odd)
     for j in range(joints):
         square = 0.0
         for d in range(3):
             square += (rows[j, d] - 2.0 * before[j, d] + earlier[j, d]) ** 2
         raw[j] = sqrt(square) / size / jerk[j] if isfinite(square) else 0.0
         own[j], best[j] = log1p(own[j]), log1p(best[j]) if isfinite(best[j]) else 0.0
+        best[j] += NOBODYS * min(max(broken[j] - SUSPECT, 0.0), 1.0) if isfinite(broken[j]) else 0.0
         if states.shape[0] > 0:
             told[j, 0], told[j, 1], told[j, 2] = states[j] == 1, states[j] == 0, states[j] == 2
     return lengths, raw, own, best, told, _repeated(rows, before, earlier)
