@@ -17,7 +17,7 @@ from .judge import GATE
 
 MOST = 0.15  # m, a difference in depth that is as wrong as nothing at all
 COARSE = 2  # every n-th pixel of the raster is looked at
-SHAPES = 40  # poses of a limb that are kept of a library
+SHAPES = 64  # poses of a limb that are kept of a library
 NOTHING, NO_FORM = np.empty(0), np.empty((0, 0))
 
 
@@ -72,7 +72,7 @@ def opposite(limb: Limb) -> Limb:
 
 
 def shapes_of(database: PoseDatabase, performer: Performer) -> tuple[Floats, ...]:
-    """For each of `SEARCHED` up to 40 of its poses (C, n) that lie far apart, those of the other side mirrored.
+    """For each of `SEARCHED` up to 64 of its poses (C, n) that lie far apart, those of the other side mirrored.
 
     Without a library: a grid over the joints' ranges.
     """
