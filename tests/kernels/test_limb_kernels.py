@@ -72,8 +72,9 @@ def test_a_limb_is_searched_closer_and_closer(rng):
             away, before = moved.joints - mean, pose.joints - mean
             return seen + away @ form @ away - before @ form @ before
 
-        costs, best, least = limb_search(BODY, pose, limb, some, coarse, drawn, mean, form)
+        costs, prices, best, least = limb_search(BODY, pose, limb, some, coarse, drawn, mean, form)
         first, values, cheapest = naive.narrowed(cost, some, BODY.limits[6 + limb.columns], drawn)
+        np.testing.assert_allclose(prices, first, atol=1e-5)
         np.testing.assert_allclose(best, values, atol=1e-12)
         assert least == pytest.approx(cheapest, abs=1e-5)
         assert least <= first.min() + 1e-9

@@ -146,7 +146,8 @@ def limb_search(
     camera : (4,) of the images.
     seen, free : (H, W) what is observed, and where nobody is.
     most : m, see `unlikeness`.
-    costs : (C,) is written: a sum over pixels.
+    costs : (2, C) is written: a sum over pixels, and the same with by how much more is said against it than against the
+        pose as it is.
     limits : (D, 2) least and most of every degree of freedom.
     mean, form : (J,), (J, J) what is said against joint coordinates, in pixels: (joints - mean)' form (joints - mean);
         or of length 0: nothing.
@@ -227,9 +228,10 @@ def limb_search(
                 pool[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
                 extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid,
             )  # fmt: skip
+            against = _against(pool[c], columns, joints, uphill, form)
             if r == 0:
-                costs[c] = prices[c]
-            prices[c] += _against(pool[c], columns, joints, uphill, form)
+                costs[0, c], costs[1, c] = prices[c], prices[c] + against
+            prices[c] += against
     least = 0
     for c in range(count):
         if prices[c] < prices[least]:

@@ -265,7 +265,7 @@ def limb_search(
     drawn: Draws,
     mean: Floats = NOTHING,
     form: Floats = NO_FORM,
-) -> tuple[Floats, Floats, float]:
+) -> tuple[Floats, Floats, Floats, float]:
     """The same of each candidate, and the best values (n,) for the limb among them and what is drawn about the best.
 
     A library's poses are too far apart to fit: the best of them may be no nearer to the truth than the worst, which
@@ -279,9 +279,10 @@ def limb_search(
 
     Returns
     -------
-    Costs (C,) of the candidates; the best values (n,) and their cost, with by how much more the form is against them.
+    Costs (C,) of the candidates; the same with by how much more the form is against them; the best values (n,) of all,
+    and what they cost with it.
     """
-    costs, best = np.empty(len(candidates)), np.empty(len(limb.columns))
+    costs, best = np.empty((2, len(candidates))), np.empty(len(limb.columns))
     bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
     pixels = max(coarse.pixels, 1)
     # Copies, for what is kept is read-only or not by where it comes from: kernels are compiled for one kind of arrays.
@@ -310,7 +311,8 @@ def limb_search(
         drawn.kept,
         best,
     )
-    return np.asarray(costs / pixels), best, least / pixels
+    alone, with_form = costs / pixels
+    return alone, with_form, best, least / pixels
 
 
 def limb_places(performer: Performer, pose: Pose, limb: Limb, candidates: Floats) -> Floats:

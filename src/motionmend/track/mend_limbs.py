@@ -103,20 +103,20 @@ def mend_limbs(
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
-        costs, _, least = limb_search(performer, pose, limb, candidates, coarse, NONE, mean, form)
+        costs, prices, _, least = limb_search(performer, pose, limb, candidates, coarse, NONE, mean, form)
         here = float(costs[0])  # as the search counts, which leaves no margin about the limb
-        looks.append(_Look(least - here, number, pose, _elite(candidates, costs), here, here - 0.5 * GAIN))
+        looks.append(_Look(least - here, number, pose, _elite(candidates, prices), here, here - 0.5 * GAIN))
         if hidden:
             doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
         if worse:
             # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
-            costs, _, least = limb_search(performer, expected, limb, candidates, coarse, NONE, mean, form)
+            costs, prices, _, least = limb_search(performer, expected, limb, candidates, coarse, NONE, mean, form)
             most = min(float(costs[1]) - 0.5 * GAIN, here + GAIN)
-            looks.append(_Look(least - here, number, expected, _elite(candidates, costs), here, most))
+            looks.append(_Look(least - here, number, expected, _elite(candidates, prices), here, most))
     better: list[tuple[float, int, Pose]] = []
     for look in sorted(looks, key=lambda one: one.gain)[:CLOSER]:
         limb, drawn = SEARCHED[look.number], DRAWS[look.number]
-        _, best, cost = limb_search(performer, look.body, limb, look.elite, coarse, drawn, mean, form)
+        _, _, best, cost = limb_search(performer, look.body, limb, look.elite, coarse, drawn, mean, form)
         if cost < look.most:
             better.append((cost - look.here, look.number, with_limb(look.body, limb, best)))
     moved, hypothesis = 0, None
@@ -136,9 +136,9 @@ def mend_limbs(
     return solution, wrong, moved, doubt, hypothesis
 
 
-def _elite(candidates: Floats, costs: Floats) -> Floats:
+def _elite(candidates: Floats, prices: Floats) -> Floats:
     """The `KEPT` cheapest of candidates (C, n), the cheapest first."""
-    return candidates[np.argsort(costs, kind="stable")[:KEPT]]
+    return candidates[np.argsort(prices, kind="stable")[:KEPT]]
 
 
 def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:

@@ -183,7 +183,7 @@ def searched(
     limits = performer.limits[6 + limb.columns]
     some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), *limits.T)
     drawn = draws(rng, limb, ROUNDS, min(ELITE, len(some)), DRAWN)
-    costs, values, cost = limb_search(performer, pose, limb, some, coarse, drawn)
+    costs, _, values, cost = limb_search(performer, pose, limb, some, coarse, drawn)
     return values, float(costs[0] - cost)
 
 
