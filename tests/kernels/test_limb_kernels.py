@@ -72,13 +72,13 @@ def test_a_limb_is_searched_closer_and_closer(rng):
             away, before = moved.joints - mean, pose.joints - mean
             return seen + away @ form @ away - before @ form @ before
 
-        costs, prices, best, least = limb_search(BODY, pose, limb, some, coarse, drawn, mean, form)
+        found = limb_search(BODY, pose, limb, some, coarse, drawn, mean, form)
         first, values, cheapest = naive.narrowed(cost, some, BODY.limits[6 + limb.columns], drawn)
-        np.testing.assert_allclose(prices, first, atol=1e-5)
-        np.testing.assert_allclose(best, values, atol=1e-12)
-        assert least == pytest.approx(cheapest, abs=1e-5)
-        assert least <= first.min() + 1e-9
-        np.testing.assert_allclose(limb_costs(BODY, pose, limb, some, coarse), costs, rtol=1e-12)
+        np.testing.assert_allclose(found.prices, first, atol=1e-5)
+        np.testing.assert_allclose(found.best, values, atol=1e-12)
+        assert found.price == pytest.approx(cheapest, abs=1e-5)
+        assert found.price <= first.min() + 1e-9
+        np.testing.assert_allclose(limb_costs(BODY, pose, limb, some, coarse), found.costs, rtol=1e-12)
 
 
 def test_an_arm_with_nothing_near_it_is_left_over():

@@ -240,6 +240,26 @@ class Draws:
     kept: int
 
 
+NO_DRAWS = Draws(np.empty((0, 0), np.int64), np.empty((0, 0, 0)), 1)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What C poses of a limb cost, and the best of them and of what was drawn about these.
+
+    Attributes
+    ----------
+    costs : (C,) what `disagreement` says of the pose with each. prices : (C,) the same with what is said against it.
+    best : (n,) rad, the cheapest of all. price : of the best.
+    """
+
+    costs: Floats
+    prices: Floats
+    best: Floats
+    price: float
+
+
 def draws(rng: np.random.Generator, limb: Limb, spreads: Sequence[float], kept: int, count: int) -> Draws:
     """`count` poses of a limb for each of the rounds, whose standard deviations are `spreads`, rad."""
     picks = np.empty((len(spreads), count), np.int64)
@@ -252,8 +272,7 @@ def draws(rng: np.random.Generator, limb: Limb, spreads: Sequence[float], kept: 
 
 def limb_costs(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, coarse: Coarse) -> Floats:
     """(C,) what `disagreement` says of the pose with each of `candidates` (C, n), rad, for the limb's n coordinates."""
-    none = Draws(np.empty((0, 0), np.int64), np.empty((0, 0, 0)), 1)
-    return limb_search(performer, pose, limb, candidates, coarse, none)[0]
+    return limb_search(performer, pose, limb, candidates, coarse).costs
 
 
 def limb_search(
@@ -262,11 +281,11 @@ def limb_search(
     limb: Limb,
     candidates: Floats,
     coarse: Coarse,
-    drawn: Draws,
+    drawn: Draws = NO_DRAWS,
     mean: Floats = NOTHING,
     form: Floats = NO_FORM,
-) -> tuple[Floats, Floats, Floats, float]:
-    """The same of each candidate, and the best values (n,) for the limb among them and what is drawn about the best.
+) -> Searched:
+    """The same of each candidate, and the best values for the limb among them and what is drawn about the best.
 
     A library's poses are too far apart to fit: the best of them may be no nearer to the truth than the worst, which
     only what is drawn about them tells.
@@ -275,18 +294,14 @@ def limb_search(
     ----------
     performer, pose, limb, candidates, coarse : as above.
     drawn : about the best.
-    mean, form : (28,), (28, 28) of a quadratic form that is against joint coordinates, as a share of the pixels.
-
-    Returns
-    -------
-    Costs (C,) of the candidates; the same with by how much more the form is against them; the best values (n,) of all,
-    and what they cost with it.
+    mean, form : (28,), (28, 28) of a quadratic form that is against joint coordinates, as a share of the pixels;
+        prices have by how much more it is against the candidates than against the pose as it is.
     """
     costs, best = np.empty((2, len(candidates))), np.empty(len(limb.columns))
     bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
     pixels = max(coarse.pixels, 1)
     # Copies, for what is kept is read-only or not by where it comes from: kernels are compiled for one kind of arrays.
-    least = limbs.limb_search(
+    price = limbs.limb_search(
         *performer.chain,
         *pose.arrays,
         limb.columns,
@@ -311,8 +326,7 @@ def limb_search(
         drawn.kept,
         best,
     )
-    alone, with_form = costs / pixels
-    return alone, with_form, best, least / pixels
+    return Searched(costs[0] / pixels, costs[1] / pixels, best, price / pixels)
 
 
 def limb_places(performer: Performer, pose: Pose, limb: Limb, candidates: Floats) -> Floats:

@@ -11,7 +11,7 @@ from ..numerics.least_squares import Solution
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .evidence import Evidence
 from .hypotheses import GAIN, STEP, Hypothesis
-from .limbs import SEARCHED, Coarse, Draws, Limb, disagreement, draws, limb_places, limb_search, with_limb
+from .limbs import SEARCHED, Coarse, Limb, Searched, disagreement, draws, limb_places, limb_search, with_limb
 from .model import TrackerModel
 from .prior_term import said_against, strangeness
 from .settings import TrackSettings
@@ -29,7 +29,6 @@ WORTH = 0.25 * GAIN  # a gain from where on a pose that was not taken is worth f
 SPREADS = (0.3, 0.15)  # rad, of poses of a limb drawn about the best, in each round
 KEPT, DRAWN = 6, 24  # how many best those are, and how many poses are drawn about them
 CLOSER = 3  # of all looks at limbs, those that promise most, about whose best poses others are drawn
-NONE = Draws(np.empty((0, 0), np.int64), np.empty((0, 0, 0)), 1)
 DRAWS = tuple(draws(np.random.default_rng(0), limb, SPREADS, KEPT, DRAWN) for limb in SEARCHED)
 TRIED = 1  # of all limbs' candidates is refined: the rest wait for the next frame
 
@@ -41,15 +40,15 @@ class _Look:
 
     Attributes
     ----------
-    gain : share of the pixels, the best of them beside the limb as it is. number : of `SEARCHED`.
-    body : from where. elite : (E, n) rad, the best poses. here : what the limb costs as it is.
-    most : what another pose may cost to be better.
+    number : of `SEARCHED`. body : from where.
+    elite : (E, n) rad, the cheapest poses, the cheapest first. price : of that, a share of the pixels.
+    here : what the limb costs as it is. most : what another pose may cost to be better.
     """
 
-    gain: float
     number: int
     body: Pose
     elite: Floats
+    price: float
     here: float
     most: float
 
@@ -103,22 +102,22 @@ def mend_limbs(
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
         candidates = np.concatenate((now, model.limb_shapes[number]))
-        costs, prices, _, least = limb_search(performer, pose, limb, candidates, coarse, NONE, mean, form)
-        here = float(costs[0])  # as the search counts, which leaves no margin about the limb
-        looks.append(_Look(least - here, number, pose, _elite(candidates, prices), here, here - 0.5 * GAIN))
+        found = limb_search(performer, pose, limb, candidates, coarse, mean=mean, form=form)
+        here = float(found.costs[0])  # as the search counts, which leaves no margin about the limb
+        looks.append(_Look(number, pose, _elite(candidates, found), found.price, here, here - 0.5 * GAIN))
         if hidden:
-            doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, costs)
+            doubt[limb.landmarks] = _doubt(performer, pose, limb, candidates, found.costs)
         if worse:
             # A limb that is lost pulls the body with it: it is looked for from where the body was expected, too.
-            costs, prices, _, least = limb_search(performer, expected, limb, candidates, coarse, NONE, mean, form)
-            most = min(float(costs[1]) - 0.5 * GAIN, here + GAIN)
-            looks.append(_Look(least - here, number, expected, _elite(candidates, prices), here, most))
+            found = limb_search(performer, expected, limb, candidates, coarse, mean=mean, form=form)
+            most = min(float(found.costs[1]) - 0.5 * GAIN, here + GAIN)
+            looks.append(_Look(number, expected, _elite(candidates, found), found.price, here, most))
     better: list[tuple[float, int, Pose]] = []
-    for look in sorted(looks, key=lambda one: one.gain)[:CLOSER]:
+    for look in sorted(looks, key=lambda one: one.price - one.here)[:CLOSER]:
         limb, drawn = SEARCHED[look.number], DRAWS[look.number]
-        _, _, best, cost = limb_search(performer, look.body, limb, look.elite, coarse, drawn, mean, form)
-        if cost < look.most:
-            better.append((cost - look.here, look.number, with_limb(look.body, limb, best)))
+        found = limb_search(performer, look.body, limb, look.elite, coarse, drawn, mean, form)
+        if found.price < look.most:
+            better.append((found.price - look.here, look.number, with_limb(look.body, limb, found.best)))
     moved, hypothesis = 0, None
     for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
         limb = SEARCHED[number]
@@ -136,9 +135,9 @@ def mend_limbs(
     return solution, wrong, moved, doubt, hypothesis
 
 
-def _elite(candidates: Floats, prices: Floats) -> Floats:
+def _elite(candidates: Floats, found: Searched) -> Floats:
     """The `KEPT` cheapest of candidates (C, n), the cheapest first."""
-    return candidates[np.argsort(prices, kind="stable")[:KEPT]]
+    return candidates[np.argsort(found.prices, kind="stable")[:KEPT]]
 
 
 def _doubt(performer: Performer, pose: Pose, limb: Limb, candidates: Floats, costs: Floats) -> Floats:

@@ -100,7 +100,7 @@ def limb_offers(
         ways = [some] if len(some) else []
         if number in doubtful:
             more = np.concatenate((shapes[number], some))
-            ways.append(limb_search(performer, pose, limb, more, coarse, DRAWS[number])[2][None])
+            ways.append(limb_search(performer, pose, limb, more, coarse, DRAWS[number]).best[None])
         for way in ways:
             costs = limb_costs(performer, pose, limb, np.concatenate((pose.joints[limb.columns][None], way)), coarse)
             best = int(np.argmin(costs[1:]))

@@ -183,8 +183,8 @@ def searched(
     limits = performer.limits[6 + limb.columns]
     some = np.clip(np.concatenate((pose.joints[limb.columns][None], shapes)), *limits.T)
     drawn = draws(rng, limb, ROUNDS, min(ELITE, len(some)), DRAWN)
-    costs, _, values, cost = limb_search(performer, pose, limb, some, coarse, drawn)
-    return values, float(costs[0] - cost)
+    found = limb_search(performer, pose, limb, some, coarse, drawn)
+    return found.best, float(found.costs[0] - found.price)
 
 
 def _hints(
