@@ -50,21 +50,24 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
     """
     height, width = depth.shape
     window = np.empty(max((2 * radius + 1) ** 2, 8), np.float32)  # also the ring about a hole
-    filled = depth.copy()
+    filled, holes = depth.copy(), np.empty(width, np.bool_)
     for r in range(height):
+        above, below = depth[max(r - 1, 0)], depth[min(r + 1, height - 1)]
+        if _holes(above, depth[r], below, 8 - enough, holes) == 0:  # as in nearly every row
+            continue
         for c in range(width):
-            if np.isnan(depth[r, c]):
+            if holes[c]:
                 filled[r, c] = _filling(depth, r, c, enough, jump, window)
     for r in range(height):
+        if radius == 1 and 0 < r < height - 1:
+            _medians_of_nine(filled[r - 1], filled[r], filled[r + 1], out[r])
+        else:
+            out[r, :] = np.nan
+        if _missed(filled[r], out[r], holes) == 0:
+            continue
         for c in range(width):
-            if np.isnan(filled[r, c]):
-                out[r, c] = np.nan
+            if not holes[c]:
                 continue
-            if radius == 1 and 0 < r < height - 1 and 0 < c < width - 1:
-                middle = _median_of_nine(filled, r, c)
-                if not np.isnan(middle):
-                    out[r, c] = middle
-                    continue
             count = 0
             for i in range(max(r - radius, 0), min(r + radius + 1, height)):
                 for j in range(max(c - radius, 0), min(c + radius + 1, width)):
@@ -143,16 +146,40 @@ def _pairs(above: Singles, below: Singles, near: float, steep: float, out: Singl
 
 
 @compiled
+def _holes(above: Singles, here: Singles, below: Singles, most: int, holes: Bools) -> int:
+    """Empty pixels of a row (W,) of which at most so many beside them are empty, too; how many there are.
+
+    Without a branch, for several at once; at the ends none is too much.
+    """
+    last, found, few = len(here) - 1, 0, np.int32(most)
+    for c in range(1, last):
+        across = np.int32(here[c - 1] != here[c - 1]) + np.int32(here[c + 1] != here[c + 1])  # what is empty is NaN
+        empty = across + np.int32(above[c] != above[c]) + np.int32(below[c] != below[c])
+        holes[c] = (here[c] != here[c]) & (empty <= few)
+    holes[0], holes[last] = np.isnan(here[0]), np.isnan(here[last])
+    for c in range(last + 1):
+        found += holes[c]
+    return found
+
+
+@compiled
+def _missed(filled: Singles, out: Singles, missed: Bools) -> int:
+    """Pixels of a row (W,) that are measured and have no median yet; how many there are."""
+    found = 0
+    for c in range(len(out)):
+        missed[c] = (filled[c] == filled[c]) & (out[c] != out[c])
+    for c in range(len(out)):
+        found += missed[c]
+    return found
+
+
+@compiled
 def _filling(depth: Singles, r: int, c: int, enough: int, jump: float, ring: Singles) -> float:
     """What fills a hole of one pixel, as `mend` says; NaN where it is no such hole.
 
     `ring`, (8,) or more, is overwritten.
     """
     height, width = depth.shape
-    if 0 < r < height - 1 and 0 < c < width - 1:
-        across = np.isnan(depth[r, c - 1]) + np.isnan(depth[r, c + 1])
-        if across + np.isnan(depth[r - 1, c]) + np.isnan(depth[r + 1, c]) > 8 - enough:
-            return np.nan  # as nearly everywhere beside a body
     count = 0
     for i in range(max(r - 1, 0), min(r + 2, height)):
         for j in range(max(c - 1, 0), min(c + 2, width)):
@@ -168,20 +195,24 @@ def _filling(depth: Singles, r: int, c: int, enough: int, jump: float, ring: Sin
 
 
 @compiled
-def _median_of_nine(image: Singles, r: int, c: int) -> float:
-    """Median of a 3 x 3 window as minima and maxima of its sorted columns (Smith 1996); NaN when one is missing."""
-    total = 0.0
-    for i in range(r - 1, r + 2):
-        total += image[i, c - 1] + image[i, c] + image[i, c + 1]
-    if np.isnan(total):
-        return np.nan
-    a0, a1, a2 = _sorted3(image[r - 1, c - 1], image[r, c - 1], image[r + 1, c - 1])
-    b0, b1, b2 = _sorted3(image[r - 1, c], image[r, c], image[r + 1, c])
-    c0, c1, c2 = _sorted3(image[r - 1, c + 1], image[r, c + 1], image[r + 1, c + 1])
-    _, low = _ordered(_ordered(a0, b0)[1], c0)
-    _, middle, _ = _sorted3(a1, b1, c1)
-    high, _ = _ordered(_ordered(a2, b2)[0], c2)
-    return _sorted3(low, middle, high)[1]
+def _medians_of_nine(above: Singles, here: Singles, below: Singles, out: Singles) -> None:
+    """Medians of the 3 x 3 windows of a row (W,), NaN where a pixel of the nine is missing.
+
+    As minima and maxima of sorted columns (Smith 1996), without a branch, for several windows at once.
+    """
+    nan = np.float32(np.nan)
+    out[0] = out[len(out) - 1] = nan
+    for c in range(1, len(out) - 1):
+        a0, a1, a2 = _sorted3(above[c - 1], here[c - 1], below[c - 1])
+        b0, b1, b2 = _sorted3(above[c], here[c], below[c])
+        c0, c1, c2 = _sorted3(above[c + 1], here[c + 1], below[c + 1])
+        _, low = _ordered(_ordered(a0, b0)[1], c0)
+        _, middle, _ = _sorted3(a1, b1, c1)
+        high, _ = _ordered(_ordered(a2, b2)[0], c2)
+        middle = _sorted3(low, middle, high)[1]
+        left = (above[c - 1] + here[c - 1]) + below[c - 1]
+        total = left + ((above[c] + here[c]) + below[c]) + ((above[c + 1] + here[c + 1]) + below[c + 1])
+        out[c] = middle if total == total else nan
 
 
 @compiled
