@@ -66,7 +66,7 @@ def test_only_what_belongs_to_the_pair_is_taken_over():
 def test_legs_pass_each_other_twice_in_a_stride_seen_from_the_side_and_never_from_ahead():
     side, ahead = walk(33, 90.0), walk(33, 0.0)
     counts = [
-        np.diff(np.array([passed(now, before, LEGS) for before, now in pairwise(places)]).astype(int))
+        np.diff(np.array([passed(now, before)[0] for before, now in pairwise(places)]).astype(int))
         for places in ([landmarks(BODY, pose) for pose in poses] for poses in (side, ahead))
     ]
     assert (counts[0] == 1).sum() == 2

@@ -47,19 +47,14 @@ class Neighbors:
             squared, index = self._graph.search(wanted[None], count)
             found = index[0] >= 0
             return index[0][found].astype(np.int64), np.sqrt(squared[0][found].astype(np.float64))
-        from ..kernels.nearest import squared_distances
+        from ..kernels.nearest import smallest, squared_distances
 
         scale: Singles = np.ones(len(wanted), np.float32) if weights is None else np.asarray(weights, np.float32)
         squares = np.empty(len(self.samples), np.float32)
         squared_distances(self.columns, wanted, scale, squares)
-        chosen = np.argpartition(squares, count - 1)[:count] if count < len(squares) else np.arange(count)
-        # argpartition leaves ties at the rim to chance: take those below the rim, then the earliest on it.
-        rim = squares[chosen].max()
-        if count < len(squares) and np.count_nonzero(squares == rim) > 1:
-            below = np.flatnonzero(squares < rim)
-            chosen = np.concatenate((below, np.flatnonzero(squares == rim)[: count - len(below)]))
-        chosen = chosen[np.lexsort((chosen, squares[chosen]))]
-        return chosen.astype(np.int64), np.sqrt(squares[chosen].astype(np.float64))
+        chosen, least = np.empty(count, np.int64), np.empty(count, np.float32)
+        smallest(squares, chosen, least)
+        return chosen, np.sqrt(least.astype(np.float64))
 
     @cached_property
     def _graph(self) -> Any:

@@ -4,6 +4,8 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..bodies.performer import BONES, FIRST, LANDMARK_BONES, PARENTS, Performer, Pose, landmarks, twists
+from ..kernels import limbs
+from ..kernels.bone_systems import spreads
 from ..numerics.least_squares import Solution
 from .evidence import STANDARD
 from .limbs import COARSE, Coarse, cast_parts
@@ -26,8 +28,6 @@ def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: f
 
     A sample is denied where nobody is, or the person is farther away; what hides behind something is neither.
     """
-    from ..kernels import limbs
-
     depth, solid = cast_parts(performer, pose, coarse)
     shown, denied = np.zeros((2, len(BONES)))
     limbs.shown_and_denied(coarse.seen, coarse.free, depth, solid, performer.solids.arrays[0], FIT, shown, denied)
@@ -72,8 +72,6 @@ def certainty_of(
     doubt : (16,) m, how far other poses of the limb that explain the frame as well have the joint.
     wrong : share of pixels explained wrongly.
     """
-    from ..kernels.bone_systems import spreads
-
     residual = solution.system.costs.get("surface", 0.0) / (2.0 * STANDARD)
     variance = CLUMP * (residual + SHAPE**2) * (1.0 + 4.0 * wrong)
     covariance = solution.covariance(variance)

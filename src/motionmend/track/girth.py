@@ -8,6 +8,7 @@ few reaches that one is used with which the poses so far explain the frames best
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from ..arrays import Floats, frozen
 from ..bodies.anatomy import handed
 from ..bodies.performer import BONES, DOFS, MOVES, Performer, Pose
+from ..kernels import widths
 from .evidence import Evidence
 from .freespace_term import far_at
 from .limbs import Coarse, disagreement
@@ -78,12 +80,12 @@ class Girth:
     hand: float | None = None
     wrong: Floats = field(default_factory=lambda: frozen(np.zeros(len(HANDS))))
 
-    @property
+    @cached_property
     def performer(self) -> Performer:
         """The base with its surface, not its joints, stretched, and its hands."""
         return _with_hands(self.stretched, self.hand)
 
-    @property
+    @cached_property
     def stretched(self) -> Performer:
         """The same with the base's hands."""
         factors = np.exp(np.einsum("g,gba->ba", self.scale, AXES_OF))
@@ -104,8 +106,6 @@ def learned(
     ----------
     performer : in use, `girth.performer`. pose : as solved for the frame. evidence, coarse, settings : of the frame.
     """
-    from ..kernels import widths
-
     view = view_of(performer, pose, evidence, settings.every)
     half, systems = settings.window // 2 + 2, np.zeros((len(BONES), widths.ROW, widths.ROW))
     near = half, settings.gate, evidence.apart, settings.scale, NOISE**-2.0 / CLUMP

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from ..arrays import Floats, Ints, frozen
+from ..arrays import Bools, Floats, Ints, frozen
 from ..bodies.performer import BONES, DOFS, FIRST, LANDMARKS, Performer, Pose, landmarks
 from ..numerics.neighbors import Neighbors
 from .first_pose import poses_to
@@ -56,6 +56,8 @@ def _pair(left: Limb, right: Limb, *, begins: bool, trunk: tuple[int, ...]) -> P
 LEGS = _pair(*LIMBS[2:], begins=False, trunk=())
 ARMS = _pair(*LIMBS[:2], begins=True, trunk=tuple(range(FIRST[_CHEST], FIRST[_CHEST + 1])))
 PAIRS = (LEGS, ARMS)
+_LEFT, _RIGHT = (np.concatenate([getattr(pair, side) for pair in PAIRS]) for side in ("left", "right"))
+_BEGIN = np.cumsum([0, *(len(pair.left) for pair in PAIRS[:-1])])  # of each pair in them
 
 
 @final
@@ -98,16 +100,16 @@ def strange_legs(search: Neighbors, pose: Pose, trust: Floats) -> float:
     return STRANGE / IMAGE * strange(search, pose, trust, LEGS.counted) if len(search.samples) else 0.0
 
 
-def passed(now: Floats, before: Floats, pair: Pair) -> bool:
-    """Whether joints of the two sides are near each other in the image, or have changed over in it.
+def passed(now: Floats, before: Floats) -> Bools:
+    """(2,) whether joints of the two sides of each of `PAIRS` are near each other in the image, or changed over in it.
 
     Parameters
     ----------
     now, before : (16, 3) m, landmarks in this frame and the one before, in camera axes.
-    pair : whose joints.
     """
-    gap, then = _across(now, pair), _across(before, pair)
-    return bool((np.linalg.norm(gap, axis=1) < NEAR).any() or (gap * then).sum(axis=1).min() < 0.0)
+    gap, then = _across(now), _across(before)
+    crossed = (np.linalg.norm(gap, axis=1) < NEAR) | ((gap * then).sum(axis=1) < 0.0)
+    return np.logical_or.reduceat(crossed, _BEGIN)
 
 
 def sides_weighed(
@@ -140,8 +142,8 @@ def sides_weighed(
     performer, question = state.performer, sides.question
     place, before = landmarks(performer, pose), landmarks(performer, state.pose)
     wait = tuple(
-        0.0 if passed(place, before, pair) else max(left - elapsed, 0.0)
-        for left, pair in zip(sides.wait, PAIRS, strict=True)
+        0.0 if crossed else max(left - elapsed, 0.0)
+        for left, crossed in zip(sides.wait, passed(place, before).tolist(), strict=True)
     )
     sides = replace(sides, wait=wait)
     if question is None:
@@ -165,7 +167,7 @@ def sides_weighed(
     return replace(sides, question=question), taken
 
 
-def _across(place: Floats, pair: Pair) -> Floats:
-    """(n, 2) m from the right joints to the left ones, across the line of sight."""
+def _across(place: Floats) -> Floats:
+    """(n, 2) m from the right joints of all `PAIRS` to the left ones, across the line of sight."""
     beside = place[:, :2] / place[:, 2:] * float(place[:, 2].mean())
-    return np.asarray(beside[pair.left] - beside[pair.right])
+    return np.asarray(beside[_LEFT] - beside[_RIGHT])

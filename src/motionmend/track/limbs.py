@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..arrays import Bools, Floats, Ints, Singles, frozen
 from ..bodies.performer import AXES, BONES, FIRST, LANDMARK_BONES, LANDMARKS, Performer, Pose
 from ..bodies.surface import intrinsics
-from ..kernels import limbs, raycast, rendered
+from ..kernels import judging, limbs, raycast, rendered
 from .database import PoseDatabase
 from .evidence import Evidence
 from .judge import GATE
@@ -179,8 +179,6 @@ def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> LeftOver:
     performer, pose : what is held against the frame.
     coarse : the frame.
     """
-    from ..kernels import judging
-
     depth, solid = cast_parts(performer, pose, coarse)
     loose, counts = np.empty((depth.size, 2), np.int64), np.empty(5, np.int64)
     visible, denied = np.zeros((2, len(BONES)))

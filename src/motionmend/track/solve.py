@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import Floats, frozen
 from ..bodies.performer import DOFS, Performer, Pose, advance
+from ..kernels import descend
 from ..numerics.least_squares import Solution, System, gauss_newton
 from .edge_term import EdgeTerm
 from .evidence import JUMP, Evidence
@@ -23,6 +24,14 @@ TOLERANCE = 5e-3  # m and rad; below what a depth sensor tells
 LONGEST = 0.35  # m and rad, of one step
 NO_MEAN, NO_FORM = frozen(np.zeros(0)), frozen(np.zeros((0, 0)))
 Kind = TypeVar("Kind", bound=Term)
+_ORDER: dict[type, int] = {
+    SurfaceTerm: descend.SURFACE,
+    EdgeTerm: descend.EDGE,
+    FreespaceTerm: descend.FREE,
+    SmoothTerm: descend.SMOOTH,
+    LimitsTerm: descend.LIMITS,
+    PriorTerm: descend.PRIOR,
+}
 
 
 def solve_pose(
@@ -116,19 +125,9 @@ def _at_once(
     wide: int = WIDER,
 ) -> Solution[Pose] | None:
     """The same by one kernel; None where a system is singular, or for terms it does not know: colour, Canny's edges."""
-    from ..kernels import descend
-
-    order = {
-        SurfaceTerm: descend.SURFACE,
-        EdgeTerm: descend.EDGE,
-        FreespaceTerm: descend.FREE,
-        SmoothTerm: descend.SMOOTH,
-        LimitsTerm: descend.LIMITS,
-        PriorTerm: descend.PRIOR,
-    }
     surface, smooth, limits = _of(terms, SurfaceTerm), _of(terms, SmoothTerm), _of(terms, LimitsTerm)
     edge, free, prior = _of(terms, EdgeTerm), _of(terms, FreespaceTerm), _of(terms, PriorTerm)
-    if surface is None or smooth is None or any(type(term) not in order for term in terms):
+    if surface is None or smooth is None or any(type(term) not in _ORDER for term in terms):
         return None
     if surface.before is not None or (edge is not None and edge.settings.canny):
         return None
@@ -181,7 +180,7 @@ def _at_once(
     )
     if not taken:
         return None
-    number = {term.name: order[type(term)] for term in terms}
+    number = {term.name: _ORDER[type(term)] for term in terms}
     shown = {name: int(counts[i, 0]) for name, i in number.items() if counts[i, 1]}
     system = System(
         normal, right, {name: float(costs[i]) for name, i in number.items()}, shown, float(counts[:, 1].sum())
@@ -190,4 +189,7 @@ def _at_once(
 
 
 def _of(terms: Sequence[Term], kind: type[Kind]) -> Kind | None:
-    return next((term for term in terms if isinstance(term, kind)), None)
+    for term in terms:
+        if isinstance(term, kind):
+            return term
+    return None
