@@ -35,10 +35,12 @@ def unlikeness(seen: Singles, free: Bools, rendered: Singles, most: float, each:
     for row in range(seen.shape[0]):
         for column in range(seen.shape[1]):
             there, z = seen[row, column], rendered[row, column]
+            each[row, column] = 0.0
+            if np.isnan(z) and np.isnan(there):  # as nearly everywhere
+                continue
             one = 0.0
             if np.isnan(z):
-                if not np.isnan(there):
-                    one = BESIDE if beside(rendered, row, column) else 1.0
+                one = BESIDE if beside(rendered, row, column) else 1.0
             elif not np.isnan(there):
                 one = min(1.0, abs(there - z) / most)
             elif free[row, column]:

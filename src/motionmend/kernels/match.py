@@ -24,14 +24,17 @@ def nearest(
     y: float,
     z: float,
     target: Singles,
-    camera: Floats,
+    over_x: float,
+    over_y: float,
+    cx: float,
+    cy: float,
     half: int,
     gate: float,
     apart: float,
     tone: float,
     target_tones: Singles,
     tone_weight: float,
-) -> int:
+) -> tuple[int, int]:
     """The pixel of a depth image whose point is nearest to one, within a window about its pixel (section 3.4.1).
 
     The window is searched ring by ring and left when no farther ring can hold anything nearer.
@@ -41,7 +44,7 @@ def nearest(
     row, column : px, where the point is seen, to half a pixel.
     x, y, z : m, the point.
     target : (H, W) m, depths where to look, NaN = no point.
-    camera : (4,) fx, fy, cx, cy of that image, px.
+    over_x, over_y, cx, cy : of that image's camera: 1 / fx, 1 / fy, per px; px.
     half : the window is 2 half + 1 pixels wide and high; 0 matches along the ray (projective).
     gate : m; points farther than this are not found.
     apart : a point at depth 1 that is seen one pixel from a ray is at least so far from it, m.
@@ -51,34 +54,34 @@ def nearest(
 
     Returns
     -------
-    row * W + column, or -1 where there is none.
+    Its row and column; -1, -1 where there is none.
     """
     height, width = target.shape
-    over_x, over_y, cx, cy = 1.0 / camera[0], 1.0 / camera[1], camera[2], camera[3]
-    best, at = gate * gate, -1
+    best, at_row, at_column = gate * gate, -1, -1
     toned = tone_weight > 0.0 and not np.isnan(tone)
     for ring in range(half + 1):
         if ring > 0 and ((ring - 0.5) * apart * z) ** 2 > best:
             break
+        first, last = max(0, column - ring), min(width - 1, column + ring)
         for r in range(max(0, row - ring), min(height, row + ring + 1)):
-            ends = ring > 0 and r != row - ring and r != row + ring
-            for c in range(column - ring, column + ring + 1, 2 * ring if ends else 1):
-                if c < 0 or c >= width:
-                    continue
-                far = np.float64(target[r, c])
+            step = 1 if r == row - ring or r == row + ring else 2 * ring
+            c = first if step == 1 or column - ring >= 0 else column + ring
+            while c <= last:
+                here = c
+                c += step
+                far = np.float64(target[r, here])
                 squared = (far - z) * (far - z)
                 if not squared < best:  # also where there is none
                     continue
-                dx, dy = (c - cx) * far * over_x - x, (r - cy) * far * over_y - y
+                dx, dy = (here - cx) * far * over_x - x, (r - cy) * far * over_y - y
                 squared += dx * dx + dy * dy
                 if toned and squared < best:
-                    difference = target_tones[r, c] - tone
+                    difference = target_tones[r, here] - tone
                     if not np.isnan(difference):
                         squared += tone_weight * difference * difference
                 if squared < best:
-                    best = squared
-                    at = r * width + c
-    return at
+                    best, at_row, at_column = squared, r, here
+    return at_row, at_column
 
 
 @compiled
@@ -114,20 +117,21 @@ def draw_to_seen(
     -------
     cost and how many matches count for at least half.
     """
-    width = seen.shape[1]
+    fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
+    over_x, over_y = 1.0 / fx, 1.0 / fy
     cost, inliers, tone, squared_scale = 0.0, 0, np.nan, scale * scale
     for i in range(pixels.shape[0]):
         if tone_weight > 0.0:
             tone = np.float64(tones[i])
         x, y, z = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
-        at = nearest(
-            pixels[i, 0], pixels[i, 1], x, y, z, seen, camera, half, gate, apart, tone, seen_tones, tone_weight
-        )
-        if at < 0:
+        row, column = nearest(
+            pixels[i, 0], pixels[i, 1], x, y, z, seen, over_x, over_y, cx, cy, half, gate, apart, tone, seen_tones,
+            tone_weight,
+        )  # fmt: skip
+        if row < 0:
             continue
-        row, column = at // width, at % width
         far = np.float64(seen[row, column])
-        rx, ry = (column - camera[2]) * far / camera[0] - x, (row - camera[3]) * far / camera[1] - y
+        rx, ry = (column - cx) * far / fx - x, (row - cy) * far / fy - y
         nx, ny, nz = np.float64(normals[i, 0]), np.float64(normals[i, 1]), np.float64(normals[i, 2])
         one, squared = pull(
             bones[i], x, y, z, rx, ry, far - z, nx, ny, nz, along, squared_scale, weight, hessian, gradient
@@ -171,23 +175,26 @@ def draw_from_seen(
     -------
     cost and how many matches count for at least half.
     """
-    width = depth.shape[1]
+    fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
+    over_x, over_y = 1.0 / fx, 1.0 / fy
     cost, inliers, squared_scale = 0.0, 0, scale * scale
-    local, normal = np.empty(3), np.zeros(3)
+    nx, ny, nz = 0.0, 0.0, 0.0
     for i in range(pixels.shape[0]):
         to_x, to_y, to_z = np.float64(samples[i, 0]), np.float64(samples[i, 1]), np.float64(samples[i, 2])
-        at = nearest(pixels[i, 0], pixels[i, 1], to_x, to_y, to_z, depth, camera, half, gate, apart, np.nan, depth, 0.0)
-        if at < 0:
+        row, column = nearest(
+            pixels[i, 0], pixels[i, 1], to_x, to_y, to_z, depth, over_x, over_y, cx, cy, half, gate, apart, np.nan,
+            depth, 0.0,
+        )  # fmt: skip
+        if row < 0:
             continue
-        row, column = at // width, at % width
         z = np.float64(depth[row, column])
-        x, y = (column - camera[2]) * z / camera[0], (row - camera[3]) * z / camera[1]
+        x, y = (column - cx) * z / fx, (row - cy) * z / fy
         s = solid[row, column]
         if along > 0.0:
-            outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
+            nx, ny, nz = outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z)
         one, squared = pull(
-            carriers[s], x, y, z, to_x - x, to_y - y, to_z - z, normal[0], normal[1], normal[2],
-            along, squared_scale, weight, hessian, gradient,
+            carriers[s], x, y, z, to_x - x, to_y - y, to_z - z, nx, ny, nz, along, squared_scale, weight, hessian,
+            gradient,
         )  # fmt: skip
         cost += one
         inliers += squared < HALF * squared_scale

@@ -207,7 +207,6 @@ def normals(
     normal: Singles,
 ) -> None:
     """Outward unit normals (H, W, 3) of what `cast` found, NaN where it found nothing."""
-    local, slope = np.empty(3), np.empty(3)
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             s = solid[v, u]
@@ -216,43 +215,32 @@ def normals(
                 continue
             z = np.float64(depth[v, u])
             x, y = (u - camera[2]) / camera[0] * z, (v - camera[3]) / camera[1] * z
-            outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, slope)
-            for i in range(3):
-                normal[v, u, i] = slope[i]
+            nx, ny, nz = outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z)
+            normal[v, u, 0], normal[v, u, 1], normal[v, u, 2] = nx, ny, nz
 
 
 @compiled
 def outward(
-    frame: Floats,
-    kind: int,
-    size: Floats,
-    taper: float,
-    x: float,
-    y: float,
-    z: float,
-    local: Floats,
-    normal: Floats,
-) -> None:
-    """The point (x, y, z) in a solid's own axes, in half extents, to `local` (3,); its unit normal to `normal` (3,)."""
-    for k in range(3):
-        local[k] = (
-            frame[0, k] * (x - frame[0, 3]) + frame[1, k] * (y - frame[1, 3]) + frame[2, k] * (z - frame[2, 3])
-        ) / size[k]
-    gx, gy, gw = local[0], local[1], local[2]
+    frame: Floats, kind: int, size: Floats, taper: float, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """The unit normal at a point (x, y, z) of a solid's surface: `frame` (3, 4), `kind`, `size` (3,) and `taper`."""
+    dx, dy, dz = x - frame[0, 3], y - frame[1, 3], z - frame[2, 3]
+    # In the solid's own axes, in half extents.
+    gx = (frame[0, 0] * dx + frame[1, 0] * dy + frame[2, 0] * dz) / size[0]
+    gy = (frame[0, 1] * dx + frame[1, 1] * dy + frame[2, 1] * dz) / size[1]
+    gw = (frame[0, 2] * dx + frame[1, 2] * dy + frame[2, 2] * dz) / size[2]
     if kind == 1:
         side = sqrt(gx * gx + gw * gw)
-        radius = 1.0 + taper * local[1]
+        radius = 1.0 + taper * gy
         # Which of the two surfaces the point lies on: the side, or an end.
-        if abs(side - radius) * min(size[0], size[2]) <= (1.0 - abs(local[1])) * size[1]:
+        if abs(side - radius) * min(size[0], size[2]) <= (1.0 - abs(gy)) * size[1]:
             gy = -taper * radius
         else:
             gx, gw = 0.0, 0.0
-            gy = 1.0 if local[1] > 0.0 else -1.0
+            gy = 1.0 if gy > 0.0 else -1.0
     gx, gy, gw = gx / size[0], gy / size[1], gw / size[2]
-    length = 0.0
-    for i in range(3):
-        normal[i] = frame[i, 0] * gx + frame[i, 1] * gy + frame[i, 2] * gw
-        length += normal[i] * normal[i]
-    length = 1.0 / sqrt(max(length, 1e-30))
-    for i in range(3):
-        normal[i] *= length
+    nx = frame[0, 0] * gx + frame[0, 1] * gy + frame[0, 2] * gw
+    ny = frame[1, 0] * gx + frame[1, 1] * gy + frame[1, 2] * gw
+    nz = frame[2, 0] * gx + frame[2, 1] * gy + frame[2, 2] * gw
+    over = 1.0 / sqrt(max(nx * nx + ny * ny + nz * nz, 1e-30))
+    return nx * over, ny * over, nz * over

@@ -96,7 +96,6 @@ def sampled(
     )  # fmt: skip
     _twists(parents, rests, first, axes, joints, frames, moving)
     count = 0
-    local, normal = np.empty(3), np.empty(3)
     for row in range(0, depth.shape[0], every):
         for column in range(0, depth.shape[1], every):
             s = solid[row, column]
@@ -104,11 +103,10 @@ def sampled(
                 continue
             z = np.float64(depth[row, column])
             x, y = (column - camera[2]) / camera[0] * z, (row - camera[3]) / camera[1] * z
-            raycast.outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z, local, normal)
+            nx, ny, nz = raycast.outward(placed[s], kinds[s], sizes[s], tapers[s], x, y, z)
             pixels[count, 0], pixels[count, 1] = row, column
             samples[count, 0], samples[count, 1], samples[count, 2] = x, y, z
-            for i in range(3):
-                normals[count, i] = normal[i]
+            normals[count, 0], normals[count, 1], normals[count, 2] = nx, ny, nz
             bones[count] = carriers[s]
             count += 1
     return count

@@ -81,7 +81,7 @@ def from_model(
     half, gate, apart : see `match.nearest`. scale, trust : see `stretch_row`.
     systems : (B, 10, 10), added to.
     """
-    row, width = np.empty(ROW), seen.shape[1]
+    row, over_x, over_y, cx, cy = np.empty(ROW), 1.0 / camera[0], 1.0 / camera[1], camera[2], camera[3]
     for i in range(pixels.shape[0]):
         r, c, b = pixels[i, 0], pixels[i, 1], bones[i]
         x, y, z = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
@@ -92,11 +92,11 @@ def from_model(
             if size > 0.0:
                 stretch_row(frames[b], x, y, z, dx / size, dy / size, 0.0, size, scale, trust, row, systems[b])
             continue
-        at = nearest(r, c, x, y, z, seen, camera, half, gate, apart, np.nan, seen, 0.0)
-        if at < 0:
+        r, c = nearest(r, c, x, y, z, seen, over_x, over_y, cx, cy, half, gate, apart, np.nan, seen, 0.0)
+        if r < 0:
             continue
-        far = np.float64(seen[at // width, at % width])
-        dx, dy = (at % width - camera[2]) * far / camera[0] - x, (at // width - camera[3]) * far / camera[1] - y
+        far = np.float64(seen[r, c])
+        dx, dy = (c - cx) * far / camera[0] - x, (r - cy) * far / camera[1] - y
         nx, ny, nz = np.float64(normals[i, 0]), np.float64(normals[i, 1]), np.float64(normals[i, 2])
         off = dx * nx + dy * ny + (far - z) * nz
         stretch_row(frames[b], x, y, z, nx, ny, nz, off, scale, trust, row, systems[b])
@@ -126,18 +126,19 @@ def from_seen(
     depth, solid, camera : (H, W), (H, W) and (4,) of the model's picture. carriers : (P,) the bone of each solid.
     frames, half .. systems : as above.
     """
-    row, width = np.empty(ROW), depth.shape[1]
+    row, over_x, over_y, cx, cy = np.empty(ROW), 1.0 / camera[0], 1.0 / camera[1], camera[2], camera[3]
     for i in range(pixels.shape[0]):
         r, c = pixels[i, 0], pixels[i, 1]
         if not np.isnan(depth[r, c]):
             continue
         to_x, to_y, to_z = np.float64(samples[i, 0]), np.float64(samples[i, 1]), np.float64(samples[i, 2])
-        at = nearest(r, c, to_x, to_y, to_z, depth, camera, half, gate, apart, np.nan, depth, 0.0)
-        if at < 0:
+        r, c = nearest(
+            r, c, to_x, to_y, to_z, depth, over_x, over_y, cx, cy, half, gate, apart, np.nan, depth, 0.0
+        )
+        if r < 0:
             continue
-        r, c = at // width, at % width
         z = np.float64(depth[r, c])
-        x, y = (c - camera[2]) * z / camera[0], (r - camera[3]) * z / camera[1]
+        x, y = (c - cx) * z / camera[0], (r - cy) * z / camera[1]
         dx, dy, dz = to_x - x, to_y - y, to_z - z
         size = sqrt(dx * dx + dy * dy + dz * dz)
         if size > 0.0:
