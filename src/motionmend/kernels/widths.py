@@ -132,9 +132,7 @@ def from_seen(
         if not np.isnan(depth[r, c]):
             continue
         to_x, to_y, to_z = np.float64(samples[i, 0]), np.float64(samples[i, 1]), np.float64(samples[i, 2])
-        r, c = nearest(
-            r, c, to_x, to_y, to_z, depth, over_x, over_y, cx, cy, half, gate, apart, np.nan, depth, 0.0
-        )
+        r, c = nearest(r, c, to_x, to_y, to_z, depth, over_x, over_y, cx, cy, half, gate, apart, np.nan, depth, 0.0)
         if r < 0:
             continue
         z = np.float64(depth[r, c])
