@@ -145,6 +145,12 @@ def steps(depth: Singles, unknown: Bools, jump: float, edge: Singles) -> None:
     for row in range(height):  # without branches, several pixels at once; the border's own neighbour is itself
         up, down = max(row - 1, 0), min(row + 1, height - 1)
         here, above, below, out = depth[row], depth[up], depth[down], edge[row]
+        measured = 0
+        for c in range(width):
+            measured += here[c] == here[c]  # not NaN
+        if measured == 0:  # as in every third row about a person
+            out[:] = nan
+            continue
         over, beside, under = (unknown[up], unknown[row], unknown[down]) if doubts else (none, none, none)
         for c in range(width):
             far = here[c] + least  # what is empty is not nearer either
