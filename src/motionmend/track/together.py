@@ -16,6 +16,7 @@ from itertools import pairwise
 from typing import TypeVar, final
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..arrays import Bools, Floats
 from ..bodies.performer import DOFS, Performer, Pose, advance, rotation, rotation_vector
@@ -82,7 +83,8 @@ def solved_together(
     times = np.array([state.time for state in states])
     seen = np.array([state.evidence is not None for state in states])
     there = seen & np.array([pose is not None for pose in poses])
-    with ThreadPoolExecutor(min(THREADS, os.cpu_count() or 1)) as pool:
+    one_each = threadpool_limits(1, user_api="blas")  # its own threads would wait for work on the cores that ours need
+    with one_each, ThreadPoolExecutor(min(THREADS, os.cpu_count() or 1)) as pool:
         for first, last in _runs(there, times):
             some = [pose for pose in poses[first:last] if pose is not None]
             frames = _each(pool, partial(_first, model, wish, body), states[first:last], some)
