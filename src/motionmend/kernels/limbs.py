@@ -196,6 +196,7 @@ def limb_search(
             for m in range(3):
                 axles[i, k, m] = turns[s, k, m]
     placed, parts, tried = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS)), joints.copy()
+    turn, rested = np.empty((3, 3)), np.empty((3, 3))
     rounds, drawn, size = picks.shape[0], picks.shape[1], len(columns)
     uphill = np.zeros(size)  # the slope of what is said against the pose as it is
     for k in range(size):
@@ -228,7 +229,8 @@ def limb_search(
         for c in range(begin, count):
             prices[c] = rest + _changed(
                 pool[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
-                extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid,
+                extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid, turn,
+                rested,
             )  # fmt: skip
             against = _against(pool[c], columns, joints, uphill, form)
             if r == 0:
@@ -271,17 +273,19 @@ def _changed(
     parts: Floats,
     depth: Singles,
     solid: np.ndarray,
+    turn: Floats,
+    rested: Floats,
 ) -> float:
     """By how much the disagreement changes when the limb is added with these values (n,) to the rest of the body.
 
     The limb's own outline has no margin here: what it leaves beside itself counts in full.
 
     `bones` .. `tapers` are of the limb's solids; `base`, `below` (H, W) the rest as rendered and its unlikeness;
-    `depth` is empty before and after; `joints`, `frames`, `placed`, `parts` and `solid` are overwritten.
+    `depth` is empty before and after; `joints`, `frames`, `placed`, `parts`, `solid`, `turn` and `rested` are
+    overwritten.
     """
     for k in range(len(columns)):
         joints[columns[k]] = values[k]
-    turn, rested = np.empty((3, 3)), np.empty((3, 3))
     for b in limb:
         _frame(b, parents, offsets, rests, first, axes, joints, turn, rested, frames)
     _place(frames, bones, centers, turns, placed)

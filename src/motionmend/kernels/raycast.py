@@ -39,32 +39,33 @@ def prepare(
 ) -> None:
     """What casting needs of each solid, `parts` (P, 18); an empty box where it is out of view."""
     fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
-    span = np.empty((2, 2))
     for s in range(kinds.shape[0]):
-        frame, part = placed[s], parts[s]
+        frame, part, size = placed[s], parts[s], sizes[s]
         for k in range(3):  # in units of the half extents
-            scale = 1.0 / sizes[s, k]
+            scale = 1.0 / size[k]
             part[k] = scale * (frame[2, k] - frame[0, k] * cx / fx - frame[1, k] * cy / fy)
             part[3 + k] = scale * frame[0, k] / fx
             part[6 + k] = scale * frame[1, k] / fy
             part[9 + k] = scale * (frame[0, k] * frame[0, 3] + frame[1, k] * frame[1, 3] + frame[2, k] * frame[2, 3])
         part[12], part[13] = tapers[s], kinds[s]
-        span[0, 0] = span[1, 0] = np.inf
-        span[0, 1] = span[1, 1] = -np.inf
         if kinds[s] == 0:
-            _widen(frame, sizes[s], 0.0, 1.0, 1.0, span)
+            left, right, top, bottom = _spanned(frame, size, 0.0, 1.0, 1.0)
         else:
-            _widen(frame, sizes[s], -1.0, 1.0 - tapers[s], 0.0, span)
-            _widen(frame, sizes[s], 1.0, 1.0 + tapers[s], 0.0, span)
-        part[14] = max(ceil(fx * max(span[0, 0], -1e6) + cx), 0.0)
-        part[15] = min(floor(fx * min(span[0, 1], 1e6) + cx), width - 1.0)
-        part[16] = max(ceil(fy * max(span[1, 0], -1e6) + cy), 0.0)
-        part[17] = min(floor(fy * min(span[1, 1], 1e6) + cy), height - 1.0)
+            left, right, top, bottom = _spanned(frame, size, -1.0, 1.0 - tapers[s], 0.0)
+            other_left, other_right, other_top, other_bottom = _spanned(frame, size, 1.0, 1.0 + tapers[s], 0.0)
+            left, right = min(left, other_left), max(right, other_right)
+            top, bottom = min(top, other_top), max(bottom, other_bottom)
+        part[14] = max(ceil(fx * max(left, -1e6) + cx), 0.0)
+        part[15] = min(floor(fx * min(right, 1e6) + cx), width - 1.0)
+        part[16] = max(ceil(fy * max(top, -1e6) + cy), 0.0)
+        part[17] = min(floor(fy * min(bottom, 1e6) + cy), height - 1.0)
 
 
 @compiled
-def _widen(frame: Floats, size: Floats, along: float, radius: float, depth: float, span: Floats) -> None:
-    """Widen `span` (2, 2) of x/z and y/z by an ellipse across the y axis (depth 0) or an ellipsoid (depth 1).
+def _spanned(
+    frame: Floats, size: Floats, along: float, radius: float, depth: float
+) -> tuple[float, float, float, float]:
+    """Least and greatest x/z and y/z of an ellipse across the y axis (depth 0) or an ellipsoid (depth 1).
 
     The plane x = u·z touches where (c_x - u·c_z)² is the sum over the half axes p of (p_x - u·p_z)²: a quadratic in u
     (the dual conic). What reaches behind the camera has no bounds; what lies wholly behind it is not seen.
@@ -76,25 +77,31 @@ def _widen(frame: Floats, size: Floats, along: float, radius: float, depth: floa
     )
     z = frame[2, 3] + along * size[1] * frame[2, 1]
     if z - sqrt(reach) < NEAR:
-        span[0, 0] = span[1, 0] = -np.inf
-        span[0, 1] = span[1, 1] = np.inf
-        return
-    for i in range(2):
-        c = frame[i, 3] + along * size[1] * frame[i, 1]
-        square = (
-            (radius * size[0] * frame[i, 0]) ** 2
-            + (radius * size[2] * frame[i, 2]) ** 2
-            + (depth * size[1] * frame[i, 1]) ** 2
-        )
-        mixed = (
-            (radius * size[0]) ** 2 * frame[i, 0] * frame[2, 0]
-            + (radius * size[2]) ** 2 * frame[i, 2] * frame[2, 2]
-            + (depth * size[1]) ** 2 * frame[i, 1] * frame[2, 1]
-        )
-        a, b = z * z - reach, c * z - mixed
-        root = sqrt(max(b * b - a * (c * c - square), 0.0))
-        span[i, 0] = min(span[i, 0], (b - root) / a)
-        span[i, 1] = max(span[i, 1], (b + root) / a)
+        return -np.inf, np.inf, -np.inf, np.inf
+    left, right = _touched(frame, size, along, radius, depth, z, reach, 0)
+    top, bottom = _touched(frame, size, along, radius, depth, z, reach, 1)
+    return left, right, top, bottom
+
+
+@compiled
+def _touched(
+    frame: Floats, size: Floats, along: float, radius: float, depth: float, z: float, reach: float, i: int
+) -> tuple[float, float]:
+    """The same along one axis of the image, i; z and the squared reach along it are known."""
+    c = frame[i, 3] + along * size[1] * frame[i, 1]
+    square = (
+        (radius * size[0] * frame[i, 0]) ** 2
+        + (radius * size[2] * frame[i, 2]) ** 2
+        + (depth * size[1] * frame[i, 1]) ** 2
+    )
+    mixed = (
+        (radius * size[0]) ** 2 * frame[i, 0] * frame[2, 0]
+        + (radius * size[2]) ** 2 * frame[i, 2] * frame[2, 2]
+        + (depth * size[1]) ** 2 * frame[i, 1] * frame[2, 1]
+    )
+    a, b = z * z - reach, c * z - mixed
+    root = sqrt(max(b * b - a * (c * c - square), 0.0))
+    return (b - root) / a, (b + root) / a
 
 
 @compiled
