@@ -43,11 +43,12 @@ def seen_points(rng, count, height=24, width=30):
 
 
 def nearest_of(pixels, points, depth, half, gate, apart, tones=NONE, image=NONE[None], tone_weight=0.0):
-    """(N,) what `match.nearest` finds for each point."""
+    """(N,) number of the pixel that `match.nearest` finds for each point, row by row; -1 = none."""
     tones = tones if len(tones) else np.full(len(pixels), np.nan)
-    near = depth, CAMERA, half, gate, apart
+    near = depth, 1.0 / F, 1.0 / F, CAMERA[2], CAMERA[3], half, gate, apart
     each = zip(pixels, points.astype(float), tones.astype(float), strict=True)
-    return np.array([match.nearest(*pixel, *point, *near, tone, image, tone_weight) for pixel, point, tone in each])
+    found = np.array([match.nearest(*pixel, *point, *near, tone, image, tone_weight) for pixel, point, tone in each])
+    return np.where(found[:, 0] < 0, -1, found[:, 0] * depth.shape[1] + found[:, 1])
 
 
 @given(seed=st.integers(0, 10_000), half=st.integers(0, 7), gate=st.sampled_from([0.05, 0.3, np.inf]))

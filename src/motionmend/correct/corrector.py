@@ -16,9 +16,9 @@ from ..numerics.local_gp import Mixture
 from .alarm import alarmed
 from .anatomy import anatomy, following
 from .classic import FILTERS, Samples
-from .joining import inward, joined, outward
+from .joining import Joining, inward, joined, outward
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
-from .limits import learned_limits
+from .limits import Hinges, learned_limits
 from .look_ahead import Waiting, first_of
 from .normalise import Standard, bone_lengths
 from .noted import FOREIGN, noted
@@ -159,16 +159,20 @@ class CorrectorModel:
         if look_ahead < 0:
             raise UsageError(f"frames to wait for were wanted, came {look_ahead}")
         joining = joined(names, self.watcher.body)
+        waiting = Waiting(look_ahead) if look_ahead else None
+        return self._begun(joining, self.knowledge.hinges(joining), waiting, online=online)
+
+    def _begun(
+        self, joining: Joining, hinges: Hinges | None, waiting: Waiting | None, *, online: bool
+    ) -> CorrectorState:
+        """Before anything is known of a person."""
         memory = None
         if online:
             inputs = neighbour_inputs(self.factors.mean[None], self.watcher.body)
             memory = blank(inputs.shape[1], inputs.shape[2])
         shown = unborn(len(joining.names), len(joining.bones))
         nothing = np.full((len(self.names), 3), np.nan)
-        waiting = Waiting(look_ahead) if look_ahead else None
-        return CorrectorState(
-            joining, fresh(self.watcher), shown, nothing, memory, waiting, self.knowledge.hinges(joining)
-        )
+        return CorrectorState(joining, fresh(self.watcher), shown, nothing, memory, waiting, hinges)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -225,8 +229,8 @@ class CorrectorModel:
 
     def _of_a_stranger(self, state: CorrectorState) -> CorrectorState:
         """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""
-        begun = self.start(state.joining.names, online=state.memory is not None)
-        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright), waiting=state.waiting)
+        begun = self._begun(state.joining, state.hinges, state.waiting, online=state.memory is not None)
+        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright))
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""

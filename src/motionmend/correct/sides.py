@@ -100,14 +100,16 @@ def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: F
     least : log-odds.
     """
     confused = np.zeros(len(body.names), dtype=np.bool_)
-    for parts in body.limbs:
-        odds = []
-        for pairs in parts:
-            other = np.array(postures)
-            other[:, pairs.ravel()] = postures[:, pairs[:, ::-1].ravel()]
-            odds.append(_likelier(factors, usual, body, postures, other))
-        if max(odds) > least:
-            confused[parts[int(np.argmax(odds))].ravel()] = True
+    parts = [pairs for limb in body.limbs for pairs in limb]
+    others = np.repeat(postures[None], len(parts), axis=0)
+    for other, pairs in zip(others, parts, strict=True):
+        other[:, pairs.ravel()] = postures[:, pairs[:, ::-1].ravel()]
+    odds, begin = _likelier(factors, usual, body, postures, others), 0
+    for limb in body.limbs:
+        of_limb = odds[begin : begin + len(limb)]
+        begin += len(limb)
+        if of_limb.max() > least:
+            confused[limb[int(np.argmax(of_limb))].ravel()] = True
     return confused
 
 
@@ -119,7 +121,7 @@ def faces_away(factors: Factors, usual: Standard, body: Anatomy, postures: Float
     """
     if knees_ahead(postures, body) > BENT or toes_ahead(postures, body) > 0.0:
         return False
-    return _likelier(factors, usual, body, postures, about_turn(postures, body)) > least
+    return bool(_likelier(factors, usual, body, postures, about_turn(postures, body)[None])[0] > least)
 
 
 def knees_ahead(postures: Floats, body: Anatomy) -> float:
@@ -151,12 +153,14 @@ def about_turn(postures: Floats, body: Anatomy) -> Floats:
     return np.asarray(postures[:, body.mirror] * np.array([-1.0, 1.0, -1.0]))
 
 
-def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, other: Floats) -> float:
-    """Log-odds, in the median of postures (T, J, 3), that the other ones are right; 0 where those are no body's."""
-    as_given, count = _strangeness(factors, usual, body, postures)
-    exchanged, _ = _strangeness(factors, usual, body, other)
-    told = 0.5 * np.where(exchanged < BODY * count, as_given - exchanged, 0.0)
-    return float(np.median(told[count > 0])) if (count > 0).any() else 0.0
+def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, others: Floats) -> Floats:
+    """(N,) log-odds, in the median of postures (T, J, 3), that each of N others (N, T, J, 3) is right; 0 where those
+    are no body's."""
+    all_of_them = np.concatenate((postures, others.reshape(-1, *postures.shape[1:])))
+    strange, count = (one.reshape(1 + len(others), -1) for one in _strangeness(factors, usual, body, all_of_them))
+    as_given, exchanged, seen = strange[0], strange[1:], count[0] > 0.0
+    told = 0.5 * np.where(exchanged < BODY * count[0], as_given - exchanged, 0.0)
+    return np.median(told[:, seen], axis=1) if seen.any() else np.zeros(len(others))
 
 
 def _strangeness(factors: Factors, usual: Standard, body: Anatomy, postures: Floats) -> tuple[Floats, Floats]:

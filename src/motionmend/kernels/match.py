@@ -65,7 +65,7 @@ def nearest(
         first, last = max(0, column - ring), min(width - 1, column + ring)
         for r in range(max(0, row - ring), min(height, row + ring + 1)):
             step = 1 if r == row - ring or r == row + ring else 2 * ring
-            c = first if step == 1 or column - ring >= 0 else column + ring
+            c = first if step == 1 or column - ring >= 0 else max(0, column + ring)
             while c <= last:
                 here = c
                 c += step
