@@ -31,6 +31,7 @@ from .timing import Plan
 FPS = 30.0
 SECONDS, WARM = 12.0, 2.0  # of each crowd; the first seconds are not counted
 CROWDS = {1: None, 20: 0.015, 100: 0.040}  # clients, and the round trip in s that 99 of 100 frames should not exceed
+STRANGERS = 8  # who stand before the corrector one after the other, when it is timed alone
 PATIENCE = 3.0  # s for the last answers
 
 
@@ -66,7 +67,7 @@ def run(plan: Plan) -> list[Metric]:
         model = Path(folder) / "sensor.mend"
         taken = _recordings()
         corrector = Corrector().fit(taken)
-        found.append(step_alone(corrector, taken[0].sensor))
+        found += steps_alone(corrector, taken[0].sensor)
         save_model(model, corrector)
         frames = [pair.sensor.positions for pair in taken]
         for clients in CROWDS:
@@ -76,17 +77,23 @@ def run(plan: Plan) -> list[Metric]:
     return found
 
 
-def step_alone(model: CorrectorModel, sensor: Postures) -> Metric:
-    """Processor seconds of the corrector's own step: the rest of a frame is the server's."""
-    state, spent = model.start(sensor.names), []
+def steps_alone(model: CorrectorModel, sensor: Postures) -> list[Metric]:
+    """Processor seconds of the corrector's own step: the rest of a frame is the server's. And how much longer the frame
+    takes in which somebody else stands there, who is met as a stranger: all clients of a crowd that plays a recording
+    again and again leap at once."""
+    state, rows = model.start(sensor.names), []
     with threadpool_limits(1):
-        for k in range(2 * sensor.frames):
-            at = k % sensor.frames
+        for k in range(STRANGERS * sensor.frames):
+            person, at = divmod(k, sensor.frames)
+            aside = np.array([3.0 * (person % 2), 0.0, 0.0])
             start = thread_time()
-            state, _ = model.step(state, sensor.positions[at], None, k / FPS)
-            spent.append(thread_time() - start)
-    low, middle, high = np.percentile(spent[sensor.frames :], (5, 50, 95)).tolist()
-    return Metric("live.step", middle, "s", "info", low=low, high=high)
+            state, _ = model.step(state, sensor.positions[at] + aside, None, k / FPS)
+            rows.append(thread_time() - start)
+    spent = np.array(rows).reshape(STRANGERS, -1)[1:]
+    low, middle, high = np.percentile(spent[:, 1:], (5, 50, 95)).tolist()
+    met = spent[:, 0] / middle
+    stranger = Metric("live.stranger_by_step", float(np.median(met)), "x", "lower", low=met.min(), high=met.max())
+    return [Metric("live.step", middle, "s", "info", low=low, high=high), stranger]
 
 
 def _recordings() -> list[Pair]:
