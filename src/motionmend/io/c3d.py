@@ -94,8 +94,9 @@ def read_c3d(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     up, up_guess = up_of(names, positions, screen)
     rate, rate_guess = _rate(layout, fps, name)
     source = C3dSource(raw, layout, frames, labels, points.markers, metres)
+    missing = (fourth[:, chosen] >= 0) & ~present[:, chosen]
     with np.errstate(invalid="ignore"):
-        far = int(((fourth[:, chosen] >= 0) & (np.abs(xyz[:, chosen]) > LARGEST).any(axis=2)).sum())
+        far = int((np.abs(xyz[:, chosen][missing]) > LARGEST).any(axis=1).sum())
     void = (f"{far} positions beyond {LARGEST:g} were taken as missing",) if far else ()
     said = (*notes, *unit_guess, *rate_guess, *points.guesses, *renamed, *void, *_repaired_before(layout))
     return Markers(
@@ -142,7 +143,9 @@ def write_c3d(path: str | os.PathLike[str], markers: Markers, repaired: Repaired
 def _present(xyz: NDArray[Any], fourth: NDArray[np.int16]) -> Bools:
     """(T, P) whether a point was measured: no residual below zero, no NaN nor beyond `LARGEST`, not at the origin."""
     with np.errstate(invalid="ignore"):  # a damaged file may hold any bits
-        return np.asarray((fourth >= 0) & (np.abs(xyz) <= LARGEST).all(axis=2) & xyz.any(axis=2))
+        x, y, z = np.moveaxis(xyz, 2, 0)  # one after the other: numpy is slow along an axis of three
+        within = (np.abs(x) <= LARGEST) & (np.abs(y) <= LARGEST) & (np.abs(z) <= LARGEST)
+        return np.asarray((fourth >= 0) & within & ((x != 0.0) | (y != 0.0) | (z != 0.0)))
 
 
 def _unique(labels: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
