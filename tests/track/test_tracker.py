@@ -73,9 +73,11 @@ def test_the_surface_term_is_linear_in_the_finite_differences_of_its_points(alon
     SurfaceTerm(evidence, plain).linearize(view, sums, 99)
     normal, right = sums.assembled(view)
     # The same sums from a Jacobian made of finite differences of points fixed to bones.
-    near = evidence.depth, evidence.intrinsics, 2, np.inf, evidence.apart, np.nan, evidence.depth, 0.0
+    fx, fy, cx, cy = evidence.intrinsics
+    near = evidence.depth, 1.0 / fx, 1.0 / fy, cx, cy, 2, np.inf, evidence.apart, np.nan, evidence.depth, 0.0
     each = zip(view.pixels, view.samples.astype(float), strict=True)
-    found = np.array([match.nearest(*pixel, *point, *near) for pixel, point in each])
+    places = np.array([match.nearest(*pixel, *point, *near) for pixel, point in each])
+    found = np.where(places[:, 0] < 0, -1, places[:, 0] * evidence.depth.shape[1] + places[:, 1])
     frames = bone_frames(BODY, pose)
     ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
     local = np.einsum("nij,nj->ni", np.linalg.inv(frames)[view.bones], ones)
