@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import BONES, DOFS, LANDMARKS, advance, landmarks, standing
 from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
+from motionmend.numerics.chained import chained
+from motionmend.track import together
 from motionmend.track.database import PoseDatabase
 from motionmend.track.evidence import evidence_of
 from motionmend.track.limbs import LIMBS
@@ -70,6 +73,22 @@ def test_the_truth_stays_and_what_is_beside_it_comes_back():
     begun = jittered(TRUE)
     solved = off(solved_together(MODEL, DEFAULT, BODY, states, begun), TRUE)
     assert solved.mean() < 0.4 * off(begun, TRUE).mean()
+
+
+def test_threads_of_the_linear_algebra_do_not_wait_for_the_cores_that_frames_need(monkeypatch):
+    used = []
+
+    def watched(*args):
+        used.extend(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas")
+        return chained(*args)
+
+    monkeypatch.setattr(together, "chained", watched)
+    states = states_of(TRUE)
+    with threadpool_limits(2, user_api="blas"):
+        solved_together(MODEL, DEFAULT, BODY, states, TRUE)
+        after = {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+    assert set(used) == {1}
+    assert after == {2}
 
 
 def test_what_slid_along_itself_comes_back():

@@ -104,12 +104,11 @@ def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: F
     others = np.repeat(postures[None], len(parts), axis=0)
     for other, pairs in zip(others, parts, strict=True):
         other[:, pairs.ravel()] = postures[:, pairs[:, ::-1].ravel()]
-    odds, begin = _likelier(factors, usual, body, postures, others), 0
+    odds = iter(_likelier(factors, usual, body, postures, others).tolist())
     for limb in body.limbs:
-        of_limb = odds[begin : begin + len(limb)]
-        begin += len(limb)
-        if of_limb.max() > least:
-            confused[limb[int(np.argmax(of_limb))].ravel()] = True
+        most, pairs = max(((next(odds), pairs) for pairs in limb), key=lambda one: one[0])
+        if most > least:
+            confused[pairs.ravel()] = True
     return confused
 
 
@@ -156,8 +155,8 @@ def about_turn(postures: Floats, body: Anatomy) -> Floats:
 def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, others: Floats) -> Floats:
     """(N,) log-odds, in the median of postures (T, J, 3), that each of N others (N, T, J, 3) is right; 0 where those
     are no body's."""
-    all_of_them = np.concatenate((postures, others.reshape(-1, *postures.shape[1:])))
-    strange, count = (one.reshape(1 + len(others), -1) for one in _strangeness(factors, usual, body, all_of_them))
+    every = np.concatenate((postures[None], others)).reshape(-1, *postures.shape[1:])
+    strange, count = (one.reshape(1 + len(others), -1) for one in _strangeness(factors, usual, body, every))
     as_given, exchanged, seen = strange[0], strange[1:], count[0] > 0.0
     told = 0.5 * np.where(exchanged < BODY * count[0], as_given - exchanged, 0.0)
     return np.median(told[:, seen], axis=1) if seen.any() else np.zeros(len(others))

@@ -50,23 +50,23 @@ def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) ->
     """
     height, width = depth.shape
     window = np.empty(max((2 * radius + 1) ** 2, 8), np.float32)  # also the ring about a hole
-    filled, holes = depth.copy(), np.empty(width, np.bool_)
+    filled, marked = depth.copy(), np.empty(width, np.bool_)  # pixels of a row that need a look of their own
     for r in range(height):
         above, below = depth[max(r - 1, 0)], depth[min(r + 1, height - 1)]
-        if _holes(above, depth[r], below, 8 - enough, holes) == 0:  # as in nearly every row
+        if _holes(above, depth[r], below, 8 - enough, marked) == 0:  # as in nearly every row
             continue
         for c in range(width):
-            if holes[c]:
+            if marked[c]:
                 filled[r, c] = _filling(depth, r, c, enough, jump, window)
     for r in range(height):
         if radius == 1 and 0 < r < height - 1:
             _medians_of_nine(filled[r - 1], filled[r], filled[r + 1], out[r])
         else:
             out[r, :] = np.nan
-        if _missed(filled[r], out[r], holes) == 0:
+        if _missed(filled[r], out[r], marked) == 0:
             continue
         for c in range(width):
-            if not holes[c]:
+            if not marked[c]:
                 continue
             count = 0
             for i in range(max(r - radius, 0), min(r + radius + 1, height)):
@@ -149,7 +149,7 @@ def _pairs(above: Singles, below: Singles, near: float, steep: float, out: Singl
 def _holes(above: Singles, here: Singles, below: Singles, most: int, holes: Bools) -> int:
     """Empty pixels of a row (W,) of which at most so many beside them are empty, too; how many there are.
 
-    Without a branch, for several at once; at the ends none is too much.
+    Without a branch, for several at once. At the row's ends every empty one counts.
     """
     last, found, few = len(here) - 1, 0, np.int32(most)
     for c in range(1, last):
