@@ -231,6 +231,24 @@ def test_every_method_keeps_frames_and_joints(
         assert error(got, true[:30]) < 0.75 * error(raw, true[:30])
 
 
+@pytest.mark.parametrize("method", ["paper", "exact", "adaptive"])
+@pytest.mark.parametrize("gone", [0, 5])
+def test_the_papers_energy_does_not_carry_a_person_over_a_break(
+    model: CorrectorModel, method: str, gone: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(paper, "MODELS", 3)
+    monkeypatch.setattr(paper, "SIZE", 15)
+    raw = recording(sensed(truth("walk", 13), 13)[:30])
+    positions, times = np.array(raw.positions), np.array(raw.times)
+    positions[15:] += [4.0, 0.0, 0.0]  # elsewhere after a while
+    positions[15 : 15 + gone] = np.nan
+    times[15:] += 0.0 if gone else 10.0
+    broken = model.correct(replace(raw, positions=positions, times=times), method=method)
+    there = np.isfinite(broken.positions)
+    np.testing.assert_array_equal(there, np.isfinite(positions))
+    assert np.abs(broken.positions - positions)[there].max() < 0.5
+
+
 def test_a_model_comes_back_from_its_file_and_says_the_same(model: CorrectorModel, tmp_path) -> None:  # type: ignore[no-untyped-def]
     arrays, header = model.to_arrays()
     save_model(tmp_path / "m.mend", "corrector", arrays, header)

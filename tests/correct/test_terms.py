@@ -11,7 +11,7 @@ from motionmend.bodies.joint_sets import KINECT20
 from motionmend.bodies.postures import INFERRED
 from motionmend.correct.anatomy import anatomy, following
 from motionmend.correct.classic import FILTERS
-from motionmend.correct.energy import Terms, Weights, adapted, energy, sampled, solved
+from motionmend.correct.energy import Terms, Weights, adapted, energy, sampled, solved, solved_together
 from motionmend.correct.normalise import Placement, turns, upright
 from motionmend.correct.reliability import (
     FAILING_SECONDS,
@@ -59,18 +59,58 @@ def test_an_offset_that_is_doubted_is_drawn_the_further_to_the_reliable_sensor()
     assert doubted < 0.01
 
 
-def test_weights_follow_what_is_reliable_and_what_is_known() -> None:
-    weights = Weights(0.6, 0.2, 0.2)
-    doubt, reliability = np.array([1e-6, 1e6, 1e6, 1.0]), np.array([1.0, 1.0, 0.0, 0.5])
-    spatial, temporal, sensor = adapted(doubt, reliability, weights)
+def test_weights_follow_what_is_known() -> None:
+    doubt = np.array([1e-6, 1e6, 1.0])
+    spatial, temporal, sensor = adapted(doubt, Weights(0.6, 0.2, 0.2))
     np.testing.assert_allclose(spatial, 0.6)
-    np.testing.assert_allclose(temporal, [0.0, 0.0, 0.2, 0.1])
-    np.testing.assert_allclose(sensor, [0.0, 0.2, 0.2, 0.1], atol=1e-6)
-    one = Terms(np.zeros((4, 3)), np.full((4, 3), 0.1), np.full((4, 3), 1.0), reliability, doubt)
+    np.testing.assert_allclose(temporal, 0.2)
+    np.testing.assert_allclose(sensor, [0.0, 0.2, 0.1], atol=1e-6)
+    one = Terms(np.zeros((3, 3)), np.full((3, 3), 0.1), None, np.ones(3), doubt)
     found = solved(one, (spatial, temporal, sensor))
-    np.testing.assert_allclose(found[0], 0.1, atol=1e-5)  # known and reliable: the offset is believed and nothing else
-    assert (found[1] < 0.1).all()  # reliable and not known: back toward the sensor
-    assert (found[2] > 0.3).all()  # not reliable: on with what was
+    np.testing.assert_allclose(found[0], 0.1, atol=1e-5)  # known: the offset is believed and nothing else
+    assert (found[1] < 1e-6).all()  # reliable and not known: back to the sensor
+
+
+def walked(frames: int, seed: int) -> tuple[Terms, Placement]:
+    """A recording of so many frames, its placements turning and moving about."""
+    rng = np.random.default_rng(seed)
+    observed, offset = rng.normal(size=(2, frames, 4, 3))
+    angle = rng.normal(size=frames)
+    place = Placement(
+        turns(np.stack([np.cos(angle), np.sin(angle)], axis=1)), rng.normal(size=(frames, 3)), np.full(frames, 1.2)
+    )
+    return Terms(observed, 0.1 * offset, None, rng.uniform(size=(frames, 4)), rng.uniform(0.2, 5, (frames, 4))), place
+
+
+def all_energies(offsets: np.ndarray, terms: Terms, weights: Weights, tied: np.ndarray, place: Placement) -> float:
+    """Eq. 22 of every frame, added up; the last two postures are those the offsets themselves lead to."""
+    postures, total = place.outward(terms.observed + offsets), 0.0
+    for t in range(len(offsets)):
+        here = Placement(place.turn[t : t + 1], place.origin[t : t + 1], place.scale[t : t + 1])
+        steady = here.inward((2.0 * postures[t - 1] - postures[t - 2])[None])[0] if tied[t] else None
+        one = Terms(terms.observed[t], terms.offset[t], steady, terms.reliability[t], terms.doubt[t])
+        total += energy(offsets[t], one, weights)
+    return total
+
+
+@given(st.integers(1, 9), st.integers(0, 1000))
+@settings(max_examples=30)
+def test_the_energies_of_all_frames_are_least_where_they_are_solved_together(frames: int, seed: int) -> None:
+    rng, weights = np.random.default_rng(seed + 1), Weights()
+    terms, place = walked(frames, seed)
+    tied = (rng.uniform(size=frames) < 0.8) & (np.arange(frames) > 1)
+    best = solved_together(terms, weights, tied, place)
+    least = all_energies(best, terms, weights, tied, place)
+    for size in (1e-3, 1e-2, 0.1):
+        assert all_energies(best + size * rng.normal(size=best.shape), terms, weights, tied, place) > least
+
+
+def test_frames_that_nothing_ties_are_solved_as_by_themselves() -> None:
+    terms, place = walked(5, 0)
+    together = solved_together(terms, Weights(), np.zeros(5, dtype=np.bool_), place)
+    for t in range(5):
+        alone = Terms(terms.observed[t], terms.offset[t], None, terms.reliability[t], terms.doubt[t])
+        np.testing.assert_allclose(together[t], solved(alone, Weights()), atol=1e-12)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.5, 1.5), st.integers(0, 100))

@@ -5,13 +5,18 @@ so that v is the variance by the usual one, and the weights mean what they say f
 Eq. 22 is quadratic in the offset Y, and each joint's coordinates stand alone in it, so its minimum is one division:
 
     (w_S / v + w_T + w_R r^2) Y = w_S mu / v + w_T (2 M_1 - M_2 - X)
+
+That takes the last two postures for true. Theirs are energies too: summed over a recording they are least where a
+banded system says so, and no posture is then thrown on by the errors of the two before it.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solveh_banded
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats
+from .normalise import Placement
 
 
 class Weights(NamedTuple):
@@ -22,26 +27,24 @@ class Weights(NamedTuple):
     reliability: float = 0.2
 
 
-def adapted(doubt: Floats, reliability: Floats, weights: Weights) -> tuple[Floats, Floats, Floats]:
-    """Weights of each joint of a frame, as section 6 asks for them.
+def adapted(doubt: Floats, weights: Weights) -> tuple[Floats, Floats, Floats]:
+    """Weights of each joint, as section 6 asks for them.
 
-    The past counts as far as the sensor is not reliable: a joint that is seen needs no steadying. The sensor's own
-    position counts as far as the mixture does not know the offset: where the offset is known, what is reliable is as
-    biased as ever.
+    The sensor's own position counts as far as the mixture does not know the offset: where the offset is known, what is
+    reliable is as biased as ever.
 
     Parameters
     ----------
-    doubt : (J,) variance of the offset by the usual one.
-    reliability : (J,) in [0, 1].
+    doubt : (..., J) variance of the offset by the usual one.
     weights : at their most.
 
     Returns
     -------
-    Of the spatial, the temporal and the reliability term, (J,) each.
+    Of the spatial, the temporal and the reliability term, (..., J) each.
     """
     return (
-        np.full(len(doubt), weights.spatial),
-        weights.temporal * (1.0 - reliability),
+        np.full(doubt.shape, weights.spatial),
+        np.full(doubt.shape, weights.temporal),
         weights.reliability * doubt / (1.0 + doubt),
     )
 
@@ -86,6 +89,37 @@ def solved(terms: Terms, weights: Weights | tuple[Floats, Floats, Floats]) -> Fl
         matrix = matrix + temporal
         right = right + temporal * (terms.steady - terms.observed)
     return np.asarray(right / matrix)
+
+
+def solved_together(
+    terms: Terms, weights: Weights | tuple[Floats, Floats, Floats], tied: Bools, placed: Placement
+) -> Floats:
+    """(T, J, 3) the offsets at which the energies of all frames of a recording are least together.
+
+    Parameters
+    ----------
+    terms : of T frames; their `steady` is not used.
+    weights : the same for all joints, or three arrays (T, J).
+    tied : (T,) frames whose two predecessors say how they would go on.
+    placed : of the frames, all of one scale: people go on as they went in the room, not in standard form.
+    """
+    spatial, temporal, reliability = (np.broadcast_to(w, terms.reliability.shape) for w in weights)
+    spatial = spatial / terms.doubt
+    alone = spatial + reliability * terms.reliability**2
+    seen = placed.outward(terms.observed)
+    right = alone[..., None] * seen + spatial[..., None] * (placed.outward(terms.observed + terms.offset) - seen)
+    temporal = np.where(tied[:, None], temporal, 0.0)[2:]
+    bands = np.zeros((3, *alone.shape))  # of the lower triangle: (1, -2, 1) of eq. 20 with itself
+    bands[0] = alone
+    for first, share in enumerate((1.0, 4.0, 1.0)):
+        bands[0, first : first + len(temporal)] += share * temporal
+    bands[1, : len(temporal)] -= 2.0 * temporal
+    bands[1, 1 : 1 + len(temporal)] -= 2.0 * temporal
+    bands[2, : len(temporal)] = temporal
+    postures = np.empty(right.shape)
+    for j in range(right.shape[1]):
+        postures[:, j] = solveh_banded(bands[..., j], right[:, j], lower=True, check_finite=False)
+    return placed.inward(postures) - terms.observed
 
 
 def sampled(

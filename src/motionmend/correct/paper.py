@@ -1,20 +1,21 @@
 """The paper's own method: local Gaussian processes per joint, and the energy of eq. 22 frame by frame.
 
-Its three terms have the paper's weights, reliability is Shum et al.'s, and the minimum is found by the paper's sampling
-descent or, being quadratic, exactly.
+Its three terms have the paper's weights, reliability is Shum et al.'s, and the minimum is found frame by frame by the
+paper's sampling descent or, being quadratic, exactly and for all frames of a recording together.
 """
 
 import numpy as np
 
-from ..arrays import Floats, Ints
+from ..arrays import Bools, Floats, Ints
 from ..bodies.postures import Postures
 from ..numerics.local_gp import Hyper, Mixture, fit_mixture, predict, with_places
 from ..numerics.online_gp import learned
 from .anatomy import Anatomy
 from .classic import Samples
-from .energy import Terms, Weights, adapted, sampled, solved
+from .energy import Terms, Weights, adapted, sampled, solved, solved_together
 from .normalise import Placement, bone_lengths
 from .reliability import behaviour, kinematics, paper_reliability, tracking
+from .watching import PATIENCE
 
 MODELS, SIZE, NEAREST = 30, 50, 9  # Q, S and L of section 4.2
 WEIGHTS = Weights(0.6, 0.2, 0.2)
@@ -73,17 +74,21 @@ def corrected_as_published(
     placement : of each frame.
     rows : (T, J, 3) m upright, NaN = missing.
     standard : (T, J, 3) the postures in standard form, complete.
-    recording : for its states.
+    recording : for its states and times.
     to_model : (J,) the recording's joint of each of the model's, -1 = none.
-    exactly : solve eq. 22 instead of descending.
+    exactly : solve eq. 22 for all frames together instead of descending in each.
     online : learn from frames with high reliability and low variance (algorithm 2).
     seed : of the descent.
     weights : of the terms.
-    adaptive : let them follow each joint's doubt and reliability (`energy.adapted`); solved exactly.
+    adaptive : let them follow each joint's doubt (`energy.adapted`); only with `exactly`.
 
     Returns
     -------
     postures (T, J, 3) in standard form of each frame's placement, standard deviations (T, J), reliability (T, J).
+
+    Notes
+    -----
+    Learning on the way needs offsets on the way: those are of each frame, its past taken for true.
     """
     rng = np.random.default_rng(seed)
     inputs = neighbour_inputs(standard, body)
@@ -93,34 +98,54 @@ def corrected_as_published(
     usual_variance = float(np.median(variance[stated])) if stated.any() else 1.0
     if online:
         mixture = with_places(mixture, NEW_MODELS, NEW_SAMPLES)
-    lengths = bone_lengths(rows, body)
-    with np.errstate(all="ignore"):
-        usual = np.array([np.median(b[np.isfinite(b)]) if np.isfinite(b).any() else np.nan for b in lengths.T])
-    reliable = np.empty(mean.shape[:2])
-    result = np.empty(mean.shape)
+    reliable = _reliable(rows, recording, to_model, body)
+    follows = _follows(rows, recording.times)
+    tied = follows & np.append(False, follows[:-1])
+    doubt, result = np.ones(variance.shape), np.empty(mean.shape)
     placed: list[Floats] = []  # results upright, in metres: placements differ from frame to frame
     for t in range(len(standard)):
         if online:
             mean[t : t + 1], variance[t : t + 1] = predict(mixture, inputs[t : t + 1], NEAREST)
-        present = np.asarray(np.isfinite(rows[t]).all(axis=1))
-        told = None
-        if recording.state is not None:
-            told = np.where(to_model >= 0, recording.state[t][to_model], 0).astype(np.uint8)
-        moving = behaviour(rows[t], rows[t - 1], rows[t - 2]) if t > 1 else np.ones(len(present))
-        reliable[t] = paper_reliability((moving, kinematics(lengths[t], usual, body), tracking(told, present)))
+        known = np.isfinite(variance[t])  # joints whose truth nobody knew are weighed plainly
+        doubt[t, known] = np.maximum(variance[t, known] / usual_variance, 1e-6)
         here = Placement(placement.turn[t : t + 1], placement.origin[t : t + 1], placement.scale[t : t + 1])
-        steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if t > 1 else None
-        # Joints whose truth nobody knew are weighed plainly.
-        doubt = np.where(np.isfinite(variance[t]), np.maximum(variance[t] / usual_variance, 1e-6), 1.0)
-        terms = Terms(standard[t], mean[t], steady, reliable[t], doubt)
-        if exactly or adaptive:
-            offset = solved(terms, adapted(doubt, reliable[t], weights) if adaptive else weights)
+        steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if tied[t] else None
+        terms = Terms(standard[t], mean[t], steady, reliable[t], doubt[t])
+        if exactly:
+            offset = solved(terms, adapted(doubt[t], weights) if adaptive else weights)
         else:
-            start = here.inward(placed[-1][None])[0] - standard[t] if placed else mean[t]
+            start = here.inward(placed[-1][None])[0] - standard[t] if follows[t] else mean[t]
             offset = sampled(terms, weights, start, rng)
         result[t] = standard[t] + offset
         placed.append(here.outward(result[t][None])[0])
         worth = (reliable[t] > TRUSTED) & (variance[t] <= certain)
         if online and t % EVERY == 0 and worth.any():
             mixture = learned(mixture, inputs[t], offset, worth, NEW, SIMILAR)
+    if exactly:
+        whole = Terms(standard, mean, None, reliable, doubt)
+        result = standard + solved_together(whole, adapted(doubt, weights) if adaptive else weights, tied, placement)
     return result, np.sqrt(np.where(np.isfinite(variance), variance, 0.0)), reliable
+
+
+def _reliable(rows: Floats, recording: Postures, to_model: Ints, body: Anatomy) -> Floats:
+    """(T, J) the paper's reliability of joints at (T, J, 3), by what the sensor says of them."""
+    lengths = bone_lengths(rows, body)
+    with np.errstate(all="ignore"):
+        usual = np.array([np.median(b[np.isfinite(b)]) if np.isfinite(b).any() else np.nan for b in lengths.T])
+    reliable = np.empty(rows.shape[:2])
+    for t, row in enumerate(rows):
+        present = np.asarray(np.isfinite(row).all(axis=1))
+        told = None
+        if recording.state is not None:
+            told = np.where(to_model >= 0, recording.state[t][to_model], 0).astype(np.uint8)
+        moving = behaviour(row, rows[t - 1], rows[t - 2]) if t > 1 else np.ones(len(present))
+        reliable[t] = paper_reliability((moving, kinematics(lengths[t], usual, body), tracking(told, present)))
+    return reliable
+
+
+def _follows(rows: Floats, times: Floats) -> Bools:
+    """(T,) frames before which the person was seen in another, without a break."""
+    seen = np.asarray(np.asarray(np.isfinite(rows).all(axis=2)).any(axis=1))
+    follows = np.zeros(len(rows), dtype=np.bool_)
+    follows[1:] = seen[1:] & seen[:-1] & (np.diff(times) <= PATIENCE)
+    return follows

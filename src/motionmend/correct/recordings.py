@@ -123,7 +123,7 @@ def by_paper(
         standard,
         postures,
         joining.to_model,
-        exactly=method == "exact",
+        exactly=method != "paper",
         online=online,
         weights=weights,
         adaptive=method == "adaptive",
