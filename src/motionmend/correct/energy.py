@@ -50,7 +50,7 @@ def adapted(doubt: Floats, weights: Weights) -> tuple[Floats, Floats, Floats]:
 
 
 class Terms(NamedTuple):
-    """What the energy of one frame is made of.
+    """What the energy of one frame is made of, or of T frames with a T before every shape.
 
     observed (J, 3) is the sensor's posture, offset (J, 3) what the spatial term says, steady (J, 3) where the posture
     would be if it went on as it did (2 M_1 - M_2), reliability (J,) in [0, 1], doubt (J,) the variance of the offset by
