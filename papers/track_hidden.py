@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motionmend.arrays import Bools
+from motionmend.arrays import Bools, runs
 from motionmend.bodies.performer import LANDMARKS
 from motionmend.track.settings import settings_of
 
@@ -113,5 +113,4 @@ def _hiding(mocap: Path, clip: str) -> Iterator[Case]:
 
 def _longest(gone: Bools) -> int:
     """Frames of the longest stretch of True."""
-    edges = np.flatnonzero(np.diff(gone.astype(np.int8), prepend=0, append=0))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
+    return max((last - first for first, last in runs(gone)), default=0)

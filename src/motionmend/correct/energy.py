@@ -94,12 +94,12 @@ def solved(terms: Terms, weights: Weights | tuple[Floats, Floats, Floats]) -> Fl
 def solved_together(
     terms: Terms, weights: Weights | tuple[Floats, Floats, Floats], tied: Bools, placed: Placement
 ) -> Floats:
-    """(T, J, 3) the offsets at which the energies of all frames of a recording are least together.
+    """(T, J, 3) the offsets, standard metres, at which eq. 22 summed over all frames of a recording is least.
 
     Parameters
     ----------
     terms : of T frames; their `steady` is not used.
-    weights : the same for all joints, or three arrays (T, J).
+    weights : the same for all joints and frames, or three arrays (T, J).
     tied : (T,) frames whose two predecessors say how they would go on.
     placed : of the frames, all of one scale: people go on as they went in the room, not in standard form.
     """

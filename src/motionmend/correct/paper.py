@@ -60,11 +60,10 @@ def corrected_as_published(
     standard: Floats,
     recording: Postures,
     to_model: Ints,
-    exactly: bool,
+    method: str,
     online: bool = False,
     seed: int = 0,
     weights: Weights = WEIGHTS,
-    adaptive: bool = False,
 ) -> tuple[Floats, Floats, Floats]:
     """Section 4 on a recording.
 
@@ -76,11 +75,11 @@ def corrected_as_published(
     standard : (T, J, 3) the postures in standard form, complete.
     recording : for its states and times.
     to_model : (J,) the recording's joint of each of the model's, -1 = none.
-    exactly : solve eq. 22 for all frames together instead of descending in each.
+    method : "paper" descends eq. 22 in each frame, "exact" solves it for all frames together, "adaptive" does so with
+        weights that follow each joint's doubt (`energy.adapted`).
     online : learn from frames with high reliability and low variance (algorithm 2).
     seed : of the descent.
     weights : of the terms.
-    adaptive : let them follow each joint's doubt (`energy.adapted`); only with `exactly`.
 
     Returns
     -------
@@ -95,36 +94,44 @@ def corrected_as_published(
     mean, variance = predict(mixture, inputs, NEAREST)
     certain = np.median(variance, axis=0)
     stated = np.isfinite(variance)
-    usual_variance = float(np.median(variance[stated])) if stated.any() else 1.0
+    usual = float(np.median(variance[stated])) if stated.any() else 1.0
     if online:
         mixture = with_places(mixture, NEW_MODELS, NEW_SAMPLES)
     reliable = _reliable(rows, recording, to_model, body)
     follows = _follows(rows, recording.times)
     tied = follows & np.append(False, follows[:-1])
-    doubt, result = np.ones(variance.shape), np.empty(mean.shape)
+    result = np.empty(mean.shape)
     placed: list[Floats] = []  # results upright, in metres: placements differ from frame to frame
-    for t in range(len(standard)):
+    # In turn where each frame begins from those before it, or learns from them.
+    for t in range(len(standard) if online or method == "paper" else 0):
         if online:
             mean[t : t + 1], variance[t : t + 1] = predict(mixture, inputs[t : t + 1], NEAREST)
-        known = np.isfinite(variance[t])  # joints whose truth nobody knew are weighed plainly
-        doubt[t, known] = np.maximum(variance[t, known] / usual_variance, 1e-6)
         here = Placement(placement.turn[t : t + 1], placement.origin[t : t + 1], placement.scale[t : t + 1])
         steady = here.inward((2.0 * placed[-1] - placed[-2])[None])[0] if tied[t] else None
-        terms = Terms(standard[t], mean[t], steady, reliable[t], doubt[t])
-        if exactly:
-            offset = solved(terms, adapted(doubt[t], weights) if adaptive else weights)
-        else:
+        terms = Terms(standard[t], mean[t], steady, reliable[t], _doubt(variance[t], usual))
+        if method == "paper":
             start = here.inward(placed[-1][None])[0] - standard[t] if follows[t] else mean[t]
             offset = sampled(terms, weights, start, rng)
+        else:
+            offset = solved(terms, _weighed(method, terms, weights))
         result[t] = standard[t] + offset
         placed.append(here.outward(result[t][None])[0])
         worth = (reliable[t] > TRUSTED) & (variance[t] <= certain)
         if online and t % EVERY == 0 and worth.any():
             mixture = learned(mixture, inputs[t], offset, worth, NEW, SIMILAR)
-    if exactly:
-        whole = Terms(standard, mean, None, reliable, doubt)
-        result = standard + solved_together(whole, adapted(doubt, weights) if adaptive else weights, tied, placement)
+    if method != "paper":
+        whole = Terms(standard, mean, None, reliable, _doubt(variance, usual))
+        result = standard + solved_together(whole, _weighed(method, whole, weights), tied, placement)
     return result, np.sqrt(np.where(np.isfinite(variance), variance, 0.0)), reliable
+
+
+def _doubt(variance: Floats, usual: float) -> Floats:
+    """Variances by the usual one; joints whose truth nobody knew are weighed plainly."""
+    return np.where(np.isfinite(variance), np.maximum(variance / usual, 1e-6), 1.0)
+
+
+def _weighed(method: str, terms: Terms, weights: Weights) -> Weights | tuple[Floats, Floats, Floats]:
+    return adapted(terms.doubt, weights) if method == "adaptive" else weights
 
 
 def _reliable(rows: Floats, recording: Postures, to_model: Ints, body: Anatomy) -> Floats:

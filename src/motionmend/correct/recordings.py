@@ -123,10 +123,9 @@ def by_paper(
         standard,
         postures,
         joining.to_model,
-        exactly=method != "paper",
-        online=online,
+        method,
+        online,
         weights=weights,
-        adaptive=method == "adaptive",
     )
     moved = standard + knowledge.following @ (result - standard)
     positions, deviation, trust = outward(joining, postures.positions, sights, moved, std, 1.0 - reliable)
