@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motionmend.bodies.solids import Solids
+from motionmend.bodies.performer import bone_frames, twists
+from motionmend.bodies.solids import CONE, Solids
 
 # ---- kernels/match.py ------------------------------------------------------------
 
@@ -99,3 +100,42 @@ def without_limb(body, limb):
     bone, *others = body.solids.arrays
     kept = ~np.isin(bone, limb.bones)
     return replace(body, solids=Solids(bone[kept], *(part[kept] for part in others)))
+
+
+# ---- kernels/inside.py -----------------------------------------------------------
+
+
+def depth_inside(frame, solids, s, point):
+    """How deep a point is inside solid s, to first order; how much that counts; the way out."""
+    x = solids.turn[s].T @ (frame[:3, :3].T @ (point - frame[:3, 3]) - solids.center[s])
+    radii, share = solids.size[s].copy(), 1.0
+    if solids.kind[s] == CONE:
+        share = np.clip((radii[1] - abs(x[1])) / 0.04, 0.0, 1.0)
+        radii[[0, 2]] *= 1.0 + solids.taper[s] * x[1] / radii[1]
+        x[1] = 0.0
+    far = np.linalg.norm(x / radii)
+    slope = x / radii**2 / far
+    out = frame[:3, :3] @ solids.turn[s] @ slope / np.linalg.norm(slope)
+    return (1.0 - far) / np.linalg.norm(slope), share, out
+
+
+def kept_out(body, pose, trunk, limbs, clear, scale, weight):
+    """Cost, (34, 34) and (34,): Geman and McClure's squares of how deep points along limbs are in the trunk."""
+    frames, moving, solids = bone_frames(body, pose), twists(body, pose), body.solids
+    cost, normal, right = 0.0, np.zeros((len(moving), len(moving))), np.zeros(len(moving))
+    for limb, margin in zip(limbs, clear, strict=True):
+        bone = solids.bone[limb]
+        for along in (-1.5, -1.0, -0.4, 0.3, 1.0):
+            local = solids.center[limb] + along * solids.size[limb, 1] * solids.turn[limb][:, 1]
+            point = frames[bone][:3, :3] @ local + frames[bone][:3, 3]
+            for s in trunk:
+                carrier = solids.bone[s]
+                deep, share, out = depth_inside(frames[carrier], solids, s, point)
+                deep = max(deep + margin, 0.0)
+                speeds = (np.cross(moving[:, :3], point) + moving[:, 3:]) @ out
+                slope = speeds * (body.moves[bone].astype(float) - body.moves[carrier])
+                shrink = scale**2 / (scale**2 + deep**2)
+                cost += weight * share * shrink * deep**2
+                normal += weight * share * shrink**2 * np.outer(slope, slope) * (deep > 0.0)
+                right += weight * share * shrink**2 * deep * slope
+    return cost, normal, right

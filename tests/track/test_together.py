@@ -157,6 +157,31 @@ def test_a_limb_out_of_sight_goes_on_between_where_it_is_seen():
     assert off(solved, TRUE)[4:8, wrist].mean() < 0.6 * off(begun, TRUE)[4:8, wrist].mean()
 
 
+def test_few_pixels_do_not_bend_the_way_of_a_limb_that_is_as_good_as_out_of_sight(monkeypatch):
+    """Pixels of another limb are near enough to draw at it; how well it was shown says how far to follow them."""
+    forearm, wrist = BONES.index("l_forearm"), LANDMARKS.index("l_wrist")
+    astray = np.where(np.isin(np.arange(DOFS), 6 + L_ARM.columns), 0.15, 0.0)
+
+    def keep(depth, t):
+        if not 4 <= t < 8:
+            return depth
+        wrong = render(BODY, advance(BODY, TRUE[t], astray), KINECT)
+        few = (np.add(*np.indices(depth.shape)) % 5 == 0) & (wrong.bones == forearm)
+        gone = np.isin(render(BODY, TRUE[t], KINECT).bones, L_ARM.bones)
+        return np.where(few, wrong.depth, np.where(gone, np.nan, depth)).astype(np.float32)
+
+    trust = np.where(np.isin(np.arange(DOFS - 6), L_ARM.columns), 0.1, 1.0)
+    states = [
+        replace(state, trust=trust) if 4 <= t < 8 else replace(state, trust=np.ones(DOFS - 6))
+        for t, state in enumerate(states_of(TRUE, keep=keep))
+    ]
+    away = []
+    for much in (together.UNSEEN, 0.0):
+        monkeypatch.setattr(together, "UNSEEN", much)
+        away.append(off(solved_together(MODEL, DEFAULT, BODY, states, TRUE), TRUE)[4:8, wrist].mean())
+    assert away[0] < 0.7 * away[1], away
+
+
 def test_a_leap_is_left_a_leap():
     """Two still poses, one after the other: neither is drawn to the other by what binds frames."""
     first, other = TRUE[0], advance(BODY, TRUE[0], np.where(np.isin(np.arange(DOFS), 6 + L_ARM.columns), 0.4, 0.0))

@@ -101,22 +101,46 @@ def test_smoothness_limits_and_prior_are_the_derivatives_of_their_costs(rng):
     root = rng.normal(size=(DOFS - 6, DOFS - 6))
     terms = (
         SmoothTerm(some_pose(), rng.uniform(0.1, 1.0, DOFS)),
-        LimitsTerm(np.tile((-0.2, 0.2), (DOFS, 1)), 3.0),
+        LimitsTerm(np.zeros(2), 3.0),
         PriorTerm(rng.normal(size=DOFS - 6), root @ root.T),
     )
     evidence = evidence_of(seen(pose), settings_of("default"))
+    stiff = replace(BODY, limits=np.tile((-0.2, 0.2), (DOFS, 1)))
     for term in terms:
         sums = Sums()
-        share = term.linearize(view_of(BODY, pose, evidence, 4), sums, 0)
-        assert share.cost == pytest.approx(term.residual(view_of(BODY, pose, evidence, 4)))
+        share = term.linearize(view_of(stiff, pose, evidence, 4), sums, 0)
+        assert share.cost == pytest.approx(term.residual(view_of(stiff, pose, evidence, 4)))
         slope = np.empty(DOFS)
         for d in range(DOFS):
             moved = [advance(BODY, pose, h * np.eye(DOFS)[d]) for h in (1e-5, -1e-5)]
-            ahead, behind = (term.residual(view_of(BODY, one, evidence, 4)) for one in moved)
+            ahead, behind = (term.residual(view_of(stiff, one, evidence, 4)) for one in moved)
             slope[d] = (ahead - behind) / 2e-5
         # A large turn of the root adds as vectors only to first order.
         rows = np.r_[0:3, 6:DOFS]
         np.testing.assert_allclose(-2.0 * sums.right[rows], slope[rows], rtol=1e-4, atol=1e-6)
+
+
+def test_an_arm_behind_the_back_does_not_stay_inside_it():
+    """In there it contradicts no image, and the trunk's pixels draw at it."""
+    model, arm, elbow = TrackerModel(PoseDatabase(np.empty((0, DOFS - 6)), np.empty(0))), LIMBS[0], 5
+    upright = standing((0.0, 0.05, 2.7))
+    behind = with_limb(upright, arm, upright.joints[arm.columns] + (0.0, 0.0, 0.86, 0.43, -0.35, 0.29))
+    inside = with_limb(behind, arm, behind.joints[arm.columns] + (0.0, 0.0, -0.22, 0.24, -0.08, 0.05))
+    assert not np.isin(render(BODY, behind, KINECT).bones, arm.shown[-1]).any()
+    unseen = np.where(np.isin(np.arange(DOFS - 6), arm.columns), 0.0, 1.0)
+    misses = []
+    for names in (("surface", "edge", "freespace", "limits"), ("surface", "edge", "freespace")):
+        settings = settings_of("default", names)
+        evidence = evidence_of(seen(behind), settings)
+        state = start(model, settings, DepthFrame(KINECT, seen(behind).depth, None, 0.0), BODY, inside)
+        pose = inside
+        for _ in range(3):
+            terms = terms_of(model, settings, replace(state, pose=pose, trust=unseen), evidence, pose)
+            pose = solve_pose(BODY, evidence, terms, pose, settings).state
+        misses.append(off(pose, behind)[elbow : elbow + 2].max())
+    begun = off(inside, behind)[elbow : elbow + 2].max()
+    assert misses[0] < 0.4 * begun
+    assert misses[1] > 0.8 * begun
 
 
 def test_differences_of_poses_undo_increments(rng):

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints, frozen
 from ..errors import MismatchError
-from .solids import Solids
+from .solids import CONE, Solids
 
 BONES = (
     "pelvis",
@@ -217,6 +217,14 @@ class Performer:
     def marks(self) -> tuple[Ints, Floats]:
         """Copies of `LANDMARK_BONES` (16,) and `landmark_place` (16, 3) m, as kernels take points (see `chain`)."""
         return LANDMARK_BONES.copy(), self.landmark_place.copy()
+
+    @cached_property
+    def trunk_and_forearms(self) -> tuple[Ints, Ints]:
+        """Which solids are the trunk (S,), and the left and the right forearm's cones (2,)."""
+        bones, cones = self.solids.bone, self.solids.kind == CONE
+        trunk = np.isin(bones, [BONES.index("pelvis"), BONES.index("chest")])
+        forearms = [np.flatnonzero(cones & (bones == BONES.index(f"{side}_forearm")))[0] for side in "lr"]
+        return np.flatnonzero(trunk), np.array(forearms, np.int64)
 
     @cached_property
     def lengths(self) -> Floats:

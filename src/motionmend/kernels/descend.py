@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints, Singles
-from . import articulated, bone_systems, dense, match, raycast, rendered
+from . import articulated, bone_systems, dense, inside, match, raycast, rendered
 from .compile import compiled
 
 _advance = articulated.advance
@@ -23,7 +23,7 @@ WISHES = np.dtype(
         (name, np.float64)
         for name in (
             "gate", "apart", "along", "back", "scale", "surface", "jump", "edge", "free_scale", "free", "limits",
-            "prior", "damping", "tolerance", "longest", "settled",
+            "solid_scale", "solid", "prior", "damping", "tolerance", "longest", "settled",
         )
     ]
 )  # fmt: skip
@@ -31,9 +31,9 @@ WISHES = np.dtype(
 by how much `wide`r it is at first; whether observed points draw `two_way`; `edge_half` of the edges' window; `reach`
 to a pixel that is not free, px, at the depth of the pose begun from, however far it then moves; most `iterations`;
 `gate`, `apart`, m, see `match`; shares `along` the normal, forth and `back`; `scale`, m; weights of `surface`, `edge`,
-`free` space and `limits`, and whether there is a `prior`, 0 = none; `jump` of an edge and `free_scale`, m; `damping`
-relative to the diagonal; `tolerance` and `longest` of a step's components, m and rad; `settled`, see
-`least_squares.gauss_newton`."""
+`free` space, `limits` and `solid` trunk, and whether there is a `prior`, 0 = none; `jump` of an edge, `free_scale` and
+`solid_scale`, m; `damping` relative to the diagonal; `tolerance` and `longest` of a step's components, m and rad;
+`settled`, see `least_squares.gauss_newton`."""
 
 SURFACE, EDGE, FREE, SMOOTH, LIMITS, PRIOR = range(6)
 
@@ -54,6 +54,7 @@ def descend(
     turns: Floats,
     sizes: Floats,
     tapers: Floats,
+    moves: Bools,
     moved_first: Ints,
     moved: Ints,
     camera: Floats,
@@ -68,6 +69,9 @@ def descend(
     to_joints: Floats,
     smooth: Floats,
     limits: Floats,
+    trunk: Ints,
+    forearms: Ints,
+    clear: Floats,
     mean: Floats,
     form: Floats,
     wishes: Any,
@@ -81,10 +85,11 @@ def descend(
     Parameters
     ----------
     parents .. tapers : body, pose and solids, as for `rendered.picture`.
-    moved_first, moved : which degrees of freedom move which bone, see `bone_systems.assemble`.
+    moves, moved_first, moved : which degrees of freedom move which bone, see `inside` and `bone_systems.assemble`.
     camera, seen, free : (4,) px, (H, W) m and True where nobody is.
     pixels, samples, edge_pixels, edge_samples : (N, 2), (N, 3) and (E, 2), (E, 3) m, observed.
-    to_translation .. smooth : see `bone_systems.drawn_to`. limits : (D, 2). mean, form : of the prior.
+    to_translation .. smooth : see `bone_systems.drawn_to`. limits : (D, 2). trunk .. clear : see `inside.kept_out`.
+    mean, form : of the prior.
     wishes : (1,) of `WISHES`.
     normal, right : (D, D) and (D,), written: the system about the pose before the last step.
     costs, counts : (6,) and (6, 2), written: of each term its cost, inliers and samples there.
@@ -147,6 +152,10 @@ def descend(
             )  # fmt: skip
         if wish.limits > 0.0:
             costs[LIMITS] = bone_systems.within(joints, limits, wish.limits, normal, right)
+            costs[LIMITS] += inside.kept_out(
+                frames, moving, moves, carriers, kinds, centers, turns, sizes, tapers, trunk, forearms, clear,
+                wish.solid_scale * wish.solid_scale, wish.solid, normal, right,
+            )  # fmt: skip
         if wish.prior > 0.0:
             costs[PRIOR] = bone_systems.about_mean(joints, mean, form, normal, right)
         bone_systems.assemble(hessian, gradient, moving, moved_first, moved, normal, right)

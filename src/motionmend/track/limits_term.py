@@ -1,39 +1,70 @@
-"""Joints stay within their ranges."""
+"""What no body does: joints beyond their ranges, forearms inside the trunk."""
 
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from ..arrays import Floats
+from ..bodies.performer import BONES, FIRST, MOVES, Performer
 from ..kernels.bone_systems import within
+from ..kernels.inside import kept_out
 from .terms import Share
 from .view import Sums, View
+
+SOLID = 200.0  # per m² inside the trunk, beside 1 per rad² beyond a limit
+SOLID_SCALE = 0.03  # m, of Geman and McClure's estimator: where the image says so, an arm that is wrong comes through
+CLEAR = 1.3  # of its radius, by which the axis of a forearm that nothing is seen of stays out
+_ELBOWS = [int(FIRST[BONES.index(f"{side}_forearm")]) for side in "lr"]
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class LimitsTerm:
-    """A square beyond each limit, nothing within.
+    """A square beyond each of a joint's limits, nothing within; and a robust one of how deep forearms are in the trunk.
+
+    Inside the trunk an arm is out of sight and contradicts no image, while every pixel of the trunk draws at it.
 
     Attributes
     ----------
-    limits : (34, 2) rad; only those of the joints count.
-    weight : per rad².
+    clear : (2,) m, how far the axes of the left and the right forearm stay out of the trunk.
+    weight : per rad²; `SOLID` times that per m².
     """
 
-    limits: Floats
+    clear: Floats
     weight: float
     name: str = "limits"
 
     def residual(self, view: View) -> float:
         """The weighted cost at a pose."""
-        return float(self.weight * (self._beyond(view) ** 2).sum())
+        return self.linearize(view, Sums(), 0).cost
 
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
-        """Only degrees of freedom beyond a limit are touched."""
-        return Share(within(view.pose.joints, self.limits, self.weight, sums.normal, sums.right))
+        """Only degrees of freedom beyond a limit are touched, and those that move a forearm against the trunk."""
+        body = view.performer
+        beyond = within(view.pose.joints, body.limits, self.weight, sums.normal, sums.right)
+        deep = kept_out(
+            view.placed,
+            view.twists,
+            MOVES,
+            *body.solids.arrays,
+            *body.trunk_and_forearms,
+            self.clear,
+            SOLID_SCALE**2,
+            SOLID * self.weight,
+            sums.normal,
+            sums.right,
+        )
+        return Share(beyond + deep)
 
-    def _beyond(self, view: View) -> Floats:
-        joints, limits = view.pose.joints, self.limits[6:]
-        return np.asarray(joints - np.minimum(np.maximum(joints, limits[:, 0]), limits[:, 1]))
+
+def limits_term(performer: Performer, weight: float, trust: Floats) -> LimitsTerm:
+    """The term for a performer.
+
+    Parameters
+    ----------
+    performer : the body.
+    weight : per rad².
+    trust : (28,) in [0, 1], how well each joint coordinate was shown. What is seen may touch the trunk, or be wider
+        than it is taken for: it only has to keep its axis outside.
+    """
+    _, forearms = performer.trunk_and_forearms
+    return LimitsTerm(CLEAR * performer.solids.size[forearms, 0] * (1.0 - trust[_ELBOWS]) ** 2, weight)

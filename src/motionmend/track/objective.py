@@ -9,7 +9,7 @@ from .edge_term import EdgeTerm
 from .evidence import Evidence
 from .freespace_term import FreespaceTerm
 from .limbs import Coarse, disagreements
-from .limits_term import LimitsTerm
+from .limits_term import limits_term
 from .model import TrackerModel
 from .prior_term import prior_term
 from .settings import TrackSettings
@@ -47,7 +47,7 @@ def terms_of(
     if "freespace" in settings.terms:
         terms.append(FreespaceTerm(evidence, settings))
     if "limits" in settings.terms:
-        terms.append(LimitsTerm(state.performer.limits, settings.limits))
+        terms.append(limits_term(state.performer, settings.limits, state.trust))
     if "prior" in settings.terms:
         prior = prior_term(model.database, state.pose, settings, state.trust)
         if prior is not None:

@@ -6,13 +6,13 @@ from typing import TypeVar
 import numpy as np
 
 from ..arrays import Floats, frozen
-from ..bodies.performer import DOFS, Performer, Pose, advance
+from ..bodies.performer import DOFS, MOVES, Performer, Pose, advance
 from ..kernels import descend
 from ..numerics.least_squares import Solution, System, gauss_newton
 from .edge_term import EdgeTerm
 from .evidence import JUMP, Evidence
 from .freespace_term import FreespaceTerm, far_at
-from .limits_term import LimitsTerm
+from .limits_term import SOLID, SOLID_SCALE, LimitsTerm
 from .prior_term import PriorTerm
 from .settings import TrackSettings
 from .smooth_term import SmoothTerm
@@ -22,7 +22,7 @@ from .view import BONES_MOVED, MOVED_FIRST, Sums, view_of
 
 TOLERANCE = 5e-3  # m and rad; below what a depth sensor tells
 LONGEST = 0.35  # m and rad, of one step
-NO_MEAN, NO_FORM = frozen(np.zeros(0)), frozen(np.zeros((0, 0)))
+NO_MEAN, NO_FORM, NO_CLEARANCE = frozen(np.zeros(0)), frozen(np.zeros((0, 0))), np.zeros(2)
 Kind = TypeVar("Kind", bound=Term)
 _ORDER: dict[type, int] = {
     SurfaceTerm: descend.SURFACE,
@@ -141,6 +141,7 @@ def _at_once(
     wish["reach"], wish["free_scale"] = far_at(pose, evidence), settings.free_scale
     wish["free"] = 0.0 if free is None else settings.freespace * evidence.weight
     wish["limits"], wish["prior"] = 0.0 if limits is None else limits.weight, prior is not None
+    wish["solid"], wish["solid_scale"] = SOLID * wish["limits"], SOLID_SCALE
     wish["damping"], wish["tolerance"], wish["longest"] = settings.damping, TOLERANCE, LONGEST
     wish["settled"] = settings.settled
     translation, root, joints = pose.arrays
@@ -158,6 +159,7 @@ def _at_once(
         turn,
         size,
         taper,
+        MOVES,
         MOVED_FIRST,
         BONES_MOVED,
         evidence.intrinsics,
@@ -169,7 +171,9 @@ def _at_once(
         evidence.edge_samples,
         *smooth.expected.arrays,
         smooth.weights,
-        (performer.limits if limits is None else limits.limits).copy(),
+        performer.limits.copy(),
+        *performer.trunk_and_forearms,
+        NO_CLEARANCE if limits is None else limits.clear,
         NO_MEAN if prior is None else prior.mean,
         NO_FORM if prior is None else prior.form,
         wish,

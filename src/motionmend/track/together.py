@@ -43,6 +43,7 @@ CLOSER = 0.6  # of the estimator's scale while following: what is farther off is
 YIELDING = 0.5  # of the weight of free space while following, where outlines are rough
 HELD = 1e-3  # weight per m² and rad² of what separates a pose from where a round begins
 STIFF = 1.0  # the same of what separates it from the line between its neighbours, at `RATE`
+UNSEEN = 30.0  # more of it for coordinates of which nothing is seen: what few pixels say of them is not to be bent to
 RATE = 30.0  # Hz; what accelerations at random make of a step has a variance that grows with the cube of its length
 THREADS, AT_ONCE = 2, 8  # that work on frames side by side, and how many frames one of them takes at a time
 LEAP = 0.1  # m and rad, the scale of Geman and McClure's weight of the same: one account of a limb may follow another
@@ -87,11 +88,13 @@ def solved_together(
     with one_each, ThreadPoolExecutor(min(THREADS, os.cpu_count() or 1)) as pool:
         for first, last in _runs(there, times):
             some = [pose for pose in poses[first:last] if pose is not None]
+            unseen = 1.0 - np.array([state.trust for state in states[first:last]])
+            stiff = np.concatenate([np.full((last - first, 6), STIFF), STIFF + UNSEEN * unseen**2], axis=1)
             frames = _each(pool, partial(_first, model, wish, body), states[first:last], some)
             finer = _each(pool, partial(_closer, closer), states[first:last], frames)
             thinned = [_thinned(frame) for frame in finer]
             for asked in (*[frames] * FIRST, *[thinned] * THIN, *[finer] * FULL):
-                some = _moved(_each(pool, partial(_system, body), asked, some), body, some, times[first:last])
+                some = _moved(_each(pool, partial(_system, body), asked, some), body, some, times[first:last], stiff)
             out[first:last] = some
     return out
 
@@ -168,7 +171,9 @@ def _system(body: Performer, asked: _Asked, pose: Pose) -> System:
     return linearized(body, asked.evidence, about(asked.terms, pose), pose, asked.settings)
 
 
-def _moved(systems: Sequence[System], body: Performer, poses: Sequence[Pose], times: Floats) -> list[Pose]:
+def _moved(
+    systems: Sequence[System], body: Performer, poses: Sequence[Pose], times: Floats, stiff: Floats
+) -> list[Pose]:
     """One round: the poses a step further."""
     normal, right = (np.array([getattr(one, name) for one in systems]) for name in ("normal", "right"))
     bent, stiffness, share = np.zeros(right.shape), np.zeros(right.shape), np.zeros(len(times))
@@ -180,7 +185,7 @@ def _moved(systems: Sequence[System], body: Performer, poses: Sequence[Pose], ti
     root = np.array([pose.root for pose in poses])
     turned = between_turns(root[:-2], root[2:], share[1:-1, None])
     bent[1:-1, 3:6] = rotation_vector(root[1:-1] @ turned.swapaxes(1, 2))
-    stiffness[1:-1] = STIFF * (2.0 / RATE / span[:, None]) ** 3 * (1.0 + (bent[1:-1] / LEAP) ** 2) ** -2.0
+    stiffness[1:-1] = stiff[1:-1] * (2.0 / RATE / span[:, None]) ** 3 * (1.0 + (bent[1:-1] / LEAP) ** 2) ** -2.0
     steps = FURTHER * chained(normal, right, bent, stiffness, share)
     steps *= np.minimum(1.0, LONGEST / np.maximum(np.abs(steps).max(axis=1, keepdims=True), LONGEST))
     return [advance(body, pose, step) for pose, step in zip(poses, steps, strict=True)]
