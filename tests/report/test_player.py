@@ -250,6 +250,25 @@ def test_the_view_turns_zooms_and_a_click_on_a_marker_chooses_it(player, take):
     assert state(page)["channel"] == "E"
 
 
+def test_hands_raised_for_a_part_of_the_time_are_in_view(player):
+    places = np.tile([[0, 0.1, 0], [0, -0.1, 0], [0, 0, 1.75], [0, 0.3, 0.8], [0, -0.3, 0.8]], (100, 1, 1))
+    places[40:70, 3:, 2] = 2.3
+    page = player([("hands up", Markers(tuple("ABCDE"), places, 30.0))])
+    page.uncheck("#grid")
+    page.evaluate("report.setFrame(55)")
+    top, bottom, height = drawn(
+        page,
+        """() => {
+          const { width, height } = document.getElementById("view");
+          const p = document.getElementById("view").getContext("2d").getImageData(0, 0, width, height).data;
+          const rows = [];
+          for (let i = 0; i < p.length / 4; i++) if (p[4 * i + 3] > 200) rows.push(Math.floor(i / width));
+          return [rows[0], rows[rows.length - 1], height];
+        }""",
+    )
+    assert 10 < top < bottom < height - 10
+
+
 def test_recordings_of_other_rates_and_lengths_keep_their_own_time(player, take):
     truth, _, _ = take
     page = player([("take", truth), ("arm", arm(frames=100, fps=50.0)), ("short", waving(frames=60, fps=60.0))])

@@ -89,7 +89,7 @@ function stdValue(recording, channel, curve, frame) {
 }
 
 // The body's centre ten times a second (of most of its points, so that a stray marker does not pull it),
-// smoothed over half a second, and its reach, m.
+// smoothed over half a second, and its reach, m: of arms that are raised for a while too, not of a few wild frames.
 function bodyPath(recording) {
   const every = Math.max(1, Math.round(recording.rate / 10));
   const centres = [], reaches = [], point = [0, 0, 0];
@@ -112,7 +112,7 @@ function bodyPath(recording) {
     for (let d = Math.max(0, i - 2); d <= Math.min(filled.length - 1, i + 2); d++) { sum += filled[d][k]; n++; }
     return sum / n;
   }));
-  return { every, centres: smooth, reach: reaches.length ? median(reaches) : 1 };
+  return { every, centres: smooth, reach: reaches.length ? reaches.sort((a, b) => a - b)[Math.floor(0.95 * (reaches.length - 1))] : 1 };
 }
 
 function centreAt(recording, frame) {
