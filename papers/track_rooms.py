@@ -58,8 +58,9 @@ def run(mocap: Path, pictures: Path) -> Findings:
         (
             "CV2: every second of 60 images, 0.9 m away, legs out of view. IST: a camera high on a wall and tilted, colour "
             f"registered from its own camera; the images' rate is not stated and taken as {SLOW:.0f} Hz. Person, lengths and "
-            "first pose are found by the tracker among furniture and seated people. On a surface: sure joints in view (a "
-            f"deviation below {100 * SURE:.0f} cm) that have one from 0.3 m before to 0.1 m behind them within two pixels. "
+            "first pose are found by the tracker among furniture and seated people. On a surface: sure joints (a "
+            f"deviation below {100 * SURE:.0f} cm) in view that have one from 0.3 m before to 0.1 m behind them within two "
+            "pixels; in view is where the camera has depth in any image (CV2's last eight rows of 240 never have). "
             "That says nothing of whose surface it is: in IST's first images, before the man who walks is wholly in view, "
             "and its last, when he stands at the camera, clothes on a chair and a cupboard are followed (see the picture).",
         ),
@@ -125,13 +126,15 @@ def _halved(camera: Camera, raw: np.ndarray, color: np.ndarray, time: float) -> 
 
 def _inside(track: Track, frames: Sequence[DepthFrame]) -> tuple[float, float]:
     """Share of sure joints in view with a surface from 0.3 m before to 0.1 m behind them, and of joints sure, %."""
+    measured = np.argwhere(np.isfinite([frame.depth for frame in frames]).any(axis=0))[:, ::-1]
+    low, high = measured.min(axis=0) + 3, measured.max(axis=0) - 3  # CV2's images have no depth in their last rows
     hits, sure = [], []
     for places, std, lost, frame in zip(track.joints, track.std, track.lost, frames, strict=True):
         if lost:
             continue
         good = np.isfinite(places).all(axis=1) & (std < SURE)
         pixels = np.round(frame.camera.project(places[good])).astype(int)
-        view = (pixels >= 3).all(axis=1) & (pixels < (frame.camera.width - 3, frame.camera.height - 3)).all(axis=1)
+        view = ((pixels >= low) & (pixels <= high)).all(axis=1)
         sure.append(good.mean())
         for (u, v), z in zip(pixels[view], places[good][view, 2], strict=True):
             behind = z - frame.depth[v - 2 : v + 3, u - 2 : u + 3]

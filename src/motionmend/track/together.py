@@ -89,7 +89,7 @@ def solved_together(
         for first, last in _runs(there, times):
             some = [pose for pose in poses[first:last] if pose is not None]
             unseen = 1.0 - np.array([state.trust for state in states[first:last]])
-            stiff = np.concatenate([np.full((last - first, 6), STIFF), STIFF + UNSEEN * unseen**2], axis=1)
+            stiff = np.concatenate([np.full((last - first, 6), STIFF), STIFF + UNSEEN * unseen**4], axis=1)
             frames = _each(pool, partial(_first, model, wish, body), states[first:last], some)
             finer = _each(pool, partial(_closer, closer), states[first:last], frames)
             thinned = [_thinned(frame) for frame in finer]
