@@ -107,9 +107,10 @@ def _jacobian_off(performer: Performer, pose: Pose) -> float:
     SurfaceTerm(evidence, plain).linearize(view, sums, 99)
     normal, _ = sums.assembled(view)
     half, seen = plain.window // 2, evidence.depth
-    near = seen, evidence.intrinsics, half, np.inf, evidence.apart, np.nan, seen, 0.0
+    fx, fy, cx, cy = evidence.intrinsics
+    near = seen, 1.0 / fx, 1.0 / fy, cx, cy, half, np.inf, evidence.apart, np.nan, seen, 0.0
     each = zip(view.pixels, view.samples.astype(float), strict=True)
-    found = np.array([match.nearest(*pixel, *point, *near) for pixel, point in each])
+    found = np.array([match.nearest(*pixel, *point, *near)[0] for pixel, point in each])
     ones = np.concatenate((view.samples.astype(float), np.ones((len(view.samples), 1))), axis=1)
     local = np.einsum("nij,nj->ni", np.linalg.inv(bone_frames(performer, pose))[view.bones], ones)
     jacobian = np.empty((len(local), 3, DOFS))

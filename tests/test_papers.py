@@ -95,10 +95,11 @@ def test_without_data_it_says_so(papers, tmp_path, monkeypatch):
 
 
 def test_quick_claims_run_on_real_recordings(papers, data, tmp_path):
-    results = papers.run(["d4", "D1"], data, tmp_path)
+    results = papers.run(["d4", "D1", "T5"], data, tmp_path)
     assert [(result["id"], result["met"], result["as_expected"]) for result in results] == [
         ("D1", True, True),
         ("D4", True, True),
+        ("T5", True, True),
     ]
     report = (tmp_path / "REPORT.md").read_text(encoding="utf-8")
     assert "figures/fig_2_3.png" in report
