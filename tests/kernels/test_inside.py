@@ -10,6 +10,7 @@ import naive_tracking as naive
 from motionmend.bodies import anatomy
 from motionmend.bodies.performer import DOFS, MOVES, advance, bone_frames, standing, twists
 from motionmend.bodies.solids import CONE, ELLIPSOID
+from motionmend.kernels import raycast
 from motionmend.kernels.inside import inside, kept_out
 
 BODY = anatomy.average()
@@ -19,11 +20,17 @@ TRUNK, FOREARMS = BODY.trunk_and_forearms
 def sums_of(pose, clear, scale=0.03):
     """Cost, normal matrix and right side that the kernel adds to nothing."""
     normal, right = np.zeros((DOFS, DOFS)), np.zeros(DOFS)
+    carriers, kinds, centers, turns, sizes, tapers = BODY.solids.arrays
+    placed = np.empty((len(carriers), 3, 4))
+    raycast.place(bone_frames(BODY, pose), carriers, centers, turns, placed)
     cost = kept_out(
-        bone_frames(BODY, pose),
+        placed,
         twists(BODY, pose),
         MOVES,
-        *BODY.solids.arrays,
+        carriers,
+        kinds,
+        sizes,
+        tapers,
         TRUNK,
         FOREARMS,
         np.array(clear),
@@ -67,19 +74,18 @@ def test_a_forearm_beside_the_trunk_is_left_alone():
 
 @pytest.mark.parametrize("kind", [ELLIPSOID, CONE])
 def test_near_the_surface_depths_are_distances_and_the_way_out_is_the_shortest(kind, rng):
-    size, center, taper = np.array([0.16, 0.25, 0.11]), np.array([0.02, 0.1, -0.03]), 0.15 if kind == CONE else 0.0
-    turn, frame = Rotation.random(random_state=1).as_matrix(), np.eye(4)
-    frame[:3, :3], frame[:3, 3] = Rotation.random(random_state=2).as_matrix(), (0.3, -0.2, 2.5)
+    size, taper = np.array([0.16, 0.25, 0.11]), 0.15 if kind == CONE else 0.0
+    placed = np.concatenate((Rotation.random(random_state=2).as_matrix(), [[0.3], [-0.2], [2.5]]), axis=1)
     angle, high = rng.uniform(0, 2 * np.pi, 20_000), rng.uniform(-0.7, 0.7, 20_000)
     wide = 1.0 + taper * high if kind == CONE else np.sqrt(1.0 - high**2)
     local = np.stack((wide * np.cos(angle) * size[0], high * size[1], wide * np.sin(angle) * size[2]), axis=1)
-    surface = (local @ turn.T + center) @ frame[:3, :3].T + frame[:3, 3]
-    out = np.empty(3)
+    surface = local @ placed[:, :3].T + placed[:, 3]
     for step in (-0.02, 0.02):
         for n in np.flatnonzero(np.abs(high) < 0.4)[:40]:
-            assert abs(inside(frame, kind, center, turn, size, taper, surface[n], out)[0]) < 1e-9
-            point = surface[n] - step * out
-            deep, share = inside(frame, kind, center, turn, size, taper, point, out)
+            at_surface, _, *out = inside(placed, kind, size, taper, *surface[n])
+            assert abs(at_surface) < 1e-9
+            point = surface[n] - step * np.array(out)
+            deep, share, *out = inside(placed, kind, size, taper, *point)
             away = surface - point
             nearest = np.argmin(np.linalg.norm(away, axis=1))
             assert share == 1.0
@@ -90,9 +96,7 @@ def test_near_the_surface_depths_are_distances_and_the_way_out_is_the_shortest(k
 
 
 def test_beyond_a_cone_s_ends_nothing_is_inside_and_on_an_axis_there_is_no_way_out():
-    size, out = np.array([0.1, 0.2, 0.1]), np.empty(3)
-    for point in ((0.02, 0.21, 0.0), (0.0, 0.0, 0.0)):
-        deep, _ = inside(np.eye(4), CONE, np.zeros(3), np.eye(3), size, 0.0, np.array(point), out)
-        assert deep < 0.0
-    _, share = inside(np.eye(4), CONE, np.zeros(3), np.eye(3), size, 0.0, np.array([0.02, 0.18, 0.0]), out)
-    assert 0.0 < share < 1.0
+    size = np.array([0.1, 0.2, 0.1])
+    assert inside(np.eye(3, 4), CONE, size, 0.0, 0.02, 0.21, 0.0)[0] < 0.0
+    assert inside(np.eye(3, 4), CONE, size, 0.0, 0.0, 0.0, 0.0)[0] < 0.0
+    assert 0.0 < inside(np.eye(3, 4), CONE, size, 0.0, 0.02, 0.18, 0.0)[1] < 1.0

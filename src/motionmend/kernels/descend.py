@@ -153,7 +153,7 @@ def descend(
         if wish.limits > 0.0:
             costs[LIMITS] = bone_systems.within(joints, limits, wish.limits, normal, right)
             costs[LIMITS] += inside.kept_out(
-                frames, moving, moves, carriers, kinds, centers, turns, sizes, tapers, trunk, forearms, clear,
+                placed, moving, moves, carriers, kinds, sizes, tapers, trunk, forearms, clear,
                 wish.solid_scale * wish.solid_scale, wish.solid, normal, right,
             )  # fmt: skip
         if wish.prior > 0.0:

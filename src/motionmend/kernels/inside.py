@@ -15,13 +15,11 @@ LEAST = 1e-6  # of the way from a solid's axis to its surface: nearer, no way ou
 
 @compiled
 def kept_out(
-    frames: Floats,
+    placed: Floats,
     twists: Floats,
     moves: Bools,
     carriers: Ints,
     kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
     sizes: Floats,
     tapers: Floats,
     trunk: Ints,
@@ -38,8 +36,8 @@ def kept_out(
 
     Parameters
     ----------
-    frames, twists, moves : (B, 4, 4) world from bone, (D, 6) of each degree of freedom, (B, D) which moves which bone.
-    carriers .. tapers : the body's solids, as in `rendered.picture`.
+    placed, twists, moves : (P, 3, 4) world from solid, (D, 6) of each degree of freedom, (B, D) which moves which bone.
+    carriers .. tapers : of the P solids, as in `rendered.picture`.
     trunk : (S,) the solids that are in the way.
     limbs : (L,) the cones that are kept out of them. clear : (L,) m, so far before the surface is inside.
     squared_scale : m², of Geman and McClure's estimator. weight : per m².
@@ -49,18 +47,15 @@ def kept_out(
     -------
     The cost.
     """
-    cost = 0.0
-    place, out, slope = np.empty(3), np.empty(3), np.empty(right.shape[0])
+    cost, slope = 0.0, np.empty(right.shape[0])
     for i in range(limbs.shape[0]):
         limb = limbs[i]
-        bone = carriers[limb]
+        bone, p = carriers[limb], placed[limb]
         for along in ALONG:
-            for k in range(3):
-                place[k] = centers[limb, k] + along * sizes[limb, 1] * turns[limb, k, 1]
-            placed(frames[bone], place)
+            far = along * sizes[limb, 1]
+            x, y, z = p[0, 3] + far * p[0, 1], p[1, 3] + far * p[1, 1], p[2, 3] + far * p[2, 1]
             for s in trunk:
-                carrier = carriers[s]
-                deep, share = inside(frames[carrier], kinds[s], centers[s], turns[s], sizes[s], tapers[s], place, out)
+                deep, share, nx, ny, nz = inside(placed[s], kinds[s], sizes[s], tapers[s], x, y, z)
                 deep += clear[i]
                 if deep <= 0.0 or share <= 0.0:
                     continue
@@ -69,9 +64,11 @@ def kept_out(
                 w = weight * share * shrink * shrink
                 for d in range(right.shape[0]):
                     slope[d] = 0.0
-                    if moves[bone, d] != moves[carrier, d]:  # the others move both alike
-                        sign = 1.0 if moves[bone, d] else -1.0
-                        slope[d] = sign * speed(twists[d], place, out)
+                    if moves[bone, d] != moves[carriers[s], d]:  # the others move both alike
+                        t = twists[d]
+                        speed = nx * (t[1] * z - t[2] * y + t[3])
+                        speed += ny * (t[2] * x - t[0] * z + t[4]) + nz * (t[0] * y - t[1] * x + t[5])
+                        slope[d] = speed if moves[bone, d] else -speed
                 for d in range(right.shape[0]):
                     if slope[d] != 0.0:
                         right[d] += w * deep * slope[d]
@@ -81,59 +78,35 @@ def kept_out(
 
 
 @compiled
-def placed(frame: Floats, point: Floats) -> None:
-    """A point (3,) of a bone whose frame is (4, 4) becomes one of the world."""
-    x, y, z = point
-    for k in range(3):
-        point[k] = frame[k, 0] * x + frame[k, 1] * y + frame[k, 2] * z + frame[k, 3]
-
-
-@compiled
-def speed(twist: Floats, point: Floats, direction: Floats) -> float:
-    """How fast a point (3,) goes in a direction (3,) with a twist (6,)."""
-    x, y, z = point
-    return float(
-        direction[0] * (twist[1] * z - twist[2] * y + twist[3])
-        + direction[1] * (twist[2] * x - twist[0] * z + twist[4])
-        + direction[2] * (twist[0] * y - twist[1] * x + twist[5])
-    )
-
-
-@compiled
 def inside(
-    frame: Floats, kind: int, center: Floats, turn: Floats, size: Floats, taper: float, point: Floats, out: Floats
-) -> tuple[float, float]:
-    """How deep a point (3,) of the world is inside a solid, m, below 0 outside; and how much that counts, 0 to 1.
+    placed: Floats, kind: int, size: Floats, taper: float, x: float, y: float, z: float
+) -> tuple[float, float, float, float, float]:
+    """How deep a point of the world is inside a solid, m, below 0 outside; how much that counts, 0 to 1; the way out.
 
-    `frame` (4, 4) is that of the bone that carries it, `center` .. `taper` are as in `Solids`; `out` (3,) is written:
-    the unit vector, in the world, that leads out of it.
+    `placed` (3, 4) is world from solid; `size`, `taper` are as in `Solids`. The way out is a unit vector in the world.
     """
-    own, away = np.empty(3), np.empty(3)
-    for k in range(3):
-        own[k] = -center[k]
-        for m in range(3):
-            own[k] += frame[m, k] * (point[m] - frame[m, 3])
-    for k in range(3):
-        away[k] = turn[0, k] * own[0] + turn[1, k] * own[1] + turn[2, k] * own[2]
-    share, wide = 1.0, 1.0
+    p, sx, sy, sz = placed, size[0], size[1], size[2]
+    x, y, z = x - p[0, 3], y - p[1, 3], z - p[2, 3]
+    a = p[0, 0] * x + p[1, 0] * y + p[2, 0] * z
+    b = p[0, 1] * x + p[1, 1] * y + p[2, 1] * z
+    c = p[0, 2] * x + p[1, 2] * y + p[2, 2] * z
+    share = 1.0
     if kind == CONE:
-        share = min(1.0, (size[1] - abs(away[1])) / FADES)
-        wide = 1.0 + taper * away[1] / size[1]
-    if share <= 0.0:
-        return -1.0, 0.0
-    far, steep = 0.0, 0.0  # from the axis, 1 at the surface; and the slope of its square, halved, 1/m
-    for k in range(3):
-        radius = size[k] if k == 1 else size[k] * wide
-        if k == 1 and kind == CONE:
-            away[k] = 0.0
-        far += (away[k] / radius) ** 2
-        away[k] /= radius * radius
-        steep += away[k] * away[k]
-    far, steep = sqrt(far), sqrt(steep)
+        share = min(1.0, (sy - abs(b)) / FADES)
+        if share <= 0.0:
+            return -1.0, 0.0, 0.0, 0.0, 0.0
+        wide = 1.0 + taper * b / sy
+        sx, sz, b = sx * wide, sz * wide, 0.0
+    far = sqrt((a / sx) ** 2 + (b / sy) ** 2 + (c / sz) ** 2)  # 1 at the surface
     if far < LEAST:
-        return -1.0, 0.0
-    for k in range(3):
-        own[k] = (turn[k, 0] * away[0] + turn[k, 1] * away[1] + turn[k, 2] * away[2]) / steep
-    for k in range(3):
-        out[k] = frame[k, 0] * own[0] + frame[k, 1] * own[1] + frame[k, 2] * own[2]
-    return (1.0 - far) * far / steep, share
+        return -1.0, 0.0, 0.0, 0.0, 0.0
+    a, b, c = a / (sx * sx), b / (sy * sy), c / (sz * sz)
+    steep = sqrt(a * a + b * b + c * c)
+    a, b, c = a / steep, b / steep, c / steep
+    return (
+        (1.0 - far) * far / steep,
+        share,
+        p[0, 0] * a + p[0, 1] * b + p[0, 2] * c,
+        p[1, 0] * a + p[1, 1] * b + p[1, 2] * c,
+        p[2, 0] * a + p[2, 1] * b + p[2, 2] * c,
+    )

@@ -41,11 +41,15 @@ class LimitsTerm:
         """Only degrees of freedom beyond a limit are touched, and those that move a forearm against the trunk."""
         body = view.performer
         beyond = within(view.pose.joints, body.limits, self.weight, sums.normal, sums.right)
+        carriers, kinds, _, _, sizes, tapers = body.solids.arrays
         deep = kept_out(
-            view.placed,
+            view.solid_placed,
             view.twists,
             MOVES,
-            *body.solids.arrays,
+            carriers,
+            kinds,
+            sizes,
+            tapers,
             *body.trunk_and_forearms,
             self.clear,
             SOLID_SCALE**2,
