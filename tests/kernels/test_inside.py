@@ -12,6 +12,7 @@ from motionmend.bodies.performer import DOFS, MOVES, advance, bone_frames, stand
 from motionmend.bodies.solids import CONE, ELLIPSOID
 from motionmend.kernels import raycast
 from motionmend.kernels.inside import inside, kept_out
+from motionmend.track.view import BONES_MOVED, MOVED_FIRST
 
 BODY = anatomy.average()
 TRUNK, FOREARMS = BODY.trunk_and_forearms
@@ -26,7 +27,8 @@ def sums_of(pose, clear, scale=0.03):
     cost = kept_out(
         placed,
         twists(BODY, pose),
-        MOVES,
+        MOVED_FIRST,
+        BONES_MOVED,
         carriers,
         kinds,
         sizes,

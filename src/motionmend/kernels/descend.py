@@ -54,7 +54,6 @@ def descend(
     turns: Floats,
     sizes: Floats,
     tapers: Floats,
-    moves: Bools,
     moved_first: Ints,
     moved: Ints,
     camera: Floats,
@@ -85,7 +84,7 @@ def descend(
     Parameters
     ----------
     parents .. tapers : body, pose and solids, as for `rendered.picture`.
-    moves, moved_first, moved : which degrees of freedom move which bone, see `inside` and `bone_systems.assemble`.
+    moved_first, moved : which degrees of freedom move which bone, see `bone_systems.assemble`.
     camera, seen, free : (4,) px, (H, W) m and True where nobody is.
     pixels, samples, edge_pixels, edge_samples : (N, 2), (N, 3) and (E, 2), (E, 3) m, observed.
     to_translation .. smooth : see `bone_systems.drawn_to`. limits : (D, 2). trunk .. clear : see `inside.kept_out`.
@@ -153,7 +152,7 @@ def descend(
         if wish.limits > 0.0:
             costs[LIMITS] = bone_systems.within(joints, limits, wish.limits, normal, right)
             costs[LIMITS] += inside.kept_out(
-                placed, moving, moves, carriers, kinds, sizes, tapers, trunk, forearms, clear,
+                placed, moving, moved_first, moved, carriers, kinds, sizes, tapers, trunk, forearms, clear,
                 wish.solid_scale * wish.solid_scale, wish.solid, normal, right,
             )  # fmt: skip
         if wish.prior > 0.0:

@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints
+from ..arrays import Bytes, Floats, Ints
 from .compile import compiled
 
 CONE = 1
@@ -17,7 +17,8 @@ LEAST = 1e-6  # of the way from a solid's axis to its surface: nearer, no way ou
 def kept_out(
     placed: Floats,
     twists: Floats,
-    moves: Bools,
+    first: Ints,
+    order: Ints,
     carriers: Ints,
     kinds: Bytes,
     sizes: Floats,
@@ -36,9 +37,10 @@ def kept_out(
 
     Parameters
     ----------
-    placed, twists, moves : (P, 3, 4) world from solid, (D, 6) of each degree of freedom, (B, D) which moves which bone.
+    placed : (P, 3, 4) world from solid.
+    twists, first, order : (D, 6) of each degree of freedom, and which move which bone, as for `bone_systems.assemble`.
     carriers .. tapers : of the P solids, as in `rendered.picture`.
-    trunk : (S,) the solids that are in the way.
+    trunk : (S,) the solids that are in the way: on bones that carry the limbs'.
     limbs : (L,) the cones that are kept out of them. clear : (L,) m, so far before the surface is inside.
     squared_scale : m², of Geman and McClure's estimator. weight : per m².
     normal, right : (D, D) and (D,), added to.
@@ -62,18 +64,15 @@ def kept_out(
                 shrink = squared_scale / (squared_scale + deep * deep)
                 cost += weight * share * shrink * deep * deep
                 w = weight * share * shrink * shrink
-                for d in range(right.shape[0]):
-                    slope[d] = 0.0
-                    if moves[bone, d] != moves[carriers[s], d]:  # the others move both alike
-                        t = twists[d]
-                        speed = nx * (t[1] * z - t[2] * y + t[3])
-                        speed += ny * (t[2] * x - t[0] * z + t[4]) + nz * (t[0] * y - t[1] * x + t[5])
-                        slope[d] = speed if moves[bone, d] else -speed
-                for d in range(right.shape[0]):
-                    if slope[d] != 0.0:
-                        right[d] += w * deep * slope[d]
-                        for e in range(right.shape[0]):
-                            normal[d, e] += w * slope[d] * slope[e]
+                begin = first[bone] + first[carriers[s] + 1] - first[carriers[s]]  # what moves both alike comes first
+                for n in range(begin, first[bone + 1]):
+                    t = twists[order[n]]
+                    slope[n - begin] = nx * (t[1] * z - t[2] * y + t[3])
+                    slope[n - begin] += ny * (t[2] * x - t[0] * z + t[4]) + nz * (t[0] * y - t[1] * x + t[5])
+                for n in range(begin, first[bone + 1]):
+                    right[order[n]] += w * deep * slope[n - begin]
+                    for m in range(begin, first[bone + 1]):
+                        normal[order[n], order[m]] += w * slope[n - begin] * slope[m - begin]
     return cost
 
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from typing import final
 
 from ..arrays import Floats
-from ..bodies.performer import BONES, FIRST, MOVES, Performer
+from ..bodies.performer import BONES, FIRST, Performer
 from ..kernels.bone_systems import within
 from ..kernels.inside import kept_out
 from .terms import Share
-from .view import Sums, View
+from .view import BONES_MOVED, MOVED_FIRST, Sums, View
 
 SOLID = 200.0  # per m² inside the trunk, beside 1 per rad² beyond a limit
 SOLID_SCALE = 0.03  # m, of Geman and McClure's estimator: where the image says so, an arm that is wrong comes through
@@ -45,7 +45,8 @@ class LimitsTerm:
         deep = kept_out(
             view.solid_placed,
             view.twists,
-            MOVES,
+            MOVED_FIRST,
+            BONES_MOVED,
             carriers,
             kinds,
             sizes,

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..arrays import Floats, frozen
-from ..bodies.performer import DOFS, MOVES, Performer, Pose, advance
+from ..bodies.performer import DOFS, Performer, Pose, advance
 from ..kernels import descend
 from ..numerics.least_squares import Solution, System, gauss_newton
 from .edge_term import EdgeTerm
@@ -159,7 +159,6 @@ def _at_once(
         turn,
         size,
         taper,
-        MOVES,
         MOVED_FIRST,
         BONES_MOVED,
         evidence.intrinsics,
