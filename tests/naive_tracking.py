@@ -119,6 +119,12 @@ def depth_inside(frame, solids, s, point):
     return (1.0 - far) / np.linalg.norm(slope), share, out
 
 
+def ball(solids, s):
+    """The radius of a ball about solid s that holds it."""
+    x, y, z = solids.size[s]
+    return np.hypot(max(x, z) * (1.0 + abs(solids.taper[s])), y) if solids.kind[s] == CONE else max(x, y, z)
+
+
 def kept_out(body, pose, trunk, limbs, clear, scale, weight):
     """Cost, (34, 34) and (34,): Geman and McClure's squares of how deep points along limbs are in the trunk."""
     frames, moving, solids = bone_frames(body, pose), twists(body, pose), body.solids
@@ -131,7 +137,9 @@ def kept_out(body, pose, trunk, limbs, clear, scale, weight):
             for s in trunk:
                 carrier = solids.bone[s]
                 deep, share, out = depth_inside(frames[carrier], solids, s, point)
-                deep = max(deep + margin, 0.0)
+                middle = frames[carrier][:3, :3] @ solids.center[s] + frames[carrier][:3, 3]
+                near = np.linalg.norm(point - middle) <= ball(solids, s) + margin
+                deep = max(deep + margin, 0.0) * near
                 speeds = (np.cross(moving[:, :3], point) + moving[:, 3:]) @ out
                 slope = speeds * (body.moves[bone].astype(float) - body.moves[carrier])
                 shrink = scale**2 / (scale**2 + deep**2)

@@ -222,9 +222,9 @@ class Performer:
     def trunk_and_forearms(self) -> tuple[Ints, Ints]:
         """Which solids are the trunk (S,), and the left and the right forearm's cones (2,)."""
         bones, cones = self.solids.bone, self.solids.kind == CONE
-        trunk = np.isin(bones, [BONES.index("pelvis"), BONES.index("chest")])
-        forearms = [np.flatnonzero(cones & (bones == BONES.index(f"{side}_forearm")))[0] for side in "lr"]
-        return np.flatnonzero(trunk), np.array(forearms, np.int64)
+        trunk = np.flatnonzero(bones <= BONES.index("chest"))  # the pelvis is the only one before it
+        forearms = [int(np.argmax(cones & (bones == BONES.index(f"{side}_forearm")))) for side in "lr"]
+        return trunk, np.array(forearms, np.int64)
 
     @cached_property
     def lengths(self) -> Floats:

@@ -53,10 +53,13 @@ def kept_out(
     for i in range(limbs.shape[0]):
         limb = limbs[i]
         bone, p = carriers[limb], placed[limb]
-        for along in ALONG:
-            far = along * sizes[limb, 1]
-            x, y, z = p[0, 3] + far * p[0, 1], p[1, 3] + far * p[1, 1], p[2, 3] + far * p[2, 1]
-            for s in trunk:
+        for s in trunk:
+            bound = within(kinds[s], sizes[s], tapers[s]) + clear[i]
+            for along in ALONG:
+                far = along * sizes[limb, 1]
+                x, y, z = p[0, 3] + far * p[0, 1], p[1, 3] + far * p[1, 1], p[2, 3] + far * p[2, 1]
+                if (x - placed[s, 0, 3]) ** 2 + (y - placed[s, 1, 3]) ** 2 + (z - placed[s, 2, 3]) ** 2 > bound * bound:
+                    continue
                 deep, share, nx, ny, nz = inside(placed[s], kinds[s], sizes[s], tapers[s], x, y, z)
                 deep += clear[i]
                 if deep <= 0.0 or share <= 0.0:
@@ -74,6 +77,15 @@ def kept_out(
                     for m in range(begin, first[bone + 1]):
                         normal[order[n], order[m]] += w * slope[n - begin] * slope[m - begin]
     return cost
+
+
+@compiled
+def within(kind: int, size: Floats, taper: float) -> float:
+    """The radius, m, of a ball about a solid's middle that holds all of it."""
+    if kind == CONE:
+        wide = max(size[0], size[2]) * (1.0 + abs(taper))
+        return sqrt(wide * wide + size[1] * size[1])
+    return float(max(size[0], size[1], size[2]))
 
 
 @compiled
