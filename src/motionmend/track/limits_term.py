@@ -72,4 +72,4 @@ def limits_term(performer: Performer, weight: float, trust: Floats) -> LimitsTer
         than it is taken for: it only has to keep its axis outside.
     """
     _, forearms = performer.trunk_and_forearms
-    return LimitsTerm(CLEAR * performer.solids.size[forearms, 0] * (1.0 - trust[_ELBOWS]) ** 2, weight)
+    return LimitsTerm(CLEAR * performer.solids.size[forearms, 0] * (1.0 - trust[_ELBOWS]) ** 4, weight)
