@@ -220,11 +220,11 @@ class Performer:
 
     @cached_property
     def trunk_and_forearms(self) -> tuple[Ints, Ints]:
-        """Which solids are the trunk (S,), and the left and the right forearm's cones (2,)."""
+        """Which solids are the trunk, (S,), and which are the forearms' cones, (L,), the left one first."""
         bones, cones = self.solids.bone, self.solids.kind == CONE
-        trunk = np.flatnonzero(bones <= BONES.index("chest"))  # the pelvis is the only one before it
-        forearms = [int(np.argmax(cones & (bones == BONES.index(f"{side}_forearm")))) for side in "lr"]
-        return trunk, np.array(forearms, np.int64)
+        trunk = bones <= BONES.index("chest")  # the pelvis is the only one before it
+        left, right = (np.flatnonzero(cones & (bones == BONES.index(f"{side}_forearm"))) for side in "lr")
+        return np.flatnonzero(trunk), np.concatenate((left, right))
 
     @cached_property
     def lengths(self) -> Floats:

@@ -1,4 +1,4 @@
-"""How deep limbs are inside the trunk, and which way is out."""
+"""How deep limbs are inside the trunk, and which way is out: penetration depths to first order (Taubin 1991)."""
 
 from math import sqrt
 
@@ -33,7 +33,7 @@ def kept_out(
 ) -> float:
     """Add a robust square of how deep points of limbs are inside solids to the system of all degrees of freedom.
 
-    How far a point is from a solid's surface is told to first order: by what it fails by, over the slope of that.
+    A point's distance from a surface is that of its implicit function from 1, over the function's slope there.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def kept_out(
         limb = limbs[i]
         bone, p = carriers[limb], placed[limb]
         for s in trunk:
-            bound = within(kinds[s], sizes[s], tapers[s]) + clear[i]
+            bound = bounding_radius(kinds[s], sizes[s], tapers[s]) + clear[i]
             for along in ALONG:
                 far = along * sizes[limb, 1]
                 x, y, z = p[0, 3] + far * p[0, 1], p[1, 3] + far * p[1, 1], p[2, 3] + far * p[2, 1]
@@ -80,8 +80,8 @@ def kept_out(
 
 
 @compiled
-def within(kind: int, size: Floats, taper: float) -> float:
-    """The radius, m, of a ball about a solid's middle that holds all of it."""
+def bounding_radius(kind: int, size: Floats, taper: float) -> float:
+    """The radius, m, of a ball about a solid's middle that holds all of it; `size` (3,) m, `taper` as in `Solids`."""
     if kind == CONE:
         wide = max(size[0], size[2]) * (1.0 + abs(taper))
         return sqrt(wide * wide + size[1] * size[1])
@@ -94,7 +94,8 @@ def inside(
 ) -> tuple[float, float, float, float, float]:
     """How deep a point of the world is inside a solid, m, below 0 outside; how much that counts, 0 to 1; the way out.
 
-    `placed` (3, 4) is world from solid; `size`, `taper` are as in `Solids`. The way out is a unit vector in the world.
+    `placed` (3, 4) is world from solid; `size` (3,) m and `taper` are as in `Solids`; x, y, z, m, are the point. The way
+    out is a unit vector in the world. On a cone's axis, or beyond its ends, nothing is inside.
     """
     p, sx, sy, sz = placed, size[0], size[1], size[2]
     x, y, z = x - p[0, 3], y - p[1, 3], z - p[2, 3]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import final
 
 from ..arrays import Floats
-from ..bodies.performer import BONES, FIRST, Performer
+from ..bodies.performer import FIRST, Performer
 from ..kernels.bone_systems import within
 from ..kernels.inside import kept_out
 from .terms import Share
@@ -13,7 +13,6 @@ from .view import BONES_MOVED, MOVED_FIRST, Sums, View
 SOLID = 200.0  # per m² inside the trunk, beside 1 per rad² beyond a limit
 SOLID_SCALE = 0.03  # m, of Geman and McClure's estimator: where the image says so, an arm that is wrong comes through
 CLEAR = 1.3  # of its radius, by which the axis of a forearm that nothing is seen of stays out
-_ELBOWS = [int(FIRST[BONES.index(f"{side}_forearm")]) for side in "lr"]
 
 
 @final
@@ -25,7 +24,7 @@ class LimitsTerm:
 
     Attributes
     ----------
-    clear : (2,) m, how far the axes of the left and the right forearm stay out of the trunk.
+    clear : (L,) m, how far the axes of the forearms, `Performer.trunk_and_forearms`, stay out of the trunk.
     weight : per rad²; `SOLID` times that per m².
     """
 
@@ -71,5 +70,6 @@ def limits_term(performer: Performer, weight: float, trust: Floats) -> LimitsTer
     trust : (28,) in [0, 1], how well each joint coordinate was shown. What is seen may touch the trunk, or be wider
         than it is taken for: it only has to keep its axis outside.
     """
-    _, forearms = performer.trunk_and_forearms
-    return LimitsTerm(CLEAR * performer.solids.size[forearms, 0] * (1.0 - trust[_ELBOWS]) ** 4, weight)
+    solids, (_, forearms) = performer.solids, performer.trunk_and_forearms
+    unseen = 1.0 - trust[FIRST[solids.bone[forearms]]]  # by the elbows' coordinates
+    return LimitsTerm(CLEAR * solids.size[forearms, 0] * unseen**4, weight)

@@ -22,7 +22,7 @@ from .view import BONES_MOVED, MOVED_FIRST, Sums, view_of
 
 TOLERANCE = 5e-3  # m and rad; below what a depth sensor tells
 LONGEST = 0.35  # m and rad, of one step
-NO_MEAN, NO_FORM, NO_CLEARANCE = frozen(np.zeros(0)), frozen(np.zeros((0, 0))), np.zeros(2)
+NO_MEAN, NO_FORM, NO_CLEARANCE = frozen(np.zeros(0)), frozen(np.zeros((0, 0))), np.zeros(0)
 Kind = TypeVar("Kind", bound=Term)
 _ORDER: dict[type, int] = {
     SurfaceTerm: descend.SURFACE,

@@ -174,7 +174,7 @@ def _system(body: Performer, asked: _Asked, pose: Pose) -> System:
 def _moved(
     systems: Sequence[System], body: Performer, poses: Sequence[Pose], times: Floats, stiff: Floats
 ) -> list[Pose]:
-    """One round: the poses a step further."""
+    """One round: the poses a step further; `stiff` (T, 34) is the weight of the line between neighbours at `RATE`."""
     normal, right = (np.array([getattr(one, name) for one in systems]) for name in ("normal", "right"))
     bent, stiffness, share = np.zeros(right.shape), np.zeros(right.shape), np.zeros(len(times))
     way, joints = np.array([pose.translation for pose in poses]), np.array([pose.joints for pose in poses])
