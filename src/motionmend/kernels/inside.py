@@ -94,8 +94,8 @@ def inside(
 ) -> tuple[float, float, float, float, float]:
     """How deep a point of the world is inside a solid, m, below 0 outside; how much that counts, 0 to 1; the way out.
 
-    `placed` (3, 4) is world from solid; `size` (3,) m and `taper` are as in `Solids`; x, y, z, m, are the point. The way
-    out is a unit vector in the world. On a cone's axis, or beyond its ends, nothing is inside.
+    `placed` (3, 4) is world from solid; `size` (3,) m and `taper` are as in `Solids`; x, y, z, m, are the point. The
+    way out is a unit vector in the world. On a cone's axis, or beyond its ends, nothing is inside.
     """
     p, sx, sy, sz = placed, size[0], size[1], size[2]
     x, y, z = x - p[0, 3], y - p[1, 3], z - p[2, 3]
