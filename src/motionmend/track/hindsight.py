@@ -55,6 +55,10 @@ CHOICES = frozen(list(product((False, True), repeat=TRUNK + 1)), np.bool_)  # (3
 _PART_OF = frozen(
     [next((k for k, limb in enumerate(LIMBS) if column in limb.columns), TRUNK) for column in range(DOFS - 6)], np.int64
 )
+_PARTS = tuple(part.tolist() for part in PARTS)
+_PART_OF_LANDMARK = frozen(
+    [next(k for k, part in enumerate(_PARTS) if i in part) for i in range(len(LANDMARKS))], np.int64
+)
 _CHANGED = (CHOICES[:, None] != CHOICES[None]).astype(np.float64)
 
 
@@ -289,8 +293,8 @@ def _stepped(
         ways = [_with(one, other) for one, other in ((first, pose), (pose, first))]
         costs = disagreements(body, [*ways[0], *ways[1]], coarse).reshape(2, -1)
         wrong = float(costs[1, 0])
-        gap = np.linalg.norm(landmarks(body, first) - landmarks(body, pose), axis=1)
-        apart = np.array([np.sort(gap[part])[-2:].mean() for part in PARTS])
+        gap = np.linalg.norm(here.estimate.landmarks - landmarks(body, pose), axis=1).tolist()
+        apart = np.array([0.5 * sum(sorted(gap[i] for i in part)[-2:]) for part in _PARTS])
         if apart[_LEGS].max() > NEAR:
             known = np.maximum(here.state.trust, at.trust)
             of_legs = [[strange_legs(model.database.search, some[k], known) for k in (0, 3, 4)] for some in ways]
@@ -367,11 +371,12 @@ def _joined(body: Performer, one: Moment, back: Back, share: Floats, turned: Flo
         )
     assert said.pose is not None
     assert said.settled is not None
-    pose, place = _mixed(body, said.pose, back.pose, share, turned)
+    there = landmarks(body, back.pose)
+    pose, place = _mixed(body, said, back.pose, there, share, turned)
     held = np.where(taken, back.held, said.held)
     settled = np.where(taken, std, said.settled)
     # Of what nothing is seen either may be right, and other poses may be that the way back has not looked at.
-    between = 0.5 * np.linalg.norm(landmarks(body, back.pose) - said.landmarks, axis=1)
+    between = 0.5 * np.linalg.norm(there - said.landmarks, axis=1)
     settled = np.where(held, np.maximum(np.maximum(settled, between), np.where(said.held, said.settled, 0.0)), settled)
     # Front and back are still in doubt, unless the other reading was taken.
     about = parts[TRUNK] and float(back.pose.root[:, 2] @ said.pose.root[:, 2]) < 0.0
@@ -401,19 +406,21 @@ def _settled(body: Performer, first: Moment, said: Estimate, pose: Pose) -> Esti
     return replace(said, pose=pose, landmarks=place, flags=flags)
 
 
-def _mixed(body: Performer, first: Pose, other: Pose, share: Floats, turned: Floats) -> tuple[Pose, Floats]:
-    """A pose that has so much of each of `PARTS` of the other one, and its joints (16, 3) m.
+def _mixed(
+    body: Performer, said: Estimate, other: Pose, there: Floats, share: Floats, turned: Floats
+) -> tuple[Pose, Floats]:
+    """A pose that has so much of each of `PARTS` of the other one, whose joints are `there`; and its joints (16, 3) m.
 
     Joint coordinates far apart may have joints at one place: where the mixture is not where theirs is, each part is
     wholly of one pose.
     """
+    first = said.pose
+    assert first is not None
     pose = _between(first, other, share, turned)
     place = landmarks(body, pose)
     if ((share == 0.0) | (share == 1.0)).all():
         return pose, place
-    here, there = landmarks(body, first), landmarks(body, other)
-    for part, much in zip(PARTS, share, strict=True):
-        here[part] += much * (there[part] - here[part])
+    here = said.landmarks + share[_PART_OF_LANDMARK, None] * (there - said.landmarks)
     if np.linalg.norm(place - here, axis=1).max() > STRAIGHT:
         whole = share > 0.5
         pose = _between(first, other, whole.astype(np.float64), other.root if whole[TRUNK] else first.root)

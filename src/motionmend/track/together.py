@@ -90,8 +90,9 @@ def solved_together(
             some = [pose for pose in poses[first:last] if pose is not None]
             unseen = 1.0 - np.array([state.trust for state in states[first:last]])
             stiff = np.concatenate([np.full((last - first, 6), STIFF), STIFF + UNSEEN * unseen**4], axis=1)
-            frames = _each(pool, partial(_first, model, wish, body), states[first:last], some)
-            finer = _each(pool, partial(_closer, closer), states[first:last], frames)
+            # Not side by side: what is mostly Python takes longer on two threads than on one.
+            frames = list(map(partial(_first, model, wish, body), states[first:last], some))
+            finer = list(map(partial(_closer, closer), states[first:last], frames))
             thinned = [_thinned(frame) for frame in finer]
             for asked in (*[frames] * FIRST, *[thinned] * THIN, *[finer] * FULL):
                 some = _moved(_each(pool, partial(_system, body), asked, some), body, some, times[first:last], stiff)
