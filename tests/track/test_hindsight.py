@@ -295,12 +295,12 @@ def test_mixed_poses_have_their_joints_between_or_are_of_one_pose(seed, share):
     )
     shares = np.full(TRUNK + 1, share)
     turned = between_turns(first.root, other.root, share)
-    pose, place = hindsight._mixed(BODY, first, other, shares, turned)
-    np.testing.assert_allclose(place, landmarks(BODY, pose))
     here, there = landmarks(BODY, first), landmarks(BODY, other)
+    pose, place = hindsight._mixed(BODY, (first, here), (other, there), shares, turned)
+    np.testing.assert_allclose(place, landmarks(BODY, pose))
     straight = np.linalg.norm(place - here - share * (there - here), axis=1).max() <= hindsight.STRAIGHT
     whole = there if share > 0.5 else here
     assert straight or np.allclose(place, whole)
     for all_of, one in ((0.0, first), (1.0, other)):
-        mixed = hindsight._mixed(BODY, first, other, 0.0 * shares + all_of, one.root)
+        mixed = hindsight._mixed(BODY, (first, here), (other, there), 0.0 * shares + all_of, one.root)
         np.testing.assert_allclose(mixed[1], landmarks(BODY, one))

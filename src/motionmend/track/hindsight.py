@@ -372,7 +372,7 @@ def _joined(body: Performer, one: Moment, back: Back, share: Floats, turned: Flo
     assert said.pose is not None
     assert said.settled is not None
     there = landmarks(body, back.pose)
-    pose, place = _mixed(body, said, back.pose, there, share, turned)
+    pose, place = _mixed(body, (said.pose, said.landmarks), (back.pose, there), share, turned)
     held = np.where(taken, back.held, said.held)
     settled = np.where(taken, std, said.settled)
     # Of what nothing is seen either may be right, and other poses may be that the way back has not looked at.
@@ -407,21 +407,20 @@ def _settled(body: Performer, first: Moment, said: Estimate, pose: Pose) -> Esti
 
 
 def _mixed(
-    body: Performer, said: Estimate, other: Pose, there: Floats, share: Floats, turned: Floats
+    body: Performer, one: tuple[Pose, Floats], another: tuple[Pose, Floats], share: Floats, turned: Floats
 ) -> tuple[Pose, Floats]:
-    """A pose that has so much of each of `PARTS` of the other one, whose joints are `there`; and its joints (16, 3) m.
+    """A pose that has so much of each of `PARTS` of another one; all three with their joints (16, 3) m.
 
     Joint coordinates far apart may have joints at one place: where the mixture is not where theirs is, each part is
     wholly of one pose.
     """
-    first = said.pose
-    assert first is not None
+    (first, here), (other, there) = one, another
     pose = _between(first, other, share, turned)
     place = landmarks(body, pose)
     if ((share == 0.0) | (share == 1.0)).all():
         return pose, place
-    here = said.landmarks + share[_PART_OF_LANDMARK, None] * (there - said.landmarks)
-    if np.linalg.norm(place - here, axis=1).max() > STRAIGHT:
+    meant = here + share[_PART_OF_LANDMARK, None] * (there - here)
+    if np.linalg.norm(place - meant, axis=1).max() > STRAIGHT:
         whole = share > 0.5
         pose = _between(first, other, whole.astype(np.float64), other.root if whole[TRUNK] else first.root)
         place = landmarks(body, pose)
