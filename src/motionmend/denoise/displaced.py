@@ -54,7 +54,7 @@ def displaced(positions: Floats, fps: float) -> Bools:
 def _displaced(positions: Floats, fps: float) -> Bools:
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
     found = np.zeros(seen.shape, dtype=bool)
-    stretches = _elsewhere(positions, seen) if len(seen) >= 2 * LEAST_FRAMES else []
+    stretches = _elsewhere(positions, seen, fps) if len(seen) >= 2 * LEAST_FRAMES else []
     if not stretches:
         return found
     hidden = ~seen
@@ -69,18 +69,21 @@ def _displaced(positions: Floats, fps: float) -> Bools:
         if len(here) and hidden[start:stop, guides].mean() <= ALONE:
             found[here, marker] = away[here, marker].mean() > max(SURE**2 * doubt[here, marker].mean(), LEAST**2)
     for marker in np.flatnonzero(found.any(axis=0)).tolist():
-        for start, stop in runs(found[:, marker]):
-            ends = [start] * (start > 0) + [stop - 1] * (stop < len(seen))
-            if (away[ends, marker] < AT_ONCE**2 * away[start:stop, marker].mean()).any():
-                found[start:stop, marker] = False
+        there = np.flatnonzero(np.isfinite(away[:, marker]) | (seen[:, marker] & ~found[:, marker]))
+        for start, stop in runs(found[there, marker]):  # whatever is missing between
+            here, ends = there[start:stop], [start] * (start > 0) + [stop - 1] * (stop < len(there))
+            if (away[there[ends], marker] < AT_ONCE**2 * away[here, marker].mean()).any():
+                found[here, marker] = False
     found[:, found.sum(axis=0) <= max(SHORTEST * fps, FRAMES)] = False
     return found
 
 
-def _elsewhere(positions: Floats, seen: Bools) -> list[tuple[int, Ints, int, int]]:
+def _elsewhere(positions: Floats, seen: Bools, fps: float) -> list[tuple[int, Ints, int, int]]:
     """Marker, its guides, start and stop of the stretches between leaps and gaps that may be elsewhere."""
     frames = len(seen)
-    leaps = _leaps(positions)
+    shortest = max(SHORTEST * fps, FRAMES)
+    bridged = np.stack([_bridged(positions[:, marker], shortest) for marker in range(positions.shape[1])], axis=1)
+    leaps = _leaps(bridged)
     leaping = np.flatnonzero(leaps.any(axis=0))
     if not len(leaping):
         return []
@@ -91,7 +94,8 @@ def _elsewhere(positions: Floats, seen: Bools) -> list[tuple[int, Ints, int, int
             continue
         guides, unsteady = about[marker]
         there = seen[:, marker]
-        edges = np.flatnonzero(leaps[:, marker] | (np.diff(there, prepend=there[0])))
+        known = np.isfinite(bridged[:, marker, 0])
+        edges = np.flatnonzero(leaps[:, marker] | np.diff(known, prepend=known[0]))
         away = place_by_guides(places, marker, guides, unsteady, there, edges)
         limit = max(0.5 * LEAST, ELSEWHERE * float(np.median(away[there])))
         for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), frames], strict=True):
@@ -99,6 +103,17 @@ def _elsewhere(positions: Floats, seen: Bools) -> list[tuple[int, Ints, int, int
             if len(here) and stop - start <= LONGEST * frames and np.median(here) > limit:
                 found.append((marker, guides, start, stop))
     return found
+
+
+def _bridged(places: Floats, shortest: float) -> Floats:
+    """A marker's places (T, 3) m with gaps of so many frames at most bridged by lines: they are no leaps."""
+    out, missing = places.copy(), ~np.isfinite(places).all(axis=1)
+    known = np.flatnonzero(~missing)
+    for start, stop in runs(missing):
+        if len(known) and known[0] < start and stop <= known[-1] and stop - start <= shortest:
+            share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
+            out[start:stop] = (1.0 - share) * places[start - 1] + share * places[stop]
+    return out
 
 
 def _leaps(positions: Floats) -> Bools:
