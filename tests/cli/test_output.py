@@ -43,6 +43,21 @@ def test_a_failure_names_its_file_once(capsys: pytest.CaptureFixture[str]) -> No
     assert said.out == ""
 
 
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("takes/folder", "no recording in this folder"),
+        ("folder", "no recording in this folder"),
+        ("dep/depth", "a depth recording (a folder with camera.json and depth/) was wanted"),
+        ("camera.json", "there is no old_camera.json"),
+        ("a/walk.bvh", "b/walk.bvh: cannot be written"),
+    ],
+)
+def test_a_name_that_stands_there_for_something_else_does_not_count(capsys, path, message) -> None:
+    tell_failure(Path(path), Failure("FileError", message, ""), as_json=False, debug=False)
+    assert capsys.readouterr().err == f"motionmend: {path}: {message}\n"
+
+
 def test_a_failure_with_json_is_an_object_and_with_debug_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
     tell_failure(Path("bad.amc"), Failure("FileError", "is empty", "Traceback ...\nhere\n"), as_json=True, debug=True)
     said = capsys.readouterr()

@@ -155,6 +155,16 @@ def test_a_missing_angle_is_scored_as_the_mean_on_the_circle():
     assert compare(MOTION, holed).rms_deg_counting_missing == pytest.approx(expected, rel=1e-3)
 
 
+@given(st.integers(0, 10**6), st.floats(0.0, 30.0))
+@settings(max_examples=20)
+def test_to_lose_samples_of_a_bad_recording_improves_no_score(seed, noise):
+    rng = np.random.default_rng(seed)
+    off = np.radians(noise) * rng.standard_normal(MOTION.q.shape)
+    bad = replace(MOTION, q=MOTION.q + off, source=None)
+    lost = compare(MOTION, replace(bad, q=np.where(rng.random(off.shape) < 0.5, np.nan, bad.q)))
+    assert lost.rms_deg_counting_missing >= lost.rms_deg
+
+
 def test_what_the_truth_lacks_is_left_out():
     truth = corrupt(MARKERS, drop=["LFHD"], gaps=0.1, seed=4).recording
     far = MARKERS.positions.copy()

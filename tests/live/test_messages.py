@@ -159,7 +159,6 @@ def test_a_hello_that_cannot_be_is_refused_by_the_field(changes, word):
         ({"joints": ["a"] * 60}, "joints: numbers"),
         ({"state": bytes(19)}, "state: 20 bytes"),
         ({"state": bytes([3] * 20)}, "state: 2 tracked"),
-        ({"joints": np.full(60, np.inf, "<f4").tobytes()}, "HipCenter has no position"),
         ({"joints": np.full(60, 1800.0, "<f4").tobytes()}, "millimetres"),
     ],
 )
@@ -172,6 +171,17 @@ def test_a_frame_that_cannot_be_is_refused_by_the_field(changes, word):
         read_frame(fields, HELLO, text)
     assert caught.value.seq == (3 if fields["seq"] == 3 else None)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("code", [None, 0, 1, 2])
+def test_a_joint_without_a_position_is_not_tracked(code):
+    joints = np.ones((20, 3), "<f4")
+    joints[4, 1] = np.inf
+    fields = frame_fields(joints=joints.tobytes(), state=None if code is None else bytes([code] * 20))
+    found = read_frame(fields, HELLO, False)
+    assert np.isnan(found.joints[4]).all()
+    assert found.state is not None
+    assert found.state.tolist() == [0 if k == 4 else 2 if code is None else code for k in range(20)]
 
 
 def test_a_joint_that_is_not_tracked_needs_no_position():

@@ -343,10 +343,10 @@ def _frame_ms(frames: int, whole: float, each: Any) -> dict[str, float | None]:
     """Milliseconds of a frame: the mean of the whole recording, and of single frames where their times are known."""
     mean = 1000 * whole / frames if frames else None
     if each is None or len(each) <= WARM:
-        return {"mean": mean, "p50": mean, "p95": mean, "max": mean}
+        return dict.fromkeys(("mean", "median", "p50", "p95", "max"), mean)
     times = 1000 * np.asarray(each, dtype=np.float64)[WARM:]  # the first load and compile
-    p50, p95 = (float(value) for value in np.percentile(times, [50, 95]))
-    return {"mean": mean, "p50": p50, "p95": p95, "max": float(times.max())}
+    median, p95 = (float(value) for value in np.percentile(times, [50, 95]))
+    return {"mean": mean, "median": median, "p50": median, "p95": p95, "max": float(times.max())}
 
 
 def _write(path: Path, corrected: "Postures", fps: float) -> None:

@@ -98,8 +98,10 @@ def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool) ->
     """One line on stderr that holds the file's name; with --json also an object with `error` on stdout."""
     if debug and failure.traceback:
         say(failure.traceback.rstrip())
-    name = re.escape(path.name or str(path))
-    named = re.search(rf"(?<![\w.-]){name}(?![\w-])", failure.message) is not None
+    # A bare word, as of a folder, may stand in any message.
+    plain = not path.suffix and len(path.parts) == 1
+    begins = r"\A" if plain else r"(?<![\w./-])"
+    named = re.search(rf"{begins}{re.escape(str(path))}(?![\w-])", failure.message) is not None
     message = failure.message if named else f"{path}: {failure.message}"
     say(f"motionmend: {' '.join(message.splitlines())}")  # a file's name may hold a line's end
     if as_json:

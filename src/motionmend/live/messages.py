@@ -211,11 +211,10 @@ def _frame(fields: Fields, hello: Hello, text: bool, seq: int) -> Frame:
     if np.vdot(joints, joints) <= FARTHEST**2:  # then none is farther, and all are finite
         return Frame(seq, float(t), joints, state, form)
     finite = np.isfinite(joints).all(axis=1)
-    known = np.full(count, TRACKED) if state is None else state
-    if (~finite & (known != NOT_TRACKED)).any():
-        name = hello.names[int(np.flatnonzero(~finite & (known != NOT_TRACKED))[0])]
-        raise MessageError(f"joints: {name} has no position (not a finite number): a joint not seen needs state 0")
     joints[~finite] = np.nan
+    if not finite.all():  # whatever the sensor says of it
+        state = np.full(count, TRACKED, np.uint8) if state is None else state
+        state = np.where(finite, state, np.uint8(NOT_TRACKED))
     if np.abs(joints[finite]).max(initial=0.0) > FARTHEST:
         most = np.abs(joints[finite]).max()
         raise MessageError(f"joints: metres, at most {FARTHEST:g}, were wanted, came {most:.4g}: is it millimetres?")
