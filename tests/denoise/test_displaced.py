@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from performers import markers_model, truth
 from scipy.spatial.transform import Rotation
 
+import motionmend as mm
 from motionmend.bodies.motion import Origin
 from motionmend.denoise import displaced as room
 from motionmend.denoise import repair_without_model
@@ -111,6 +112,29 @@ def test_it_is_repaired_and_said(taught):
     assert (error[off] / np.sqrt(3.0) < outcome.std[off]).mean() > 0.5
     assert any("leapt away" in said and clean.names[3] in said and clean.names[12] in said for said in outcome.warnings)
     assert not any("leapt away" in said for said in repair_without_model(shaken).warnings)
+
+
+@given(SEEDS, st.sampled_from(ACTIONS), st.floats(0.05, 0.3))
+@settings(max_examples=15)
+def test_scattered_dropouts_put_no_marker_elsewhere_and_hide_none(seed, action, share):
+    rng = np.random.default_rng(seed)
+    _, shaken = _recorded(action)
+    bad, off = _away(shaken, [(int(rng.integers(len(shaken.names))), 80, 110)], 0.2 * _direction(rng))
+    dropped = rng.random(off.shape) < share
+    for recording, wanted in ((shaken, np.zeros_like(off)), (bad, off & ~dropped)):
+        found = displaced(np.where(dropped[:, :, None], np.nan, recording.positions), FPS)
+        assert (found & wanted).sum() >= 0.9 * wanted.sum()
+        assert (found & ~wanted).sum() <= 2
+
+
+def test_fast_feet_and_wrists_that_drop_out_are_not_elsewhere(data):
+    whole = mm.read(data / "mocap" / "c3d" / "cmu_135_02.c3d")
+    assert isinstance(whole, mm.Markers)
+    rng = np.random.default_rng(0)
+    kick = whole.positions[1000:1400, :41] + 0.001 * rng.standard_normal((400, 41, 3))
+    for share in (0.1, 0.3):
+        dropped = rng.random(kick.shape[:2]) < share
+        assert not displaced(np.where(dropped[:, :, None], np.nan, kick), whole.fps).any()
 
 
 def test_gaps_do_not_hide_it():

@@ -26,7 +26,8 @@ LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home
 ALONE = 0.5  # of its guides that may be elsewhere at the time; else it is a limb that moves as never before
 SURE = 3.0  # deviations of the filling
 AT_ONCE = 0.3  # of how far it is away it leaps at either end: a posture never seen before is reached by and by
-SHORTEST, FRAMES = 0.05, 2  # s and frames; who is away for no more in all is found among the outliers
+SHORTEST, FRAMES = 0.05, 2  # s and frames; who is away for no more in all is found among the outliers, and no gap of
+# no more ends a stretch
 _TIMES_USUAL = 3.0  # times the median error from which samples tell little
 _LEAST_USUAL = 1e-4  # m
 _RIDGE = 0.01  # of the variance of what the guides do
@@ -54,13 +55,15 @@ def displaced(positions: Floats, fps: float) -> Bools:
 def _displaced(positions: Floats, fps: float) -> Bools:
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
     found = np.zeros(seen.shape, dtype=bool)
-    stretches = _elsewhere(positions, seen, fps) if len(seen) >= 2 * LEAST_FRAMES else []
+    shortest = max(SHORTEST * fps, FRAMES)
+    bridged = _bridged(positions, seen, shortest)
+    stretches = _elsewhere(positions, bridged, seen) if len(seen) >= 2 * LEAST_FRAMES else []
     if not stretches:
         return found
-    hidden = ~seen
+    hidden: Bools = np.asarray(np.isnan(bridged).any(axis=2))
     for marker, _, start, stop in stretches:
         hidden[start:stop, marker] = True
-    filled = fill_gaps(np.where(hidden[..., None], np.nan, positions), fps)
+    filled = fill_gaps(np.where(hidden[..., None], np.nan, bridged), fps)
     noise = np.fmax.reduce(np.where(hidden, np.nan, filled.std), axis=0)
     away = np.where(seen & filled.filled, np.square(positions - filled.values).sum(axis=2), np.nan)
     doubt = 3.0 * (np.square(filled.std) + np.square(noise))
@@ -74,15 +77,13 @@ def _displaced(positions: Floats, fps: float) -> Bools:
             here, ends = there[start:stop], [start] * (start > 0) + [stop - 1] * (stop < len(there))
             if (away[there[ends], marker] < AT_ONCE**2 * away[here, marker].mean()).any():
                 found[here, marker] = False
-    found[:, found.sum(axis=0) <= max(SHORTEST * fps, FRAMES)] = False
+    found[:, found.sum(axis=0) <= shortest] = False
     return found
 
 
-def _elsewhere(positions: Floats, seen: Bools, fps: float) -> list[tuple[int, Ints, int, int]]:
-    """Marker, its guides, start and stop of the stretches between leaps and gaps that may be elsewhere."""
+def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[int, Ints, int, int]]:
+    """Marker, its guides, start and stop of the stretches between leaps and long gaps that may be elsewhere."""
     frames = len(seen)
-    shortest = max(SHORTEST * fps, FRAMES)
-    bridged = np.stack([_bridged(positions[:, marker], shortest) for marker in range(positions.shape[1])], axis=1)
     leaps = _leaps(bridged)
     leaping = np.flatnonzero(leaps.any(axis=0))
     if not len(leaping):
@@ -105,15 +106,15 @@ def _elsewhere(positions: Floats, seen: Bools, fps: float) -> list[tuple[int, In
     return found
 
 
-def _bridged(places: Floats, shortest: float) -> Floats:
-    """A marker's places (T, 3) m with gaps of so many frames at most bridged by lines: they are no leaps."""
-    out, missing = places.copy(), ~np.isfinite(places).all(axis=1)
-    known = np.flatnonzero(~missing)
-    for start, stop in runs(missing):
-        if len(known) and known[0] < start and stop <= known[-1] and stop - start <= shortest:
-            share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
-            out[start:stop] = (1.0 - share) * places[start - 1] + share * places[stop]
-    return out
+def _bridged(positions: Floats, seen: Bools, shortest: float) -> Floats:
+    """Places (T, M, 3) m with gaps of so many frames at most bridged by lines: they are no leaps."""
+    frames, markers = seen.shape
+    lines = interpolated(positions.reshape(frames, 3 * markers), np.zeros(3 * markers)).reshape(positions.shape)
+    short = np.zeros(seen.shape, dtype=bool)
+    for marker in range(markers):
+        for start, stop in runs(~seen[:, marker]):
+            short[start:stop, marker] = start > 0 and stop < frames and stop - start <= shortest
+    return np.where((seen | short)[:, :, None], lines, np.nan)
 
 
 def _leaps(positions: Floats) -> Bools:
@@ -138,7 +139,7 @@ def steadiest_guides(positions: Floats) -> tuple[Floats, dict[int, tuple[Ints, F
     frames, markers = positions.shape[:2]
     unsteady = distance_change(positions[:: max(1, frames // LOOKED)])
     np.fill_diagonal(unsteady, np.inf)
-    places = interpolated(positions.reshape(frames, -1), np.zeros(3 * markers)).reshape(positions.shape)
+    places = interpolated(positions.reshape(frames, 3 * markers), np.zeros(3 * markers)).reshape(positions.shape)
     found = {}
     for marker in range(markers):
         order = np.argsort(unsteady[marker], kind="stable")
