@@ -11,6 +11,7 @@ from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .adaptive import least_bend
 from .as_pose import smoother_as_pose
+from .beyond_ends import as_unsure_as_it_moves
 from .bursts import long_runs
 from .channels import Channels, to_channels
 from .digits import rounding, shaken
@@ -96,6 +97,7 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     MismatchError : the recording is of another kind or channel set.
     """
     outcome: Repaired[Recording] = _brought_back(recording, known)
+    outcome = as_unsure_as_it_moves(outcome)
     return replace(outcome, warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin)))
 
 

@@ -1,0 +1,83 @@
+"""Frames before the first marker is seen, or after the last: nothing but the motion's going on tells of them.
+
+How far a body is then from where it seemed to go is read off the recording itself: what is seen of it is followed from
+anywhere in it for as long, by the line it moved along and by staying where it was, and the nearer of the two counts.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Floats
+from ..bodies.motion import Markers, Origin, Recording, Repaired
+
+LOOKED = 400  # frames from which it is followed, at most
+BACK = 2  # frames over which a velocity is taken
+CENTIMETRES = 100.0
+
+
+def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
+    """The repair with deviations of what is filled beyond the frames with markers, and a sentence for either end.
+
+    Parameters
+    ----------
+    outcome : of any recording.
+
+    Returns
+    -------
+    The same of joint angles, and where the first and last frames have a marker.
+    """
+    some = np.flatnonzero((outcome.origin == Origin.MEASURED).any(axis=1))
+    filled = outcome.origin == Origin.FILLED
+    markers = outcome.recording
+    if not (isinstance(markers, Markers) and len(some)):
+        return outcome
+    first, last, frame = int(some[0]), int(some[-1]), np.arange(len(filled))
+    ahead = np.maximum(first - frame, frame - last)  # frames beyond the ends
+    beyond = filled & (ahead > 0)[:, None]
+    if not beyond.any():
+        return outcome
+    off = farther_each_frame(markers.positions[first : last + 1], int(ahead[beyond.any(axis=1)].max()))
+    std = outcome.std.copy()
+    std[beyond] = np.fmax(std[beyond], off[np.clip(ahead - 1, 0, len(off) - 1)][beyond])
+    said: list[str] = [
+        f"no marker is seen in the {name} {count} frames: what is filled there goes on as the motion seems to, "
+        f"and may be off by {CENTIMETRES * float(np.nanmax(std[rows][beyond[rows]])):.0f} cm and more"
+        for name, count, rows in (
+            ("first", first, slice(0, first)),
+            ("last", len(filled) - 1 - last, slice(last + 1, None)),
+        )
+        if beyond[rows].any()
+    ]
+    return replace(outcome, std=std, warnings=(*outcome.warnings, *said))
+
+
+def farther_each_frame(places: Floats, count: int) -> Floats:
+    """How far points are, as a rule, from where they seemed to go so many frames ago.
+
+    Parameters
+    ----------
+    places : (T, M, 3) m, NaN = missing.
+    count : frames, at least 1.
+
+    Returns
+    -------
+    (count, M) m, root mean square of one coordinate, never falling; what the recording is too short for goes on in
+    proportion. NaN for a point of which nothing is known.
+    """
+    frames, points = places.shape[:2]
+    off = np.full((count, points), np.nan)
+    known = min(count, frames - 1)
+    for ahead in range(1, known + 1):
+        begin = np.arange(min(BACK, frames - 1 - ahead), frames - ahead)
+        begin = begin[:: max(1, len(begin) // LOOKED)]
+        moved = places[begin + ahead] - places[begin]
+        speed = (places[begin] - places[np.maximum(begin - BACK, 0)]) / BACK
+        ways = [np.square(moved), np.square(moved - ahead * speed)]
+        seen = [np.isfinite(way).all(axis=2) for way in ways]
+        squares = [np.where(there[..., None], way, 0.0).sum(axis=(0, 2)) for way, there in zip(ways, seen, strict=True)]
+        counts = [np.where(there.any(axis=0), 3.0 * there.sum(axis=0), np.nan) for there in seen]
+        off[ahead - 1] = np.sqrt(np.fmin(squares[0] / counts[0], squares[1] / counts[1]))
+    if known:
+        off[known:] = off[known - 1] * (np.arange(known, count) + 1.0)[:, None] / known
+    return np.fmax.accumulate(off, axis=0)
