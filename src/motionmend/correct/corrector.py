@@ -33,6 +33,7 @@ from .state import Corrected, CorrectorState
 from .watching import Sight, Watcher, believable, fresh, kinship, look, received
 
 STRANGER_SECONDS = 2.0  # who comes live after nobody was there for so long may be another
+REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
 
@@ -263,7 +264,8 @@ class CorrectorModel:
         inputs = neighbour_inputs(posture[None], body)[0] if memory is not None else np.zeros((0, 0))
         if memory is not None:
             learned = moved + remembered(memory, inputs)
-        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[None])
+        last = state.shown.last if since < REMEMBERED else np.full(given.shape, np.nan)
+        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[None], last)
         prior = self.bones[joining.model_bones] * sight.scale
         shown, settled = settled_frame(state.shown, placed[0], time, trust[0], joining.bones, prior, state.hinges, kin)
         if memory is not None:

@@ -14,6 +14,8 @@ from .settling import bones_outward
 from .watching import Sight, rows_of
 
 FEWEST = 4  # joints in common
+FARTHER, SLACK = 2.5, 0.05  # times as far from its neighbours as usual, and m, that a joint the model lacks may be
+ANYBODY = 0.5  # m, the same of a person of whom nothing is known yet
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,18 @@ class Joining:
     def common(self) -> Ints:
         """The model's joints that the recording has."""
         return np.flatnonzero(self.to_model >= 0)
+
+    @cached_property
+    def loose(self) -> Ints:
+        """The recording's joints that the model lacks."""
+        return np.setdiff1d(np.arange(len(self.names)), self.to_model)
+
+    @cached_property
+    def beside(self) -> Floats:
+        """(L, J) of which of the recording's joints each loose one is the neighbour: rows that average over them."""
+        shares = np.zeros((len(self.names), len(self.names)))
+        shares[:, self.to_model[self.common]] = self.spread[:, self.common]
+        return shares[self.loose]
 
     def states(self, states: Bytes) -> Bytes:
         """(J of model,) tracking states by the model's joints; not tracked where the recording has no such joint."""
@@ -72,7 +86,13 @@ def joined(names: Sequence[str], body: Anatomy) -> Joining:
 
 
 def outward(
-    joining: Joining, given: Floats, sights: Sequence[Sight], moved: Floats, std: Floats, failing: Floats
+    joining: Joining,
+    given: Floats,
+    sights: Sequence[Sight],
+    moved: Floats,
+    std: Floats,
+    failing: Floats,
+    last: Floats | None = None,
 ) -> tuple[Floats, Floats, Floats]:
     """Corrected postures in the recording's joints and axes.
 
@@ -83,11 +103,13 @@ def outward(
     moved : (T, J of model, 3) corrected, in standard form.
     std : (T, J of model) of a coordinate, standard metres.
     failing : (T, J of model) probability that the sensor's joint fails.
+    last : (J, 3) m, what was put out before the first of them, NaN = nothing; None where all are there at once.
 
     Returns
     -------
     positions (T, J, 3) m, standard deviations (T, J) m, reliability (T, J) of what the sensor gave. A frame without any
-    joint stays empty.
+    joint stays empty. Joints that the model lacks are not judged by it: where one is missing, or farther from its
+    neighbours than it can be, it stays beside them as before, or as before and after.
     """
     given, moved = np.ascontiguousarray(given), np.ascontiguousarray(moved)
     placed = np.empty(given.shape)
@@ -112,7 +134,46 @@ def outward(
             deviation[t],
             reliable[t],
         )
+    if len(joining.loose):
+        _kept_beside(joining, placed, deviation, reliable, last)
     return placed, deviation, reliable
+
+
+def _kept_beside(joining: Joining, placed: Floats, deviation: Floats, reliable: Floats, last: Floats | None) -> None:
+    """Loose joints that are missing, or cannot be where they are, put beside their neighbours; in place."""
+    loose = joining.loose
+    near = _neighbours(joining, placed)
+    apart = placed[:, loose] - near
+    far = np.sqrt(np.square(apart).sum(axis=2))
+    if last is None:
+        seen = (column[np.isfinite(column)] for column in far.T)
+        usual = np.array([np.median(some) if len(some) else np.nan for some in seen])
+    else:
+        before = last[loose] - _neighbours(joining, last)
+        usual = np.sqrt(np.square(before).sum(axis=1))
+    limit = np.where(np.isfinite(usual), FARTHER * usual + SLACK, ANYBODY)
+    wrong = ~(far <= limit) & np.isfinite(near).all(axis=2)
+    for k, joint in enumerate(loose):
+        there, gone = np.flatnonzero(np.isfinite(far[:, k]) & ~wrong[:, k]), np.flatnonzero(wrong[:, k])
+        if not len(gone):
+            continue
+        if last is not None:
+            beside = np.broadcast_to(before[k], (len(gone), 3))
+        elif len(there):
+            beside = np.stack([np.interp(gone, there, apart[there, k, d]) for d in range(3)], axis=1)
+        else:
+            continue
+        some = np.isfinite(beside).all(axis=1)
+        placed[gone, joint] = np.where(some[:, None], near[gone, k] + beside, np.nan)
+        deviation[gone, joint] = np.hypot(deviation[gone, joint], np.where(some, usual[k], np.nan))
+        reliable[gone, joint] = 0.0
+
+
+def _neighbours(joining: Joining, places: Floats) -> Floats:
+    """(..., L, 3) where the neighbours of the loose joints are, of places (..., J, 3); NaN where nobody is."""
+    others = places.copy()
+    others[..., joining.loose, :] = 0.0
+    return np.asarray(joining.beside @ others)
 
 
 def inward(joining: Joining, sights: Sequence[Sight], placed: Floats) -> Floats:
