@@ -188,7 +188,11 @@ def look(
     if np.count_nonzero(turned):
         rows, states = changed_sides(rows, states, body.across[turned])
         swapped = np.isin(np.arange(len(rows)), body.across[turned])
-    usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
+    # A joint that has just been thrown away is not known to fail yet, but says nothing of where the person stands.
+    wild = before.failing
+    if away <= PATIENCE:
+        wild = np.where(kernel.strayed(rows, sight.rows, seconds), 1.0, wild)
+    usual, size, direction, *placed, standard = _place(watcher, sight, wild, rows)
     if away > PATIENCE:
         if faces_away(watcher.factors, watcher.standard, body, standard[None]):
             rows, states = changed_sides(rows, states, body.pairs)

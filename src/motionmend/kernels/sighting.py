@@ -431,3 +431,24 @@ def leapt(rows: Floats, before: Floats, seconds: float) -> bool:
             return False
         square += _middle(apart, known) ** 2
     return sqrt(square) > LEAP + FASTEST * max(seconds, 0.0)
+
+
+@compiled
+def strayed(rows: Floats, before: Floats, seconds: float) -> Bools:
+    """(J,) which joints went farther from the middle joint than anybody's do in that time; parameters as of `leapt`."""
+    joints = rows.shape[0]
+    apart, square = np.empty(joints), np.zeros(joints)
+    for d in range(3):
+        known = 0
+        for j in range(joints):
+            step = rows[j, d] - before[j, d]
+            if isfinite(step):
+                _insert(apart, known, step)
+                known += 1
+        if known == 0:
+            break
+        middle = _middle(apart, known)
+        for j in range(joints):
+            square[j] += (rows[j, d] - before[j, d] - middle) ** 2
+    farthest = LEAP + FASTEST * max(seconds, 0.0)
+    return np.sqrt(square) > farthest
