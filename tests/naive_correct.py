@@ -258,14 +258,14 @@ def leapt(rows, before, seconds):
     return len(step) > 0 and bool(np.linalg.norm(np.median(step, axis=0)) > 0.4 + 6.0 * max(seconds, 0.0))
 
 
-def strayed(rows, before, seconds):
+def strayed(rows, before, seconds, reach):
     """Which joints went farther from the middle one than anybody's do."""
     step = rows - before
     known = np.isfinite(step).all(axis=1)
     if not known.any():
         return np.zeros(len(rows), dtype=bool)
     far = np.linalg.norm(step - np.median(step[known], axis=0), axis=1)
-    return np.nan_to_num(far) > 0.4 + 6.0 * max(seconds, 0.0)
+    return np.nan_to_num(far) > 0.4 + 6.0 * max(seconds, 0.0) + reach
 
 
 def crossed(rows, last, standard, place, place_cov, mean, own, noise, before, mirror):

@@ -79,7 +79,8 @@ def test_who_leaps_is_told_as_by_the_twin(seed: int, far: float, seconds: float,
     before = rows - far * way / np.linalg.norm(way) + rng.normal(0.0, 0.02, rows.shape)
     before[rng.permutation(JOINTS)[:4]] += 3.0  # some joints fail
     assert sighting.leapt(rows, before, seconds) == naive.leapt(rows, before, seconds)
-    np.testing.assert_array_equal(sighting.strayed(rows, before, seconds), naive.strayed(rows, before, seconds))
+    told = rows, before, seconds, rng.uniform(0.0, 3.0, JOINTS)
+    np.testing.assert_array_equal(sighting.strayed(*told), naive.strayed(*told))
 
 
 def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:

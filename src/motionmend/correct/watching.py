@@ -18,6 +18,7 @@ from .sides import changed, confused_limbs, confused_until_now, faces_away, gone
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
+SPAN = 2.0  # m, between hands: sides of limbs, not of the trunk, are taken for each other as far apart
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
 NO_STATES = np.zeros(0, dtype=np.uint8)
 
@@ -182,17 +183,16 @@ def look(
         before, seconds = replace(begin(watcher.factors), own=before.own, met=before.met), 0.0
     elif sight.time is not None and sight.seen != sight.time:  # who was out of sight did not fail
         before = replace(before, failing=begin(watcher.factors).failing)
+    if away <= PATIENCE:  # where a joint has just been thrown to says nothing
+        reach = np.where(body.trunk, 0.0, SPAN)
+        rows = np.where(kernel.strayed(rows, sight.rows, seconds, reach)[:, None], np.nan, rows)
     turned = trunk_turned(rows, sight.direction, away, body)
     none = np.zeros(len(rows), dtype=np.bool_)
     swapped, righted = none, none
     if np.count_nonzero(turned):
         rows, states = changed_sides(rows, states, body.across[turned])
         swapped = np.isin(np.arange(len(rows)), body.across[turned])
-    # A joint that has just been thrown away is not known to fail yet, but says nothing of where the person stands.
-    wild = before.failing
-    if away <= PATIENCE:
-        wild = np.where(kernel.strayed(rows, sight.rows, seconds), 1.0, wild)
-    usual, size, direction, *placed, standard = _place(watcher, sight, wild, rows)
+    usual, size, direction, *placed, standard = _place(watcher, sight, before.failing, rows)
     if away > PATIENCE:
         if faces_away(watcher.factors, watcher.standard, body, standard[None]):
             rows, states = changed_sides(rows, states, body.pairs)

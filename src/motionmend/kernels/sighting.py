@@ -434,8 +434,14 @@ def leapt(rows: Floats, before: Floats, seconds: float) -> bool:
 
 
 @compiled
-def strayed(rows: Floats, before: Floats, seconds: float) -> Bools:
-    """(J,) which joints went farther from the middle joint than anybody's do in that time; parameters as of `leapt`."""
+def strayed(rows: Floats, before: Floats, seconds: float, reach: Floats) -> Bools:
+    """(J,) which joints went farther from the middle joint than anybody's do in that time.
+
+    Parameters
+    ----------
+    rows, before, seconds : as of `leapt`.
+    reach : (J,) m, by which each may besides have been taken for another.
+    """
     joints = rows.shape[0]
     apart, square = np.empty(joints), np.zeros(joints)
     for d in range(3):
@@ -450,5 +456,4 @@ def strayed(rows: Floats, before: Floats, seconds: float) -> Bools:
         middle = _middle(apart, known)
         for j in range(joints):
             square[j] += (rows[j, d] - before[j, d] - middle) ** 2
-    farthest = LEAP + FASTEST * max(seconds, 0.0)
-    return np.sqrt(square) > farthest
+    return np.sqrt(square) > LEAP + FASTEST * max(seconds, 0.0) + reach
