@@ -109,6 +109,37 @@ def test_a_burst_in_linked_channels_is_no_jump_of_its_own(seed, length):
         np.testing.assert_array_equal(own_jumps(measured, alone, values, PAIRS, FPS), alone)
 
 
+@given(SEEDS, st.integers(5, CHANNELS), st.integers(1, 8), st.floats(1.0, 4.0))
+@settings(max_examples=40, deadline=None)
+def test_what_a_whole_limb_does_at_once_is_no_jump_of_its_own(seed, limb, length, times):
+    """Of a chain of joints that meet, however short it is and hardly sharper than the motion."""
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    chain = np.abs(np.subtract.outer(np.arange(CHANNELS), np.arange(CHANNELS))) == 1
+    lost = np.zeros(values.shape, dtype=bool)
+    lost[80 : 80 + length, :limb] = True
+    few = np.zeros(values.shape, dtype=bool)
+    few[40, :2] = True
+    measured = values + (lost | few) * times * sharpest
+    np.testing.assert_array_equal(own_jumps(measured, lost | few, values, chain, FPS), few)
+
+
+@pytest.mark.parametrize("fps", [30, 120])
+@pytest.mark.parametrize("length", [1, 3])
+def test_an_arm_that_is_off_for_a_moment_is_put_right(data, fps, length):
+    whole = mm.read(data / "mocap" / "amc" / "07" / "07_05.amc")
+    clean = mm.Motion(whole.skeleton, whole.q[:: round(whole.fps / fps)][:240], float(fps))
+    arm = [k for k, name in enumerate(clean.channels) if name.startswith(("lhumerus", "lradius", "lwrist", "lhand"))]
+    rng = np.random.default_rng(3)
+    q, hit = clean.q + np.radians(1.0) * rng.standard_normal(clean.q.shape), np.zeros(clean.q.shape, dtype=bool)
+    for first in rng.choice(np.arange(8, clean.frames - 12, 9), 3, replace=False):
+        q[first : first + length, arm] += np.radians(rng.uniform(15.0, 55.0, len(arm)) * rng.choice((-1, 1), len(arm)))
+        hit[first : first + length, arm] = True
+    outcome = mm.repair_without_model(clean.with_q(q))
+    assert (outcome.origin[hit] == Origin.REPAIRED).mean() > 0.95
+    assert np.degrees(np.sqrt(np.mean(np.square(outcome.recording.q - clean.q)[hit]))) < 4.0
+
+
 def test_zeros_that_are_written_for_what_is_not_known_are_never_its_own(rng):
     values, sharpest = _moving(rng)
     measured, hit = _jumps(rng, values + 5.0, sharpest, 6, paired=True)
