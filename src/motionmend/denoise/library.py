@@ -78,8 +78,8 @@ class Library:
         """
         if len(self.rates) == 0:
             raise MismatchError(
-                "how sharply clean motion bends is not known: the clips have no three whole frames on end at half of the "
-                "model's rate or more; fit again with a lower --model-fps, or clips with fewer gaps"
+                "how sharply clean motion bends is not known: the clips have no three whole frames on end at half "
+                "of the model's rate or more; fit again with a lower --model-fps, or clips with fewer gaps"
             )
         spread = np.sqrt(np.diagonal(self.bends, axis1=1, axis2=2))
         at, rates = np.log(fps), np.log(self.rates)

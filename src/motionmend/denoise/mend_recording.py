@@ -12,7 +12,7 @@ from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_
 from .adaptive import least_bend
 from .as_pose import smoother_as_pose
 from .beyond_ends import as_unsure_as_it_moves
-from .bursts import long_runs
+from .bursts import long_runs, short_runs
 from .channels import Channels, to_channels
 from .digits import rounding, shaken
 from .displaced import displaced
@@ -154,7 +154,8 @@ def _filled_from_all(outcome: Repaired[Markers], layout: Layout) -> Repaired[Mar
     """Gaps of markers that the library knows, filled beside it from all markers: the nearest may be others."""
     taught = np.isin(names_of(outcome.recording), layout.names)
     missing = outcome.origin >= Origin.FILLED
-    filled = taught & (outcome.origin == Origin.FILLED)
+    short = short_runs(outcome.origin != Origin.MEASURED, outcome.recording.fps)
+    filled = taught & (outcome.origin == Origin.FILLED) & ~short
     if taught.all() or not filled.any():
         return outcome
     markers = outcome.recording
@@ -345,14 +346,16 @@ def _cleaned(mended: Mended) -> Floats:
 
 
 def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None, beside: bool) -> Mended:
-    """Gaps, and long bursts of outliers, taken from the markers about them: what walks alone cannot know.
+    """Gaps but the shortest, and long bursts of outliers, taken from the markers about them: what walks cannot know.
 
     In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same. A library that
     may not know the motion is believed `beside` what the recording alone tells of its gaps.
     """
     found = mended.found
-    missing = found.origin >= Origin.FILLED
-    lost = missing | long_runs(found.origin != Origin.MEASURED, fps)
+    unseen = found.origin != Origin.MEASURED
+    short = short_runs(unseen, fps) & (found.origin == Origin.FILLED)
+    missing = (found.origin >= Origin.FILLED) & ~short
+    lost = missing | long_runs(unseen, fps)
     if not lost.any():
         return mended
     frames = len(found.values)
