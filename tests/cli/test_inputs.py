@@ -33,6 +33,17 @@ def test_a_folder_is_searched_to_any_depth_for_known_endings(takes: Path) -> Non
     assert refused == []
 
 
+def test_what_a_dot_hides_is_left_out_and_said(takes: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert places(gather([takes / ".hidden.amc"], ENDINGS)[0]) == [".hidden.amc"]
+    assert capsys.readouterr().err == ""
+    gather([takes], ENDINGS)
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert "left out" in said[0]
+    assert str(takes / ".git" / "x.amc") in said[0]
+    assert "1 more" in said[0]
+
+
 def test_several_folders_keep_their_names(takes: Path) -> None:
     inputs, _ = gather([takes / "day1" / "deep", takes / "b.amc"], ENDINGS)
     assert places(inputs) == ["deep/c.c3d", "b.amc"]

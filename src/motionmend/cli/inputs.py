@@ -194,10 +194,20 @@ def _owner(sidecar: Path) -> str | None:
 
 
 def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
+    """The files below a folder that have an ending, sorted; says which are left out because their names hide them."""
+    from .output import say
+
+    hidden: list[Path] = []
     for file in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
-        if ending(file) in endings and not hidden and file.is_file():
+        if ending(file) not in endings or not file.is_file():
+            continue
+        if any(part.startswith(".") for part in file.relative_to(folder).parts):
+            hidden.append(file)
+        else:
             yield file
+    if hidden:
+        files = f"{hidden[0]} is" if len(hidden) == 1 else f"{hidden[0]} and {len(hidden) - 1} more are"
+        say(f"{files} left out: hidden by a name that begins with a dot; give such a file by name to take it")
 
 
 def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | None) -> list[Path]:
