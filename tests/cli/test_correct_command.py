@@ -245,6 +245,7 @@ def test_bad_usage_is_two(cli: Command, taught: Path, tmp_path: Path) -> None:
     assert cli(*one, "-o", tmp_path / "a.csv", "--method", "magic").code == 2
     assert cli(*one, "-o", tmp_path / "a.xyz").code == 2
     assert cli(*one, "-o", tmp_path / "a.csv", "--format", "docx").code == 2
+    assert cli(*one, "-o", tmp_path / "a.csv", "--format", "bvh").code == 2
     assert cli("correct", taught / "walk_3.csv", "-o", tmp_path / "a.csv").code == 2
     assert cli("fit", "corrector", taught / "pairs.csv", "-o", tmp_path / "m.bin").code == 2
     assert files_below(tmp_path) == set()

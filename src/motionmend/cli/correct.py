@@ -72,6 +72,8 @@ def correct(
         raise UsageError(f"--method: one of {', '.join(METHODS)} was wanted, came {method!r}")
     if format is not None and f".{format}" not in WRITTEN:
         raise UsageError(f"--format: one of {', '.join(e[1:] for e in WRITTEN)} was wanted, came {format!r}")
+    if format is not None and out.suffix.lower() in WRITTEN and out.suffix.lower() != f".{format}" and not out.is_dir():
+        raise UsageError(f"-o {out}: its ending and --format {format} differ: leave one of them out")
     if look_ahead is not None and method != "default":
         raise UsageError(f"--look-ahead goes with the default method alone, came --method {method}")
     if look_ahead is not None:
