@@ -35,19 +35,20 @@ def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
     first, last, frame = int(some[0]), int(some[-1]), np.arange(len(filled))
     ahead = np.maximum(first - frame, frame - last)  # frames beyond the ends
     beyond = filled & (ahead > 0)[:, None]
-    if not beyond.any():
+    rows = np.flatnonzero(beyond.any(axis=1))
+    if not len(rows):
         return outcome
-    off = farther_each_frame(markers.positions[first : last + 1], int(ahead[beyond.any(axis=1)].max()))
+    off = farther_each_frame(markers.positions[first : last + 1], int(ahead[rows].max()))
     std = outcome.std.copy()
-    std[beyond] = np.fmax(std[beyond], off[np.clip(ahead - 1, 0, len(off) - 1)][beyond])
+    std[rows] = np.where(beyond[rows], np.fmax(std[rows], off[ahead[rows] - 1]), std[rows])
     said: list[str] = [
         f"no marker is seen in the {name} {count} frames: what is filled there goes on as the motion seems to, "
-        f"and may be off by {CENTIMETRES * float(np.nanmax(std[rows][beyond[rows]])):.0f} cm and more"
-        for name, count, rows in (
+        f"and may be off by {CENTIMETRES * float(np.nanmax(std[part][beyond[part]])):.0f} cm and more"
+        for name, count, part in (
             ("first", first, slice(0, first)),
             ("last", len(filled) - 1 - last, slice(last + 1, None)),
         )
-        if beyond[rows].any()
+        if beyond[part].any()
     ]
     return replace(outcome, std=std, warnings=(*outcome.warnings, *said))
 
