@@ -42,7 +42,8 @@ def compare(
     sensors report; of joints also the 95 % quantile and the share farther off than 15 cm.
 
     What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
-    missing angle as the truth's mean over time and a missing marker as the middle of the others.
+    missing angle as the truth's mean over time, or as the channel's others if they err more, and a missing marker as
+    the middle of the others.
     """
     from ..io import READABLE
     from .compare_joints import SENSORS

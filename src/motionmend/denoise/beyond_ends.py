@@ -10,10 +10,10 @@ import numpy as np
 
 from ..arrays import Floats
 from ..bodies.motion import Markers, Origin, Recording, Repaired
+from .cloud import CENTIMETRES
 
 LOOKED = 400  # frames from which it is followed, at most
 BACK = 2  # frames over which a velocity is taken
-CENTIMETRES = 100.0
 
 
 def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:

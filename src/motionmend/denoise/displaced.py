@@ -26,8 +26,7 @@ LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home
 ALONE = 0.5  # of its guides that may be elsewhere at the time; else it is a limb that moves as never before
 SURE = 3.0  # deviations of the filling
 AT_ONCE = 0.3  # of how far it is away it leaps at either end: a posture never seen before is reached by and by
-SHORTEST, FRAMES = 0.05, 2  # s and frames; who is away for no more in all is found among the outliers, and no gap of
-# no more ends a stretch
+SHORTEST, FRAMES = 0.05, 2  # s and frames; who is away for no more is found among outliers, and such a gap is no end
 _TIMES_USUAL = 3.0  # times the median error from which samples tell little
 _LEAST_USUAL = 1e-4  # m
 _RIDGE = 0.01  # of the variance of what the guides do

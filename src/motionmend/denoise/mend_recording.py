@@ -14,6 +14,7 @@ from .as_pose import smoother_as_pose
 from .beyond_ends import as_unsure_as_it_moves
 from .bursts import long_runs, short_runs
 from .channels import Channels, to_channels
+from .cloud import CENTIMETRES
 from .digits import rounding, shaken
 from .displaced import displaced
 from .filling import fill_gaps
@@ -42,7 +43,6 @@ from .thrown_root import thrown
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
-CENTIMETRES = 100.0
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once

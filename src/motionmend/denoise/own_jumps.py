@@ -9,6 +9,7 @@ the rejected samples are of either kind is told by all of them together.
 
 import numpy as np
 from scipy.ndimage import binary_closing, binary_opening
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..arrays import Bools, Floats, Ints
@@ -84,10 +85,16 @@ def _bursts(outlier: Bools, fps: float) -> Bools:
 def _limbs_lost(outlier: Bools, linked: Bools) -> Bools:
     """(T, C) True where `LIMB` rejected samples of a frame or more are linked, one through the other."""
     lost = np.zeros(outlier.shape, dtype=bool)
-    for t in np.flatnonzero(outlier.sum(axis=1) >= LIMB):
-        here = np.flatnonzero(outlier[t])
-        count, part = connected_components(linked[np.ix_(here, here)], directed=False)
-        lost[t, here] = np.bincount(part, minlength=count)[part] >= LIMB
+    frames, channels = np.nonzero(outlier)
+    number = np.zeros(outlier.shape, dtype=np.int64)
+    number[frames, channels] = np.arange(len(frames))
+    one, other = np.nonzero(np.triu(linked))
+    frame, pair = np.nonzero(outlier[:, one] & outlier[:, other])
+    if len(frame):  # all frames in one graph, whose parts lie within a frame each
+        ends = number[frame, one[pair]], number[frame, other[pair]]
+        graph = coo_array((np.ones(len(frame)), ends), shape=(len(frames), len(frames)))
+        part = connected_components(graph, directed=False)[1]
+        lost[frames, channels] = np.bincount(part)[part] >= LIMB
     return lost
 
 

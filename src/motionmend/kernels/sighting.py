@@ -410,6 +410,28 @@ def turned_around(rows: Floats, before: Floats, across: Ints) -> Bools:
 
 
 @compiled
+def middle_step(rows: Floats, before: Floats, middle: Floats) -> bool:
+    """How far the middle joint went, (3,) m, is written: of each axis the median. Whether there is any.
+
+    Parameters
+    ----------
+    rows, before : (J, 3) m, NaN = missing.
+    """
+    apart = np.empty(rows.shape[0])
+    for d in range(3):
+        known = 0
+        for j in range(rows.shape[0]):
+            step = rows[j, d] - before[j, d]
+            if isfinite(step):
+                _insert(apart, known, step)
+                known += 1
+        if known == 0:
+            return False
+        middle[d] = _middle(apart, known)
+    return True
+
+
+@compiled
 def leapt(rows: Floats, before: Floats, seconds: float) -> bool:
     """Whether the middle joint is farther from where it was than anybody goes in that time.
 
@@ -418,19 +440,10 @@ def leapt(rows: Floats, before: Floats, seconds: float) -> bool:
     rows, before : (J, 3) m, NaN = missing.
     seconds : between them.
     """
-    joints = rows.shape[0]
-    apart, square = np.empty(joints), 0.0
-    for d in range(3):
-        known = 0
-        for j in range(joints):
-            step = rows[j, d] - before[j, d]
-            if isfinite(step):
-                _insert(apart, known, step)
-                known += 1
-        if known == 0:
-            return False
-        square += _middle(apart, known) ** 2
-    return sqrt(square) > LEAP + FASTEST * max(seconds, 0.0)
+    middle = np.empty(3)
+    if not middle_step(rows, before, middle):
+        return False
+    return sqrt(middle[0] ** 2 + middle[1] ** 2 + middle[2] ** 2) > LEAP + FASTEST * max(seconds, 0.0)
 
 
 @compiled
@@ -442,18 +455,12 @@ def strayed(rows: Floats, before: Floats, seconds: float, reach: Floats) -> Bool
     rows, before, seconds : as of `leapt`.
     reach : (J,) m, by which each may besides have been taken for another.
     """
-    joints = rows.shape[0]
-    apart, square = np.empty(joints), np.zeros(joints)
-    for d in range(3):
-        known = 0
-        for j in range(joints):
-            step = rows[j, d] - before[j, d]
-            if isfinite(step):
-                _insert(apart, known, step)
-                known += 1
-        if known == 0:
-            break
-        middle = _middle(apart, known)
-        for j in range(joints):
-            square[j] += (rows[j, d] - before[j, d] - middle) ** 2
-    return np.sqrt(square) > LEAP + FASTEST * max(seconds, 0.0) + reach
+    found, middle = np.zeros(rows.shape[0], dtype=np.bool_), np.empty(3)
+    if not middle_step(rows, before, middle):
+        return found
+    for j in range(rows.shape[0]):
+        square = 0.0
+        for d in range(3):
+            square += (rows[j, d] - before[j, d] - middle[d]) ** 2
+        found[j] = sqrt(square) > LEAP + FASTEST * max(seconds, 0.0) + reach[j]
+    return found
