@@ -30,7 +30,7 @@ class Comparison:
     frames, fps : of both recordings; fps in Hz.
     rms_deg : RMS difference of the body joint angles (`body_channels`), over the samples both have, degrees.
     rms_deg_counting_missing : the same, each missing angle scored as if it were the truth's mean over time, or as
-        the channel's other angles are where they err more: what is left out improves no score.
+        the channel's other angles are where they err more: what is missing counts no less than what is there.
     rms_deg_all, rms_deg_by_channel : over all rotation channels, and each by its name.
     mean_cm : mean distance over joints or markers and frames, over the samples both have, cm.
     mean_cm_counting_missing : the same, each missing marker scored as if it were at the centroid of the frame's
@@ -201,7 +201,7 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
         frames=truth.frames,
         fps=truth.fps,
         rms_deg=_degrees(rms_angle(truth.q[:, body], other_q[:, body])),
-        rms_deg_counting_missing=_degrees(float(np.sqrt(_mean(_counted(truth, other_q)[:, body] ** 2)))),
+        rms_deg_counting_missing=_degrees(float(np.sqrt(_mean(_counted(truth, other_q, body) ** 2)))),
         rms_deg_all=_degrees(rms_angle(truth.q[:, rotation], other_q[:, rotation])),
         rms_deg_by_channel={
             truth.channels[c]: _degrees(rms_angle(truth.q[:, c], other_q[:, c])) for c in np.flatnonzero(rotation)
@@ -280,12 +280,12 @@ def _few(names: list[str]) -> str:
     return (", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")) or "none"
 
 
-def _counted(truth: Motion, other_q: Floats) -> Floats:
-    """(T, D) rad and m, by how much each sample of the truth is missed; see `rms_deg_counting_missing`."""
-    off = wrapped(other_q - truth.q)
+def _counted(truth: Motion, other_q: Floats, angles: Bools) -> Floats:
+    """(T, A) rad, by how much each sample of some channels (D,) is missed; see `rms_deg_counting_missing`."""
+    off = wrapped(other_q - truth.q)[:, angles]
     usual = np.array([np.sqrt(_mean(column**2)) for column in off.T])
-    at_least = np.fmax(np.abs(wrapped(_mean_pose(truth) - truth.q)), usual)
-    return np.asarray(np.where(truth.present & ~np.isfinite(off), at_least, off))
+    at_least = np.fmax(np.abs(wrapped(_mean_pose(truth) - truth.q))[:, angles], usual)
+    return np.asarray(np.where(truth.present[:, angles] & ~np.isfinite(off), at_least, off))
 
 
 def _mean_pose(motion: Motion) -> Floats:
