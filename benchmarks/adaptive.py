@@ -184,6 +184,7 @@ def search_case(frames: int) -> dict[str, Any]:
         "outlier_rate": 0.15,
         "outlier_follow": 0.15,
         "outlier_density": 1 / 80.0,
+        "outlier_held": 0.3,
         "factors": np.array([1.0, 25.0, 1000.0]),
         "log_modes": np.log(modes),
         "width": WIDTH,

@@ -204,56 +204,72 @@ def _normal(surprise, var):
     return -0.5 * (np.log(2 * np.pi * var) + surprise**2 / var)
 
 
-def _told(state, value, var):
-    """One coordinate's (mean (2,), covariance (2, 2)) once its place is told, and the log-likelihood of that."""
+def _told(state, row, value, var):
+    """One coordinate's (mean, covariance) once `row` times its state is told, and the log-likelihood of that."""
     mean, cov = state
-    row = np.array([1.0, 0.0])
+    row = np.array(row)
     spread = row @ cov @ row + var
     gain = cov @ row / spread
-    score = _normal(value - mean[0], spread)
-    return (mean + gain * (value - mean[0]), cov - np.outer(gain, row @ cov)), score
+    score = _normal(value - row @ mean, spread)
+    return (mean + gain * (value - row @ mean), cov - np.outer(gain, row @ cov)), score
 
 
-def history_turns(case, t, last):
-    """What may happen at frame t after mode `last`: pairs of mode and whether the sample is rejected."""
+def history_turns(case, t, last, after_outlier):
+    """What may happen at frame t after mode `last`: pairs of mode and what the sample is.
+
+    "in": a measurement, "anywhere": an outlier, "held": one that is off by as much as the one before.
+    """
     if not np.isfinite(case["observed"][t]).all():
-        return [(0, False)]
+        return [(0, "in")]
     modes = range(1 if t == 0 else len(case["factors"]))
-    turns = [(k, False) for k in modes]
+    turns = [(k, "in") for k in modes]
     if not case["vouched"][t]:
-        turns.append((0 if t == 0 else last, True))
+        turns.append((0 if t == 0 else last, "anywhere"))
+        turns += [(k, "held") for k in modes if after_outlier]
     return turns
 
 
-def history_step(case, states, t, last, mode, rejected, after_outlier):
-    """The states of all coordinates after frame t, by the textbook's Kalman filter, and what the frame adds."""
+def history_step(case, states, t, last, mode, kind, after_outlier):
+    """The states of all coordinates after frame t, by the textbook's Kalman filter, and what the frame adds.
+
+    A state is the mean and covariance of place, speed and how far off the latest outlier was.
+    """
     score = 0.0 if t == 0 or case["at_pole"][t] else case["log_modes"][last, mode]
     seen = np.isfinite(case["observed"][t]).all()
     after = []
-    for g, (mean, cov) in enumerate(states):
+    for g, state in enumerate(states):
         if t > 0:
-            moves, step = np.array([[1.0, 1.0], [0.0, 1.0]]), case["step_var"][t, g] * case["factors"][mode]
-            mean, cov = moves @ mean + case["pull"][t, g], moves @ cov @ moves.T + step * np.ones((2, 2))
-        state = mean, cov
+            moves, step = np.array([[1.0, 1, 0], [0, 1, 0], [0, 0, 1]]), case["step_var"][t, g] * case["factors"][mode]
+            pull, shaken = case["pull"][t, g] * np.array([1.0, 1, 0]), np.outer([1.0, 1, 0], [1.0, 1, 0])
+            state = moves @ state[0] + pull, moves @ state[1] @ moves.T + step * shaken
         if np.isfinite(case["hint_var"][t, g]):
-            state, gained = _told(state, case["hint"][t, g], case["hint_var"][t, g])
+            state, gained = _told(state, [1.0, 0, 0], case["hint"][t, g], case["hint_var"][t, g])
             score += gained
-        if seen and not rejected:
-            state, gained = _told(state, case["observed"][t, g], case["noise_var"][t, g])
+        if seen and kind != "anywhere":
+            row = [1.0, 0, 1] if kind == "held" else [1.0, 0, 0]
+            state, gained = _told(state, row, case["observed"][t, g], case["noise_var"][t, g])
             score += gained
+        elif seen:  # nothing was known of how far off it is
+            (place, speed, _), cov = state
+            less = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0]])
+            noise = np.diag([0.0, 0.0, case["noise_var"][t, g]])
+            state = np.array([place, speed, case["observed"][t, g] - place]), less @ cov @ less.T + noise
         after.append(state)
     if seen:
-        rate, follow = case["outlier_rate"], case["outlier_follow"]
+        rate, held = case["outlier_rate"], 0.0
         if after_outlier is not None:  # enters as often as it leaves
+            follow = case["outlier_follow"]
             rate = follow if after_outlier else rate * (1 - follow) / (1 - rate)
-        score += np.log(rate * case["outlier_density"]) if rejected else np.log(1 - rate)
+            held = case["outlier_held"] if after_outlier else 0.0
+        chance = {"in": 1 - rate, "anywhere": rate * (1 - held) * case["outlier_density"], "held": rate * held}
+        score += np.log(chance[kind])
     return after, score
 
 
 def history_start(case):
     """The states before frame 0."""
     return [
-        (np.array([place, 0.0]), np.diag([place_var, speed_var]))
+        (np.array([place, 0.0, 0.0]), np.diag([place_var, speed_var, 0.0]))
         for place, place_var, speed_var in zip(case["start"], case["start_var"], case["speed_var"], strict=True)
     ]
 
@@ -265,11 +281,11 @@ def all_histories(case):
         longer = []
         for score, modes, rejects, states in histories:
             last = modes[-1] if modes else 0
-            for mode, rejected in history_turns(case, t, last):
-                seen = [n for n in range(t) if np.isfinite(case["observed"][n]).all()]
-                after_outlier = rejects[seen[-1]] if seen else None
-                after, gained = history_step(case, states, t, last, mode, rejected, after_outlier)
-                longer.append((score + gained, (*modes, mode), (*rejects, rejected), after))
+            seen = [n for n in range(t) if np.isfinite(case["observed"][n]).all()]
+            after_outlier = rejects[seen[-1]] if seen else None
+            for mode, kind in history_turns(case, t, last, after_outlier):
+                after, gained = history_step(case, states, t, last, mode, kind, after_outlier)
+                longer.append((score + gained, (*modes, mode), (*rejects, kind != "in"), after))
         histories = longer
     return [(score, modes, rejects) for score, modes, rejects, _ in histories]
 
@@ -282,13 +298,13 @@ def beam_of_histories(case, width, recent):
         best = {}
         for score, modes, rejects, turns, states in kept:
             last = modes[-1] if modes else 0
-            for mode, rejected in history_turns(case, t, last):
-                after_outlier = turns[-1] == "out" if turns else None
-                after, gained = history_step(case, states, t, last, mode, rejected, after_outlier)
-                turn = "out" if rejected else "calm" if mode == 0 else "lively"
+            after_outlier = turns[-1] in ("anywhere", "held") if turns else None
+            for mode, kind in history_turns(case, t, last, after_outlier):
+                after, gained = history_step(case, states, t, last, mode, kind, after_outlier)
+                turn = kind if kind != "in" else "calm" if mode == 0 else "lively"
                 latest = (*turns, turn)[-recent:] if seen else turns
                 if latest not in best or score + gained > best[latest][0]:
-                    best[latest] = (score + gained, (*modes, mode), (*rejects, rejected), latest, after)
+                    best[latest] = (score + gained, (*modes, mode), (*rejects, kind != "in"), latest, after)
         kept = sorted(best.values(), key=lambda history: -history[0])[:width]
     return kept[0][:3]
 

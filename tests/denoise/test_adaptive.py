@@ -73,6 +73,25 @@ def test_bursts_of_outliers_are_found(action, library):
 
 
 @pytest.mark.parametrize("library", [True, False])
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+@pytest.mark.parametrize("action", ACTIONS)
+def test_slips_that_last_a_moment_are_found(action, fps, library):
+    """A channel off by the same 15 to 55 degrees for 70 ms: within such a slip nothing jumps."""
+    rng = np.random.default_rng(6)
+    clean = channels_of(truth(action, fps=fps))
+    measured, hit = clean + 0.5 * rng.standard_normal(clean.shape), np.zeros(clean.shape, dtype=bool)
+    length = max(2, round(0.07 * fps))
+    while hit.mean() < 0.02:
+        start, channel = rng.integers(2, len(clean) - length - 2), rng.integers(clean.shape[1])
+        if not hit[start - 2 : start + length + 2, channel].any():
+            hit[start : start + length, channel] = True
+            measured[start : start + length, channel] += rng.choice([-1.0, 1.0]) * rng.uniform(15.0, 55.0)
+    found = mend(measured, fps=fps, library=library).found
+    assert f1(found.origin == Origin.REPAIRED, hit) > 0.95
+    assert rms(found.values - clean) < 0.7
+
+
+@pytest.mark.parametrize("library", [True, False])
 def test_long_bursts_are_filled_like_gaps(library):
     """Bursts of a third to half a second in six of the channels at 60 Hz, one of them at the very beginning."""
     rng = np.random.default_rng(4)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.denoise.noise import alike_noise, first_noise, next_follow, next_noise, next_rate, overlooked
+from motionmend.denoise.noise import alike_noise, first_noise, next_follow, next_held, next_noise, next_rate, overlooked
 from motionmend.numerics.walk import noise_level
 
 SEEDS = st.integers(0, 10**6)
@@ -237,6 +237,25 @@ def test_a_few_pairs_of_outliers_are_no_bursts():
     outlier[np.arange(10, 400, 40)] = True
     outlier[51:54, 0] = True
     assert next_follow(outlier, np.ones_like(outlier)) < 2.0 * outlier.mean()
+
+
+@pytest.mark.parametrize("together", [1, 3])
+def test_the_share_of_outliers_that_stay_where_the_one_before_was_is_told(rng, together):
+    """Bursts of five, of which every second keeps its distance and the others are anywhere."""
+    outlier = (np.arange(5_000) % 20 < 5)[:, None].repeat(2 * together, axis=1)
+    anywhere = rng.uniform(-40.0, 40.0, outlier.shape)
+    first = np.arange(5_000) // 20 * 20
+    stays = (first // 20 % 2 == 0)[:, None]
+    off = np.where(outlier, np.where(stays, anywhere[first], anywhere), 0.0) + rng.standard_normal(outlier.shape)
+    held = 0.5
+    for _ in range(5):
+        held = next_held(off, outlier, np.full(off.shape, 2.0), 80.0**-together, together, held, first=0.5)
+    assert held == pytest.approx(0.5, abs=0.1)
+
+
+def test_without_outliers_what_is_thought_of_them_stays():
+    nothing = np.zeros((50, 3))
+    assert next_held(nothing, nothing > 0, nothing + 1.0, 1 / 80.0, 1, 0.2, first=0.3) == pytest.approx(0.3)
 
 
 def _told_apart(rng, noise, rate, frames=4000):

@@ -11,7 +11,8 @@ from motionmend.kernels.search import RECENT, likeliest_history
 SEEDS = st.integers(0, 10**6)
 ORDER = (
     *("observed", "hint", "hint_var", "pull", "step_var", "noise_var", "outlier_rate", "outlier_follow"),
-    *("outlier_density", "factors", "log_modes", "width", "start", "start_var", "speed_var", "vouched", "at_pole"),
+    *("outlier_density", "outlier_held", "factors", "log_modes", "width"),
+    *("start", "start_var", "speed_var", "vouched", "at_pole"),
 )
 
 
@@ -37,6 +38,7 @@ def _case(rng, frames, modes=2, coordinates=1, missing=0.0, **given):
         "outlier_rate": 0.2,
         "outlier_follow": rng.uniform(0.2, 0.8),
         "outlier_density": 80.0**-coordinates,
+        "outlier_held": rng.choice([0.01, 0.5, 0.9]),
         "factors": factors,
         "log_modes": np.log(stays if modes > 1 else np.ones((1, 1))),
         "width": 200,
@@ -85,10 +87,10 @@ def test_longer_series_lose_little_by_what_the_beam_forgets():
     behind = []
     for seed in range(30):
         case = _case(np.random.default_rng(seed), 6)
-        score = {(modes, rejects): score for score, modes, rejects in naive.all_histories(case)}
+        score = {(modes, rejects): score for score, modes, rejects in sorted(naive.all_histories(case))}
         behind.append(max(score.values()) - score[_found(case)])
     assert np.mean(np.array(behind) < 1e-6) > 0.9
-    assert max(behind) < 3.0
+    assert max(behind) < 5.0
 
 
 def _walk(rng, frames=200):
@@ -150,6 +152,20 @@ def test_bursts_are_found_by_those_who_expect_them(rng):
     )
     assert together.mean() > 0.98
     assert (~together).sum() < 0.3 * (~lone).sum()
+
+
+def test_slips_are_found_by_those_who_expect_them(rng):
+    """Eight samples on end off by the same amount: within them nothing tells of outliers."""
+    truth = _walk(rng, 400)
+    hit = (np.arange(400) % 50 >= 42)[:, None]
+    observed = truth + rng.normal(size=truth.shape) + 30.0 * hit
+    step = np.full(truth.shape, 0.3)
+    given = {"step_var": step, "outlier_rate": 0.1, "outlier_follow": 0.5}
+    anywhere, held = (
+        np.array(_found(_plain(observed, **given, outlier_held=held))[1]) == hit[:, 0] for held in (0.01, 0.8)
+    )
+    assert held.mean() > 0.98
+    assert (~held).sum() < 0.3 * (~anywhere).sum()
 
 
 def test_a_burst_at_the_beginning_is_one_from_its_first_sample(rng):

@@ -20,7 +20,7 @@ from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
-from .noise import first_noise, next_follow, next_noise, next_rate, overlooked
+from .noise import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
 from .passing_noise import loudness
 from .poles import bends_of
 from .repair import interpolated
@@ -37,7 +37,8 @@ FACTORS = np.array([1.0, 25.0, 1000.0])
 COMMON = np.array([0.96, 0.035, 0.005])
 GOES_ON = 0.7
 OUTLIER_SPAN = 80.0  # degrees or cm over which an outlier may lie
-FIRST_RATE = 0.08  # share of outliers before anything is known
+# before anything is known: the share of outliers, and that of samples after one, 1/30 s on, that are off by as much
+FIRST_RATE, FIRST_HELD = 0.08, 0.12
 UNCOUPLED = 0.1  # share of the covariance of second differences that is not believed
 BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller count as motion
 LIVELY = 0.05  # s, the width in which motion is as lively as it is
@@ -118,9 +119,12 @@ def adapt(
     calm = _calm(prior.bends, fps)
     filled = np.where(present, measured, 0.0)
     louder = loudness(measured, fps, together, joints)
-    level, rate, follow = first_noise(measured, louder), np.full(channels, FIRST_RATE), FIRST_RATE
+    level, rate = first_noise(measured, louder), np.full(channels, FIRST_RATE)
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
     noise = np.maximum(level * louder, least)
+    stays = FIRST_HELD ** (30.0 / fps)  # a slip lasts for a time, whatever the rate
+    follow = 1.0 - (1.0 - FIRST_RATE) * (1.0 - stays)
+    held = first_held = stays / follow
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
     left, steps = measured, 0  # without the bursts that are so long that they are gaps
@@ -142,6 +146,7 @@ def adapt(
             np.square(noise),
             rate,
             follow,
+            held,
             np.diag(calm),
             together,
             vouched,
@@ -171,6 +176,8 @@ def adapt(
             variance, doubt = _certainty(everything, alone * liveliness)
             if again:
                 liveliness = _liveliness(values, np.diag(calm), liveliness, doubt, fps)
+        spread = 4.0 * np.square(noise) + np.diag(calm) * liveliness  # of noise twice, and of what the repair is off
+        held = next_held(filled - values, outlier, spread, OUTLIER_SPAN**-together, together, held, first_held)
         taken_up = weight * variance
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
         square = np.where(weight > 0, np.square((filled - values) / louder), 0.0).sum(axis=0)
@@ -338,6 +345,7 @@ def _histories(
     noise_var: Floats,
     rate: Floats,
     follow: float,
+    held: float,
     calm: Floats,
     together: int,
     vouched: Bools,
@@ -365,6 +373,7 @@ def _histories(
             float(rate[own].mean()),
             max(follow, float(rate[own].mean())),
             density,
+            held,
             FACTORS,
             log_modes,
             HISTORIES,

@@ -7,6 +7,7 @@ filling comes out where they were.
 """
 
 import numpy as np
+from scipy.ndimage import binary_opening
 
 from ..arrays import Bools, Floats, Ints, runs
 from ..numerics.robust import ESTIMATORS
@@ -51,10 +52,20 @@ def displaced(positions: Floats, fps: float) -> Bools:
     return found
 
 
+def lasting(rejected: Bools, fps: float) -> Bools:
+    """(T, M) of the samples rejected as outliers those of runs that are too long for a lone outlier or two."""
+    length = round(_shortest(fps)) + 1
+    return np.asarray(binary_opening(rejected, np.ones((length, 1), dtype=np.bool_)))
+
+
+def _shortest(fps: float) -> float:
+    return max(SHORTEST * fps, FRAMES)
+
+
 def _displaced(positions: Floats, fps: float) -> Bools:
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
     found = np.zeros(seen.shape, dtype=bool)
-    shortest = max(SHORTEST * fps, FRAMES)
+    shortest = _shortest(fps)
     bridged = _bridged(positions, seen, shortest)
     stretches = _elsewhere(positions, bridged, seen) if len(seen) >= 2 * LEAST_FRAMES else []
     if not stretches:

@@ -16,7 +16,7 @@ from .bursts import long_runs, short_runs
 from .channels import Channels, to_channels
 from .cloud import CENTIMETRES
 from .digits import rounding, shaken
-from .displaced import displaced
+from .displaced import displaced, lasting
 from .filling import fill_gaps
 from .filtered import Filtered
 from .hedge import filled_both_ways
@@ -128,9 +128,11 @@ def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
 
 
 def _elsewhere(recording: Markers, outcome: Repaired[Markers]) -> Bools:
-    """(T, M) measured samples of markers that are not in their place."""
-    believed = outcome.origin[..., None] == Origin.MEASURED
-    return displaced(np.where(believed, recording.positions, np.nan), recording.fps)
+    """(T, M) samples of markers that are not in their place; of rejected ones those that were so for a while."""
+    # who only got its label back was believed
+    rejected = lasting((outcome.origin == Origin.REPAIRED) & (outcome.weights == 0.0), recording.fps)
+    believed = (outcome.origin == Origin.MEASURED) | rejected
+    return displaced(np.where(believed[..., None], recording.positions, np.nan), recording.fps)
 
 
 def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -196,7 +198,7 @@ def _with_labels(
         return channels, _mended(channels.values, labelled, channels, known)
 
     channels, mended = repaired(recording)
-    swaps: tuple[Swap, ...] = swaps_seen(_cleaned(mended), recording.fps, known.postures)
+    swaps: tuple[Swap, ...] = swaps_seen(_cleaned(mended, recording, known.layout), recording.fps, known.postures)
     if asked is not None:
         swaps = swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
     right = relabelled(recording, channels, swaps)
@@ -339,9 +341,15 @@ def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | No
     return at_rate(eigenbases(lag, OWN_ENERGY), rate, fps)
 
 
-def _cleaned(mended: Mended) -> Floats:
-    """(T, M, 3) m: the measured samples smoothed, NaN where missing or rejected, in the travelling frame."""
+def _cleaned(mended: Mended, recording: Markers, layout: Layout) -> Floats:
+    """(T, M, 3) m: the measured samples smoothed, NaN where missing or rejected, in the travelling frame.
+
+    What was rejected for a while may be at another marker: it is left as measured.
+    """
     values = np.where(mended.found.origin == Origin.MEASURED, mended.found.values, np.nan)
+    elsewhere = lasting(mended.found.origin == Origin.REPAIRED, recording.fps)
+    if elsewhere.any():
+        values = np.where(elsewhere, to_channels(recording, layout).values, values)
     return values.reshape(len(values), -1, 3) / CENTIMETRES
 
 

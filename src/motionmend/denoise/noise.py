@@ -21,6 +21,8 @@ CHANNELS_ALIKE = 0.05  # variance of log noise between channels of a kind that i
 KINDS = 2.0  # deviation of log noise between kinds
 ALIKE = 1.6  # logarithm of how much noisier a channel may look before any outlier is known and still be of a kind
 MISREAD = 0.8  # and by which two channels of a kind may be misread: what moves fast looks noisy
+LEAST_HELD, MOST_HELD = 0.01, 0.9  # of outliers after an outlier those that are off by as much
+HELD_PRIOR = 4.0  # pairs that say as much as what is thought of it before
 _PRIOR_SAMPLES = 2.0  # weight of the last estimate in the next
 RATES_ALIKE = 300.0  # samples' worth of the whole recording's outlier rate in each channel's own
 REACH, MARGIN = 3.5, 0.25  # deviations as far as noise goes, and the width of what is looked at beyond, twice
@@ -224,6 +226,27 @@ def next_follow(outlier: Bools, present: Bools) -> float:
     found = (hits + ALONE_PRIOR * overall) / (samples + ALONE_PRIOR)
     found *= min(1.0, found / BURSTS) ** FURTHER
     return float(np.clip(max(found, overall), LEAST_RATE, MOST_FOLLOW))
+
+
+def next_held(
+    off: Floats, outlier: Bools, spread: Floats, density: float, together: int, before: float, first: float
+) -> float:
+    """Share of the outliers after an outlier that are off by as much as the one before, as in a slip that lasts.
+
+    Parameters
+    ----------
+    off : (T, C) samples less the motion beneath.
+    outlier : (T, C).
+    spread : (T, C) variance of the change of `off` where it stays.
+    density : of an outlier anywhere, per unit to the power `together`.
+    together : G, neighbouring columns that are outliers together.
+    before, first : the last estimate, and what is thought before anything is known.
+    """
+    pairs = (outlier[1:] & outlier[:-1])[:, ::together]
+    size = -0.5 * (np.square(np.diff(off, axis=0)) / spread[1:] + np.log(2.0 * np.pi * spread[1:]))
+    stays = before * np.exp(size.reshape(len(pairs), -1, together).sum(axis=2)[pairs])
+    share = stays / (stays + (1.0 - before) * density)
+    return float(np.clip((share.sum() + HELD_PRIOR * first) / (share.size + HELD_PRIOR), LEAST_HELD, MOST_HELD))
 
 
 def overlooked(measured: Floats, values: Floats, outlier: Bools, noise: Floats) -> float:

@@ -2,8 +2,9 @@
 
 A channel, or the three coordinates of a marker, moves as a second-order walk: z(t) = z(t-1) + v(t-1) + e(t),
 v(t) = v(t-1) + e(t), e ~ N(pull(t), q(t) f(k)), with a factor f of the mode k: calm, burst or jump. Each sample is
-either a measurement or an outlier that tells nothing. Every history of modes and outliers is a Kalman filter of its
-own; after each frame the best few of them that differ in their latest turns are kept.
+either a measurement or an outlier: it lies anywhere and tells nothing, or it is off by as much as the outlier before it
+and tells how the channel moves. Every history of modes and outliers is a Kalman filter of its own; after each frame the
+best few of them that differ in their latest turns are kept.
 """
 
 from math import log, pi
@@ -27,6 +28,7 @@ def likeliest_history(
     outlier_rate: float,
     outlier_follow: float,
     outlier_density: float,
+    outlier_held: float,
     factors: Floats,
     log_modes: Floats,
     width: int,
@@ -47,6 +49,7 @@ def likeliest_history(
     outlier_rate : in (0, 1), of all samples.
     outlier_follow : in (0, 1), of the samples after an outlier; the rate itself where outliers come one by one.
     outlier_density : of an outlier, per unit to the power G.
+    outlier_held : in (0, 1), of the outliers after an outlier, those off by as much as the one before.
     factors : (K,) f, of the variance of e in each mode; the first is 1.
     log_modes : (K, K) logarithm of the probability of the mode (column) after a mode (row).
     width : H, histories kept.
@@ -61,9 +64,10 @@ def likeliest_history(
     """
     frames, coordinates = observed.shape
     modes = len(factors)
-    most = width * (modes + 1) + 1
-    # of each history and coordinate: place, speed, and their covariance (place, place with speed, speed)
-    state, after = np.zeros((width, coordinates, 5)), np.zeros((width, coordinates, 5))
+    most = width * (2 * modes + 1) + 1
+    # of each history and coordinate: place, speed, and their covariance (place, place with speed, speed); and after an
+    # outlier how far off it was, its covariance with place and speed, and its variance
+    state, after = np.zeros((width, coordinates, 9)), np.zeros((width, coordinates, 9))
     score, turns, mode_of = np.zeros(width), np.zeros(width, np.int64), np.zeros(width, np.int64)
     new_score, new_turns, new_mode = np.zeros(most), np.zeros(most, np.int64), np.zeros(most, np.int64)
     came_from, rejects = np.zeros(most, np.int64), np.zeros(most, np.int64)
@@ -73,7 +77,9 @@ def likeliest_history(
     enters = min(outlier_rate * (1.0 - outlier_follow) / (1.0 - outlier_rate), 0.5)
     next_in, next_out = log(1.0 - enters), log(enters * outlier_density)
     first_in, first_out = log(1.0 - outlier_rate), log(outlier_rate * outlier_density)
-    then_in, then_out = log(1.0 - outlier_follow), log(outlier_follow * outlier_density)
+    then_in = log(1.0 - outlier_follow)
+    then_out = log(outlier_follow * (1.0 - outlier_held) * outlier_density)
+    then_held = log(outlier_follow * outlier_held)
     mask = (1 << (2 * RECENT)) - 1
     kept, begun = 1, False
     for g in range(coordinates):
@@ -87,41 +93,54 @@ def likeliest_history(
         count = 0
         for h in range(kept):
             last = mode_of[h]
-            log_in, log_out = next_in, next_out
+            log_in, log_out, off = next_in, next_out, False
             if not begun:
                 log_in, log_out = first_in, first_out
             elif turns[h] & 3 == 1:  # the sample before was rejected
-                log_in, log_out = then_in, then_out
+                log_in, log_out, off = then_in, then_out, True
             for k in range(modes if seen and t > 0 else 1):
                 total = score[h]
                 if t > 0 and not at_pole[t]:
                     total += log_modes[last, k]
                 told_square, told_spread, seen_square, seen_spread = 0.0, 1.0, 0.0, 1.0
+                held_square, held_spread = 0.0, 1.0
                 for g in range(coordinates):
-                    x, a = state[h, g, 0], state[h, g, 2]
+                    x, a, o, d, f = state[h, g, 0], state[h, g, 2], state[h, g, 5], state[h, g, 6], state[h, g, 8]
                     if t > 0:
                         x += state[h, g, 1] + pull[t, g]
                         a += 2.0 * state[h, g, 3] + state[h, g, 4] + step_var[t, g] * factors[k]
+                        d += state[h, g, 7]
                     if hint_var[t, g] < np.inf:
                         s, r = a + hint_var[t, g], hint[t, g] - x
                         told_spread *= 2.0 * pi * s
                         s = 1.0 / s
                         told_square += r * r * s
-                        x, a = x + a * s * r, a - a * a * s
+                        x, a, o, d, f = x + a * s * r, a - a * a * s, o + d * s * r, d - a * d * s, f - d * d * s
                     if seen:
                         s, r = a + noise_var[t, g], observed[t, g] - x
                         seen_square += r * r / s
                         seen_spread *= 2.0 * pi * s
+                        if off:
+                            s, r = a + 2.0 * d + f + noise_var[t, g], r - o
+                            held_square += r * r / s
+                            held_spread *= 2.0 * pi * s
                 if not seen:
                     new_score[count] = total - 0.5 * (log(told_spread) + told_square)
                     new_turns[count], new_mode[count], came_from[count], rejects[count] = turns[h], k, h, 0
                     count += 1
                     continue
                 if not vouched[t] and (k == last or t == 0):
-                    # a rejected sample tells nothing of the mode: it stays
+                    # a sample that lies anywhere tells nothing of the mode: it stays
                     new_score[count] = total + log_out - 0.5 * (log(told_spread) + told_square)
                     new_turns[count], new_mode[count] = ((turns[h] << 2) | 1) & mask, k
                     came_from[count], rejects[count] = h, 1
+                    count += 1
+                if not vouched[t] and off:
+                    new_score[count] = (
+                        total + then_held - 0.5 * (log(told_spread * held_spread) + told_square + held_square)
+                    )
+                    new_turns[count], new_mode[count] = ((turns[h] << 2) | 1) & mask, k
+                    came_from[count], rejects[count] = h, 2
                     count += 1
                 new_score[count] = total + log_in - 0.5 * (log(told_spread * seen_spread) + told_square + seen_square)
                 new_turns[count], new_mode[count] = ((turns[h] << 2) | (2 if k > 0 else 0)) & mask, k
@@ -159,21 +178,32 @@ def likeliest_history(
             for g in range(coordinates):
                 x, v = state[h, g, 0], state[h, g, 1]
                 a, b, c = state[h, g, 2], state[h, g, 3], state[h, g, 4]
+                o, d, j, f = state[h, g, 5], state[h, g, 6], state[h, g, 7], state[h, g, 8]
                 if t > 0:
                     e = step_var[t, g] * factors[new_mode[n]]
                     x, v = x + v + pull[t, g], v + pull[t, g]
-                    a, b, c = a + 2.0 * b + c + e, b + c + e, c + e
+                    a, b, c, d = a + 2.0 * b + c + e, b + c + e, c + e, d + j
                 if hint_var[t, g] < np.inf:
                     s, r = 1.0 / (a + hint_var[t, g]), hint[t, g] - x
-                    x, v = x + a * s * r, v + b * s * r
+                    x, v, o = x + a * s * r, v + b * s * r, o + d * s * r
+                    d, j, f = d - a * d * s, j - b * d * s, f - d * d * s
                     a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
                 if seen and rejects[n] == 0:
                     s, r = 1.0 / (a + noise_var[t, g]), observed[t, g] - x
                     x, v = x + a * s * r, v + b * s * r
                     a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
+                elif rejects[n] == 1:
+                    o, d, j, f = observed[t, g] - x, -a, -b, a + noise_var[t, g]
+                elif rejects[n] == 2:  # of place and how far off together there is a measurement
+                    p, q, u = a + d, b + j, d + f
+                    s, r = 1.0 / (p + u + noise_var[t, g]), observed[t, g] - x - o
+                    x, v, o = x + p * s * r, v + q * s * r, o + u * s * r
+                    a, b, c = a - p * p * s, b - p * q * s, c - q * q * s
+                    d, j, f = d - p * u * s, j - q * u * s, f - u * u * s
                 after[i, g, 0], after[i, g, 1] = x, v
                 after[i, g, 2], after[i, g, 3], after[i, g, 4] = a, b, c
-            parent[t, i], event[t, i] = h, 2 * new_mode[n] + rejects[n]
+                after[i, g, 5], after[i, g, 6], after[i, g, 7], after[i, g, 8] = o, d, j, f
+            parent[t, i], event[t, i] = h, 2 * new_mode[n] + min(rejects[n], 1)
         for i in range(kept):
             n = order[i]
             score[i], turns[i], mode_of[i] = new_score[n] - best, new_turns[n], new_mode[n]
