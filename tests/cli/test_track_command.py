@@ -259,9 +259,14 @@ def test_bad_usage(cli: Command, studio: Path, more: list[str], said: str) -> No
 def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: Path, tmp_path: Path) -> None:
     (tmp_path / "start.csv").write_text("time,nose_x,nose_y,nose_z\n0,1,2,3\n")
     (tmp_path / "body.json").write_text("{}")
+    shutil.copy(studio / "truth.csv", tmp_path / "rows.csv")  # more than one row
     given = ["track", studio / "take", "-o", tmp_path / "o.csv"]
     for more, said in (
         (["-m", studio / "m.mend", "--start", tmp_path / "start.csv"], "start.csv"),
+        (
+            ["-m", studio / "m.mend", "--start", tmp_path / "rows.csv"],
+            f"rows.csv: one row was wanted, the pose of frame 0, came {FRAMES}",
+        ),
         (["-m", studio / "m.mend", "--body", tmp_path / "body.json"], "body.json"),
         (["-m", library / "amc.mend"], "amc.mend"),
         (["-m", tmp_path / "none.mend"], "none.mend"),

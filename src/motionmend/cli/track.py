@@ -14,7 +14,7 @@ from .clock import began
 from .depth_inputs import FORMATS, gather_depth, plan_depth
 from .inputs import Job, Refusal, ready
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
-from .output import Done, say, work
+from .output import Done, work
 from .transform import write_json
 
 if TYPE_CHECKING:
@@ -296,8 +296,8 @@ def _landmarks(path: Path) -> "Floats":
     strange = [name for name in table.names if name not in LANDMARKS]
     if strange:
         raise FileError(f"{path}: wanted joints of {', '.join(LANDMARKS)}, came {', '.join(strange[:5])}")
-    if table.frames > 1:
-        say(f"guess ({path}): {table.frames} rows, the first is taken for frame 0")
+    if table.frames != 1:
+        raise FileError(f"{path}: one row was wanted, the pose of frame 0, came {table.frames}: keep that one alone")
     found = np.full((len(LANDMARKS), 3), np.nan)
     for name, place in zip(table.names, table.positions[0], strict=True):
         found[LANDMARKS.index(name)] = place
