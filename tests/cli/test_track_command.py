@@ -226,6 +226,8 @@ def test_bad_folders_are_a_line_each_and_the_others_are_done(cli: Command, studi
         assert sum(kind in line for line in ran.failures) == 1, kind
     assert files_below(tmp_path / "out") == {"take.csv", "take.mend.json"}
     assert any("nobody" in line for line in ran.failures)
+    assert cli("track", *bad, *known, "-o", tmp_path / "new" / "out", "--jobs", "1").code == 1
+    assert not (tmp_path / "new").exists()
 
 
 def test_nothing_is_overwritten_and_what_is_finished_is_skipped(cli: Command, studio: Path, tmp_path: Path) -> None:
