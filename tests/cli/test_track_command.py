@@ -131,7 +131,7 @@ def test_a_frame_without_the_person_is_said_to_be_so(cli: Command, studio: Path,
 
 
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:
-    body = tmp_path / "body.json"
+    body = tmp_path / "people" / "new" / "body.json"
     given = ["track", studio / "take", "-m", studio / "m.mend", "--body", body, "--start", studio / "start.csv"]
     assert cli(*given, "-o", tmp_path / "a.csv").code == 0
     stored = body.read_bytes()
@@ -270,6 +270,7 @@ def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: 
             f"rows.csv: one row was wanted, the pose of frame 0, came {FRAMES}",
         ),
         (["-m", studio / "m.mend", "--body", tmp_path / "body.json"], "body.json"),
+        (["-m", studio / "m.mend", "--body", tmp_path / "body.json" / "a" / "b.json"], "b.json: its folder"),
         (["-m", library / "amc.mend"], "amc.mend"),
         (["-m", tmp_path / "none.mend"], "none.mend"),
     ):

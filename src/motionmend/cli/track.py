@@ -88,6 +88,11 @@ def track(
                 refused.append(job)
             else:
                 jobs.append(job)
+        if body is not None:
+            try:
+                make(body.parent)
+            except OSError as error:
+                raise FileError(f"{body}: its folder cannot be made: {error.strerror or error}") from None
         task = Follow(preset, settings.terms, began()).knowing(model, skeleton, body, start)
         codes = []
         while body is not None and task.performer is None and len(jobs) > 1:
