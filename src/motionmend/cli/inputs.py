@@ -150,6 +150,15 @@ def plan(
     for target, count in Counter(map(os.path.normcase, targets)).items():
         if count > 1:
             raise UsageError(f"{count} inputs would all be written to {target}: give them apart")
+    return jobs_of(inputs, targets)
+
+
+def jobs_of(inputs: Sequence[Input], targets: Sequence[Path]) -> list[Job]:
+    """The jobs of inputs and their outputs, none of which has another's name.
+
+    Files beside `walk.bvh` are called `walk.mend.json` and so on; where another output is `walk.amc`, theirs are
+    `walk.bvh.mend.json` and `walk.amc.mend.json`.
+    """
     stems = [target.with_suffix("") for target in targets]
     shared = Counter(map(os.path.normcase, stems))
     return [
