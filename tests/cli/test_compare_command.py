@@ -53,12 +53,12 @@ def test_what_cannot_be_compared_is_one_line(cli: Command, library: Path, takes:
     assert cli("compare", library / "clean.amc", takes).code == 2
 
 
-def joints(path: Path, shift: float, frames: int = 20, std: float | None = None) -> Path:
+def joints(path: Path, shift: float, frames: int = 20, std: float | None = None, fps: float = 30.0) -> Path:
     rng = np.random.default_rng(0)
-    xyz = rng.normal(size=(1, 3, 3)) + 0.1 * np.sin(np.arange(frames) / 5)[:, None, None]
+    xyz = rng.normal(size=(1, 3, 3)) + 0.1 * np.sin(6.0 * np.arange(frames) / fps)[:, None, None]
     spread = None if std is None else np.full((frames, 3), std)
     names = ("pelvis", "head", "l_wrist")
-    write_joint_table(path, Postures(names, xyz + np.array([shift, 0.0, 0.0]), np.arange(frames) / 30, std=spread))
+    write_joint_table(path, Postures(names, xyz + np.array([shift, 0.0, 0.0]), np.arange(frames) / fps, std=spread))
     return path
 
 
@@ -73,6 +73,16 @@ def test_tables_of_joints(cli: Command, tmp_path: Path) -> None:
     assert ran.code == 0
     assert "3 cm" in ran.out
     assert "0 %" in ran.out
+
+
+def test_tables_of_other_rates_are_compared_in_time_and_that_is_said(cli: Command, tmp_path: Path) -> None:
+    truth, other = joints(tmp_path / "truth.csv", 0.0, 40), joints(tmp_path / "other.csv", 0.03, 40, fps=60.0)
+    for pair in ((truth, other), (other, truth)):
+        facts = json.loads(cli("compare", *pair, "--json").out)
+        assert abs(facts["mean_cm"] - 3) < 0.3
+        assert round(facts["fps"]) == 30
+        assert "40 rows at" in facts["notes"][0]
+    assert "compared at 40 times" in cli("compare", truth, other).out
 
 
 def test_a_folder_of_tables(cli: Command, tmp_path: Path) -> None:

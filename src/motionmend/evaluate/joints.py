@@ -9,12 +9,13 @@ from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
 from ..bodies.rigid import rigid_fit
-from ..errors import MismatchError
+from ..errors import MismatchError, counted
 from .metrics import bone_drift, jitter, position_error
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
 UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere
 _GAP = 2.5  # frames; between samples farther apart than this nothing is interpolated
+_SAME_RATE = 1.05  # times another; rates of one recording as two clocks tell them
 _LAPSE = 0.5  # of a frame; rows whose times differ by more are worth a sentence
 
 
@@ -70,8 +71,8 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> 
     """Compare joint positions with the truth, sample by sample.
 
     Joints are matched by name; where no name is the same, by what they mean on a body. A joint of the truth that the
-    other lacks counts as missing. As many rows on both sides are compared row by row; otherwise both are taken at the
-    times of the slower one, between samples on a straight line.
+    other lacks counts as missing. As many rows on both sides at one rate are compared row by row, as clocks may begin
+    at other times; otherwise both are taken at the times of the slower one, between samples on a straight line.
 
     Parameters
     ----------
@@ -199,7 +200,9 @@ def _in_step(truth: Postures, other: Postures) -> tuple[Postures, Postures, tupl
         lapse = float(np.abs(truth.times - other.times).max())
         if lapse <= _LAPSE * step[0] or truth.frames == 1:
             return truth, other, ()
-        return truth, other, (f"as many rows on both sides: compared row by row, though times differ by {lapse:.3g} s",)
+        if not min(step) > 0 or max(step) <= _SAME_RATE * min(step):
+            said = f"as many rows on both sides: compared row by row, though times differ by {lapse:.3g} s"
+            return truth, other, (said,)
     grid = truth.times
     if truth.frames > 1 and other.frames > 1 and step[1] > 1.25 * step[0]:
         before = np.arange(other.times[0], truth.times[0] - 1e-9, -step[1])[1:][::-1]
@@ -211,8 +214,13 @@ def _in_step(truth: Postures, other: Postures) -> tuple[Postures, Postures, tupl
             f"a comparison needs common times, came {other.times[0]:g} to {other.times[-1]:g} s where the truth "
             f"has {truth.times[0]:g} to {truth.times[-1]:g} s"
         )
-    note = f"{other.frames} rows where the truth has {truth.frames}: compared at {len(grid)} times, between samples"
-    return _at(truth, grid), _at(other, grid), (f"{note} on a straight line",)
+    note = f"{_rows(other)} where the truth has {_rows(truth)}: compared at {counted(len(grid), 'time')}"
+    return _at(truth, grid), _at(other, grid), (f"{note}, between samples on a straight line",)
+
+
+def _rows(postures: Postures) -> str:
+    rate = f" at {postures.fps:.4g} Hz" if np.isfinite(postures.fps) else ""
+    return f"{counted(postures.frames, 'row')}{rate}"
 
 
 def _at(postures: Postures, times: Floats) -> Postures:
