@@ -11,7 +11,7 @@ from motionmend.bodies.motion import Motion
 from motionmend.bodies.performer import LANDMARKS
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.rig import motion_landmarks
-from motionmend.io import read
+from motionmend.io import read, write
 from motionmend.io.joint_table import write_joint_table
 
 
@@ -104,6 +104,26 @@ def test_joints_against_joint_angles(cli: Command, library: Path, tmp_path: Path
     assert facts["kind"] == "joints"
     assert facts["mean_cm"] < 0.01
     assert any("rigid" in note for note in facts["notes"])
+
+
+def test_an_amc_and_the_bvh_made_of_it_are_compared_by_their_joints(
+    cli: Command, library: Path, tmp_path: Path
+) -> None:
+    for name in ("clean", "take"):
+        write(tmp_path / f"{name}.bvh", read(library / f"{name}.amc"))
+    same = json.loads(cli("compare", library / "clean.amc", tmp_path / "clean.bvh", "--json").out)
+    assert (same["kind"], same["missing"]["samples"]) == ("joints", 0)
+    assert max(same["mean_cm"], same["rms_deg"]) < 1e-4
+    direct = json.loads(cli("compare", library / "clean.amc", library / "take.amc", "--json").out)
+    facts = json.loads(cli("compare", library / "clean.amc", tmp_path / "take.bvh", "--json").out)
+    assert abs(facts["mean_cm"] - direct["mean_cm"]) < 1e-3 * direct["mean_cm"]
+    assert direct["rms_deg"] < facts["rms_deg"] < 2 * direct["rms_deg"]  # a joint has up to three channels
+    assert set(facts["mean_cm_by_joint"]) == set(direct["mean_cm_by_joint"])
+    ran = cli("compare", library / "clean.amc", tmp_path / "take.bvh")
+    assert ran.code == 0
+    assert "note" in ran.out
+    assert "joints of the same name" in ran.out
+    assert f"{facts['rms_deg']:.3g} degrees" in ran.out
 
 
 def test_joints_are_not_compared_with_angles(cli: Command, library: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from .metrics import bone_drift, jitter, position_error
 FAR = 0.15  # m; a joint farther from the truth than this is lost
 UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere
 _GAP = 2.5  # frames; between samples farther apart than this nothing is interpolated
+_OTHER_AXES_DEG, _OTHER_AXES_M = 15.0, 0.5  # a recording turned or moved by more lies in other axes
 _SAME_RATE = 1.05  # times another; rates of one recording as two clocks tell them
 _LAPSE = 0.5  # of a frame; rows whose times differ by more are worth a sentence
 
@@ -67,7 +68,7 @@ class JointComparison:
         return {"kind": values.pop("kind"), **values, "notes": list(self.notes)}
 
 
-def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> JointComparison:
+def compare_joints(truth: Postures, other: Postures, *, align: bool | None = False) -> JointComparison:
     """Compare joint positions with the truth, sample by sample.
 
     Joints are matched by name; where no name is the same, by what they mean on a body. A joint of the truth that the
@@ -77,7 +78,8 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> 
     Parameters
     ----------
     truth, other : positions in the same axes.
-    align : the axes are others: bring the other to the truth's by one rigid motion, never a mirroring.
+    align : the axes are others: bring the other to the truth's by one rigid motion, never a mirroring. None: where
+        that is a motion so large that the axes cannot be the same.
 
     Raises
     ------
@@ -87,7 +89,7 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> 
     place, notes = _matching(truth.names, other.names)
     truth, other, said = _in_step(truth, other)
     notes += said
-    other, said = _aligned(truth, other, place) if align else _upright_alike(truth, other, place)
+    other, said = _upright_alike(truth, other, place) if align is False else _aligned(truth, other, place, align)
     notes += said
     true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
     other_at = np.where((place >= 0)[None, :, None], other.positions[:, place], np.nan)
@@ -165,12 +167,21 @@ def _upright_alike(truth: Postures, other: Postures, place: Ints) -> tuple[Postu
     return best[2], (f"one has y up, the other y down: the other's {best[1]} changed sign",)
 
 
-def _aligned(truth: Postures, other: Postures, place: Ints) -> tuple[Postures, tuple[str, ...]]:
+def _aligned(truth: Postures, other: Postures, place: Ints, align: bool | None) -> tuple[Postures, tuple[str, ...]]:
     """The other in the truth's axes, by the rigid motion that brings all joints of all frames nearest."""
     matched = np.flatnonzero(place >= 0)
     source = other.positions[:, place[matched]].reshape(-1, 3)
     turn, shift = rigid_fit(source, truth.positions[:, matched].reshape(-1, 3))
     moved = other.with_positions(other.positions @ turn.T + shift)
+    if align is None:
+        turned = float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0))))
+        carried = _mean(np.linalg.norm(moved.positions - other.positions, axis=2))
+        if turned < _OTHER_AXES_DEG and carried < _OTHER_AXES_M:
+            return other, ()
+        return moved, (
+            f"the other was brought to the truth's axes by one rigid motion: turned by {turned:.3g} degrees, its "
+            f"joints moved by {carried:.3g} m",
+        )
     return moved, ("the other was brought to the truth's axes by one rigid motion",)
 
 
