@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import FileError, MismatchError, counted
+from .denoise import LOST
 from .folders import housed, new_folders
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from .denoise import Repair
     from .pipeline_config import PipelineConfig
     from .track import Follow
-
-LOST = 0.10  # m; a deviation that says that a joint was not seen but held
 
 
 def pipeline(
