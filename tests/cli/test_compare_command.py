@@ -11,7 +11,7 @@ from motionmend.bodies.motion import Motion
 from motionmend.bodies.performer import LANDMARKS
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.rig import motion_landmarks
-from motionmend.io import read
+from motionmend.io import read, write
 from motionmend.io.joint_table import write_joint_table
 
 
@@ -53,12 +53,12 @@ def test_what_cannot_be_compared_is_one_line(cli: Command, library: Path, takes:
     assert cli("compare", library / "clean.amc", takes).code == 2
 
 
-def joints(path: Path, shift: float, frames: int = 20, std: float | None = None) -> Path:
+def joints(path: Path, shift: float, frames: int = 20, std: float | None = None, fps: float = 30.0) -> Path:
     rng = np.random.default_rng(0)
-    xyz = rng.normal(size=(1, 3, 3)) + 0.1 * np.sin(np.arange(frames) / 5)[:, None, None]
+    xyz = rng.normal(size=(1, 3, 3)) + 0.1 * np.sin(6.0 * np.arange(frames) / fps)[:, None, None]
     spread = None if std is None else np.full((frames, 3), std)
     names = ("pelvis", "head", "l_wrist")
-    write_joint_table(path, Postures(names, xyz + np.array([shift, 0.0, 0.0]), np.arange(frames) / 30, std=spread))
+    write_joint_table(path, Postures(names, xyz + np.array([shift, 0.0, 0.0]), np.arange(frames) / fps, std=spread))
     return path
 
 
@@ -73,6 +73,16 @@ def test_tables_of_joints(cli: Command, tmp_path: Path) -> None:
     assert ran.code == 0
     assert "3 cm" in ran.out
     assert "0 %" in ran.out
+
+
+def test_tables_of_other_rates_are_compared_in_time_and_that_is_said(cli: Command, tmp_path: Path) -> None:
+    truth, other = joints(tmp_path / "truth.csv", 0.0, 40), joints(tmp_path / "other.csv", 0.03, 40, fps=60.0)
+    for pair in ((truth, other), (other, truth)):
+        facts = json.loads(cli("compare", *pair, "--json").out)
+        assert abs(facts["mean_cm"] - 3) < 0.3
+        assert round(facts["fps"]) == 30
+        assert "40 rows at" in facts["notes"][0]
+    assert "compared at 40 times" in cli("compare", truth, other).out
 
 
 def test_a_folder_of_tables(cli: Command, tmp_path: Path) -> None:
@@ -94,6 +104,26 @@ def test_joints_against_joint_angles(cli: Command, library: Path, tmp_path: Path
     assert facts["kind"] == "joints"
     assert facts["mean_cm"] < 0.01
     assert any("rigid" in note for note in facts["notes"])
+
+
+def test_an_amc_and_the_bvh_made_of_it_are_compared_by_their_joints(
+    cli: Command, library: Path, tmp_path: Path
+) -> None:
+    for name in ("clean", "take"):
+        write(tmp_path / f"{name}.bvh", read(library / f"{name}.amc"))
+    same = json.loads(cli("compare", library / "clean.amc", tmp_path / "clean.bvh", "--json").out)
+    assert (same["kind"], same["missing"]["samples"]) == ("joints", 0)
+    assert max(same["mean_cm"], same["rms_deg"]) < 1e-4
+    direct = json.loads(cli("compare", library / "clean.amc", library / "take.amc", "--json").out)
+    facts = json.loads(cli("compare", library / "clean.amc", tmp_path / "take.bvh", "--json").out)
+    assert abs(facts["mean_cm"] - direct["mean_cm"]) < 1e-3 * direct["mean_cm"]
+    assert direct["rms_deg"] < facts["rms_deg"] < 2 * direct["rms_deg"]  # a joint has up to three channels
+    assert set(facts["mean_cm_by_joint"]) == set(direct["mean_cm_by_joint"])
+    ran = cli("compare", library / "clean.amc", tmp_path / "take.bvh")
+    assert ran.code == 0
+    assert "note" in ran.out
+    assert "joints of the same name" in ran.out
+    assert f"{facts['rms_deg']:.3g} degrees" in ran.out
 
 
 def test_joints_are_not_compared_with_angles(cli: Command, library: Path, tmp_path: Path) -> None:

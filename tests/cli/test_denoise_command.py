@@ -10,7 +10,9 @@ import pytest
 from commands import Command, files_below
 
 from motionmend.bodies.motion import Markers, Motion
+from motionmend.bodies.postures import Postures
 from motionmend.io import read, write
+from motionmend.io.joint_table import read_joint_table, write_joint_table
 
 AMC = "amc.mend"
 
@@ -405,3 +407,33 @@ def test_a_recording_without_a_sample_is_left_open_whole(cli: Command, library: 
     ran = cli("denoise", tmp_path / "gone.c3d", "-m", library / "c3d.mend", "-o", tmp_path / "out.c3d")
     assert ran.code == 0
     assert "100 % left open" in ran.err
+
+
+def test_what_a_table_says_of_its_joints_stays_in_it(cli: Command, tmp_path: Path) -> None:
+    rng, names, frames = np.random.default_rng(0), ("pelvis", "head", "l_wrist", "r_wrist"), 240
+    clean = rng.normal(size=(1, 4, 3)) + 0.2 * np.sin(np.arange(frames) / 10)[:, None, None]
+    seen = clean + rng.normal(0, 0.005, clean.shape)
+    seen[60:66] = seen[120:200] = np.nan  # nobody, for a moment and for long
+    seen[20:30, 2] = np.nan
+    std = np.where(np.isfinite(seen).all(axis=2), 0.01, np.nan)
+    seen[30:36, 3] += 0.5
+    std[30:36, 3] = 0.2  # held where it was last
+    state = rng.integers(0, 3, (frames, 4)).astype(np.uint8)
+    given = Postures(names, seen, np.arange(frames) / 30, state=state, std=std, reliability=rng.random((frames, 4)))
+    write_joint_table(tmp_path / "seen.csv", given)
+    ran = cli("denoise", tmp_path / "seen.csv", "-o", tmp_path / "clean.csv")
+    assert ran.code == 0
+    found = read_joint_table(tmp_path / "clean.csv")
+    np.testing.assert_array_equal(found.state, state)
+    np.testing.assert_allclose(found.reliability, given.reliability, atol=1e-8)
+    np.testing.assert_array_equal(found.times, read_joint_table(tmp_path / "seen.csv").times)
+    assert found.present[:120].all()
+    assert not found.present[145:175].any()
+    assert found.std is not None
+    np.testing.assert_array_equal(np.isfinite(found.std), found.present)
+    assert (found.std[found.present] < 0.10).all()
+    assert (found.std[given.present & (std < 0.1)] >= 0.01 - 1e-9).all()
+    assert np.linalg.norm(found.positions[30:36, 3] - clean[30:36, 3], axis=1).max() < 0.05
+    counts = json.loads((tmp_path / "clean.mend.json").read_text())["channels"]["r_wrist"]
+    assert counts["left_open"] == int((~found.present[:, 3]).sum()) > 30
+    assert "without anybody" in ran.err

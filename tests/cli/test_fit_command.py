@@ -4,10 +4,12 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 from commands import Command, files_below
 
 from motionmend import samples
-from motionmend.io import write
+from motionmend.bodies.motion import Markers
+from motionmend.io import read, write
 from motionmend.models import load_model
 
 
@@ -82,3 +84,21 @@ def test_a_clip_too_short_for_a_window_is_named(cli: Command, library: Path, tmp
     assert alone.code == 1
     assert "n.mend not written" in alone.failures[0]
     assert "short.amc" in alone.err
+
+
+def test_clips_of_other_channels_are_named_with_what_differs(cli: Command, library: Path, tmp_path: Path) -> None:
+    markers = read(library / "clean.c3d")
+    assert isinstance(markers, Markers)
+    few = Markers((*markers.names[1:], "TAIL"), np.roll(markers.positions, -1, axis=1), markers.fps, up=markers.up)
+    write(tmp_path / "few.c3d", few)
+    ran = cli("fit", "denoiser", library / "clean.c3d", tmp_path / "few.c3d", "-o", tmp_path / "m.mend")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    said = f"lacks {markers.names[0].upper()} and adds TAIL"
+    assert f"{tmp_path / 'few.c3d'} does not go with {library / 'clean.c3d'}: " in ran.failures[0]
+    assert said in ran.failures[0]
+    out = tmp_path / "most.mend"
+    ran = cli("fit", "denoiser", library / "c3d", tmp_path / "few.c3d", "-o", out, "--jobs", "1")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert "few.c3d" in ran.failures[0]
+    assert said in ran.failures[0]
+    assert out.exists()

@@ -146,10 +146,13 @@ def test_what_is_there_is_kept_forced_or_resumed(takes: Path, force: bool, resum
     job = Job(takes / "b.amc", takes / "out.amc", takes / "out")
     fresh = ready(job, inputs, [".mend.json"], force=force, resume=resume)
     assert fresh == job
-    (takes / "out.mend.json").touch()
+    (takes / "out.mend.json").write_text("{}")
     sidecar = ready(job, inputs, [".mend.json"], force=force, resume=resume)
     assert sidecar == job if force or resume else isinstance(sidecar, Refusal)
-    (takes / "out.amc").touch()
+    (takes / "out.amc").touch()  # by a copy that was cut off, say
+    emptied = ready(job, inputs, [".mend.json"], force=force, resume=resume)
+    assert emptied == job if force or resume else isinstance(emptied, Refusal)
+    (takes / "out.amc").write_text("done")
     again = ready(job, inputs, [".mend.json"], force=force, resume=resume)
     if resume:
         assert isinstance(again, Job)

@@ -40,6 +40,18 @@ def test_markers(cli: Command, library: Path) -> None:
     assert 0.04 < facts["share_missing"] < 0.06
 
 
+def test_a_stated_rate_stands_and_another_that_is_given_is_told_of(cli: Command, takes: Path, tmp_path: Path) -> None:
+    stated = takes / "stated.amc"
+    stated.write_text(":SAMPLES-PER-SECOND 60\n" + (takes / "take.amc").read_text())
+    assert cli("denoise", stated, "-o", tmp_path / "x.amc", "--fps", "30", "--method", "linear").code == 0
+    for file in (stated, tmp_path / "x.amc"):
+        ran = cli("inspect", file, "--fps", "30", "--json")
+        facts = json.loads(ran.out)
+        assert (facts["fps"], facts["duration"]) == (60, 4)
+        assert "30 Hz given were not used" in ran.err
+    assert json.loads(cli("inspect", takes / "take.amc", "--fps", "30", "--json").out)["fps"] == 30
+
+
 def test_euler_jumps_are_found_where_they_were_put(cli: Command, takes: Path) -> None:
     lines = (takes / "day2" / "clean.amc").read_text().splitlines()
     feet = [n for n, line in enumerate(lines) if line.startswith("head ")]

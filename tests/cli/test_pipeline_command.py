@@ -160,6 +160,21 @@ def test_what_is_there_stays_unless_forced_and_resume_skips(cli: Command, takes:
     assert (tmp_path / "seen.csv").read_bytes() == before
 
 
+def test_takes_of_one_name_keep_their_sidecars_apart(cli: Command, clip: Motion, tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    for name in ("walk.amc", "walk.bvh"):
+        write(tmp_path / "in" / name, clip)
+    write(tmp_path / "in" / "marked.c3d", samples.markers(clip))
+    ran = cli("pipeline", tmp_path / "in", "-o", tmp_path / "out", "--jobs", "1")
+    assert (ran.code, ran.failures) == (0, [])
+    sidecars = {one.name: json.loads(one.read_text())["output"] for one in (tmp_path / "out").glob("*.mend.json")}
+    assert sidecars == {
+        "walk.amc.mend.json": "walk.amc",
+        "walk.bvh.mend.json": "walk.bvh",
+        "marked.mend.json": "marked.c3d",
+    }
+
+
 def test_outputs_inside_the_folder_of_takes_are_no_takes(cli: Command, takes: Path, tmp_path: Path) -> None:
     (tmp_path / "takes").mkdir()
     (tmp_path / "takes" / "seen.csv").write_bytes((takes / "takes" / "seen.csv").read_bytes())

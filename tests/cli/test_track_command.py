@@ -131,7 +131,7 @@ def test_a_frame_without_the_person_is_said_to_be_so(cli: Command, studio: Path,
 
 
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:
-    body = tmp_path / "body.json"
+    body = tmp_path / "people" / "new" / "body.json"
     given = ["track", studio / "take", "-m", studio / "m.mend", "--body", body, "--start", studio / "start.csv"]
     assert cli(*given, "-o", tmp_path / "a.csv").code == 0
     stored = body.read_bytes()
@@ -226,6 +226,8 @@ def test_bad_folders_are_a_line_each_and_the_others_are_done(cli: Command, studi
         assert sum(kind in line for line in ran.failures) == 1, kind
     assert files_below(tmp_path / "out") == {"take.csv", "take.mend.json"}
     assert any("nobody" in line for line in ran.failures)
+    assert cli("track", *bad, *known, "-o", tmp_path / "new" / "out", "--jobs", "1").code == 1
+    assert not (tmp_path / "new").exists()
 
 
 def test_nothing_is_overwritten_and_what_is_finished_is_skipped(cli: Command, studio: Path, tmp_path: Path) -> None:
@@ -259,10 +261,16 @@ def test_bad_usage(cli: Command, studio: Path, more: list[str], said: str) -> No
 def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: Path, tmp_path: Path) -> None:
     (tmp_path / "start.csv").write_text("time,nose_x,nose_y,nose_z\n0,1,2,3\n")
     (tmp_path / "body.json").write_text("{}")
+    shutil.copy(studio / "truth.csv", tmp_path / "rows.csv")  # more than one row
     given = ["track", studio / "take", "-o", tmp_path / "o.csv"]
     for more, said in (
         (["-m", studio / "m.mend", "--start", tmp_path / "start.csv"], "start.csv"),
+        (
+            ["-m", studio / "m.mend", "--start", tmp_path / "rows.csv"],
+            f"rows.csv: one row was wanted, the pose of frame 0, came {FRAMES}",
+        ),
         (["-m", studio / "m.mend", "--body", tmp_path / "body.json"], "body.json"),
+        (["-m", studio / "m.mend", "--body", tmp_path / "body.json" / "a" / "b.json"], "b.json: its folder"),
         (["-m", library / "amc.mend"], "amc.mend"),
         (["-m", tmp_path / "none.mend"], "none.mend"),
     ):

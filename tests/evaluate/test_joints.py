@@ -98,6 +98,26 @@ def test_other_rates_are_compared_in_time(ours: float, theirs: float) -> None:
     assert found.mean_cm is not None
     assert found.mean_cm < 0.5  # a straight line between samples of a swing
     assert len(found.notes) == 1
+    assert "on a straight line" in found.notes[0]
+
+
+@pytest.mark.parametrize(("ours", "theirs", "lacking"), [(30.0, 60.0, 1 / 2), (60.0, 30.0, 0.0), (30.0, 100.0, 0.7)])
+def test_as_many_rows_at_another_rate_are_compared_in_time(ours: float, theirs: float, lacking: float) -> None:
+    truth, other = postures(frames=120, fps=ours), postures(frames=120, fps=theirs)
+    found = compare_joints(truth, other)
+    assert found.mean_cm is not None
+    assert found.mean_cm < 0.5
+    assert found.missing["share"] == pytest.approx(lacking, abs=0.01)
+    assert f"120 rows at {theirs:g} Hz where the truth has 120 rows at {ours:g} Hz" in found.notes[0]
+
+
+@pytest.mark.parametrize("other", [postures(fps=29.97).times, postures().times + 0.5, np.zeros(30)])
+def test_as_many_rows_by_another_clock_are_compared_row_by_row(other: np.ndarray) -> None:
+    truth = postures()
+    late = Postures(NAMES, truth.positions, other + 10.0)
+    found = compare_joints(truth, late)
+    assert found.mean_cm == 0
+    assert "row by row" in found.notes[0]
 
 
 def test_a_recording_that_ends_early_lacks_the_rest() -> None:

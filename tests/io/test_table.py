@@ -1,5 +1,6 @@
 """Our own table of markers."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,11 +84,25 @@ def test_a_real_recording_survives(data: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(read.positions, made.positions, atol=1e-8)
 
 
-def test_columns_beside_the_positions_are_said(tmp_path: Path) -> None:
-    text = "time,head_x,head_y,head_z,head_std,head_reliability,head_state\n0,1,2,3,0.01,1,2\n0.1,1,2,3,0.01,1,2\n"
+def test_columns_beside_the_positions_come_through(tmp_path: Path) -> None:
+    text = "time,head_x,head_y,head_z,head_std,head_reliability,head_state\n0,1,2,3,0.01,1,2\n0.1,1,2,3,0.01,1,1\n"
     read = read_table(written(tmp_path, text))
     assert read.names == ("head",)
-    assert any("3 columns beside the positions" in guess for guess in read.guesses)
+    assert not any("beside" in guess for guess in read.guesses)
+    write_table(tmp_path / "again.csv", read)
+    assert (tmp_path / "again.csv").read_text() == text
+    gone = replace(read, positions=np.array([read.positions[0], [[np.nan] * 3]]))
+    write_table(tmp_path / "gap.csv", gone)
+    assert (tmp_path / "gap.csv").read_text().splitlines()[-1] == "0.1,,,,,1,1"
+    write_table(tmp_path / "half.csv", replace(read, positions=read.positions[:1]))
+    assert "std" not in (tmp_path / "half.csv").read_text()
+
+
+def test_columns_that_make_no_sense_beside_the_positions_are_said(tmp_path: Path) -> None:
+    text = "time,head_x,head_y,head_z,head_state\n0,1,2,3,7\n0.1,1,2,3,2\n"
+    assert any(
+        "1 column beside" in guess and "_state" in guess for guess in read_table(written(tmp_path, text)).guesses
+    )
 
 
 def test_uneven_times(tmp_path: Path) -> None:

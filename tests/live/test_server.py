@@ -6,6 +6,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from contextlib import suppress
 
 import msgpack
 import numpy as np
@@ -19,7 +20,8 @@ from motionmend.bodies.postures import Postures
 from motionmend.errors import FileError
 from motionmend.live.address import Address
 from motionmend.live.mailbox import MOST_FRAMES
-from motionmend.live.server import Server
+from motionmend.live.messages import MOST_BYTES
+from motionmend.live.server import HARD_BYTES, Server
 from motionmend.live.warm import standing
 
 
@@ -138,10 +140,24 @@ def test_hostile_messages_are_answered_with_errors_and_hurt_nobody_else(live, mo
 def test_a_message_without_end_ends_its_own_session_only(live):
     joints = moving(KINECT20, 1)[0]
     with client(live.url) as good, client(live.url) as bad:
-        bad.send(bytes(2_000_000))
+        with suppress(ConnectionClosed):  # the server may hang up before it has come
+            bad.send(bytes(HARD_BYTES + 1))
         with pytest.raises(ConnectionClosed):
             bad.recv(timeout=10)
         assert ask(good, frame(0, joints))["seq"] == 0
+
+
+@pytest.mark.parametrize("size", [MOST_BYTES + 1, 2_000_000, HARD_BYTES])
+@pytest.mark.parametrize("form", [bytes, lambda size: "[" * size])
+def test_a_message_that_is_too_long_is_refused_and_its_session_goes_on(live, size, form):
+    joints = moving(KINECT20, 2)
+    with client(live.url) as connection:
+        assert ask(connection, frame(0, joints[0]))["seq"] == 0
+        connection.send(form(size))
+        reply = connection.recv(timeout=10)
+        said = json.loads(reply) if isinstance(reply, str) else unpack(reply)
+        assert f"{MOST_BYTES:,} bytes" in said["error"]
+        assert ask(connection, frame(1, joints[1]))["seq"] == 1
 
 
 def test_a_frame_before_hello_is_refused_and_a_refused_hello_opens_nothing(live):

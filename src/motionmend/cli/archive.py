@@ -89,15 +89,15 @@ class Survey:
         """
         by_size = sorted(self.groups.values(), key=lambda alike: -len(alike.clips))
         most, others = by_size[0], by_size[1:]
-        whole = most.sketch
-        if 2 * len(most.clips) <= sum(len(alike.clips) for alike in by_size):
-            for alike in others:
-                whole = whole + alike.sketch
+        common = 2 * len(most.clips) > sum(len(alike.clips) for alike in by_size)
         failures = []
         for alike in others:
             try:
-                whole + alike.sketch
+                most.sketch + alike.sketch
             except MismatchError as error:
+                if not common:
+                    one, first = alike.clips[0].path, most.clips[0].path
+                    raise MismatchError(f"{one} does not go with {first}: {error}") from None
                 failures += [(clip.path, Failure("MismatchError", str(error), "")) for clip in alike.clips]
         return most, failures
 

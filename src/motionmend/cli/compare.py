@@ -39,7 +39,8 @@ def compare(
     """Compare recordings with the truth: errors in degrees and centimetres, jitter, bone drift, foot skate.
 
     Joint angles (.amc, .bvh), markers (.c3d, .trc, .csv), or joints: the tables `track` and `correct` write and what
-    sensors report; of joints also the 95 % quantile and the share farther off than 15 cm.
+    sensors report; of joints also the 95 % quantile and the share farther off than 15 cm. Joint angles whose channels
+    have other names, as an .amc and the .bvh made of it, are compared by the joints both have.
 
     What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
     missing angle as the truth's mean over time, or as the channel's others if they err more, and a missing marker as
@@ -71,16 +72,19 @@ def _pairs(truth: Path, other: Path, endings: "tuple[str, ...]") -> tuple[list[P
 
 
 def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
-    """What `evaluate.compare` or `evaluate.compare_joints` finds for one pair."""
-    from ..evaluate import compare
+    """What `evaluate.compare`, `compare_joints` or `compare_skeletons` finds for one pair."""
+    from ..bodies.motion import Motion
+    from ..evaluate import compare, compare_skeletons
     from ..io import read
-    from .compare_joints import holds_joints, judge_joints
+    from .compare_joints import holds_joints, judge_joints, told
 
     if holds_joints(pair.truth) or holds_joints(pair.other):
         return judge_joints(pair.truth, pair.other, fps=fps, skeleton=skeleton)
     truth = read(pair.truth, fps=fps, skeleton=skeleton)
     other = read(pair.other, fps=fps, skeleton=skeleton)
     guesses = tuple(dict.fromkeys((*truth.guesses, *other.guesses)))
+    if isinstance(truth, Motion) and isinstance(other, Motion) and sorted(truth.channels) != sorted(other.channels):
+        return told(pair.truth, pair.other, compare_skeletons(truth, other).to_json(), guesses)
     found = compare(truth, other).to_json()
     facts = {"input": pair.other, "truth": pair.truth, **found, "guesses": guesses}
     return Done(facts, _table(facts), guesses=guesses)

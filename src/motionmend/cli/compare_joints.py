@@ -51,7 +51,11 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path 
     true, judged = (_read(path, fps, skeleton) for path in (truth, other))
     guesses = tuple(dict.fromkeys((*true.guesses, *judged.guesses)))
     align = any(ending(path) in _ANGLES for path in (truth, other))
-    found = compare_joints(true, judged, align=align).to_json()
+    return told(truth, other, compare_joints(true, judged, align=align).to_json(), guesses)
+
+
+def told(truth: Path, other: Path, found: Mapping[str, Any], guesses: tuple[str, ...]) -> Done:
+    """What was found of joints in two files, for people and programs."""
     facts = {"input": other, "truth": truth, **found, "guesses": guesses}
     return Done(facts, _table(facts), guesses=guesses)
 
@@ -90,10 +94,12 @@ def _of_angles(path: Path, fps: float | None, skeleton: Path | None) -> "Posture
 def _table(facts: Mapping[str, Any]) -> str:
     """The main numbers with their units, and where the error is largest."""
     missing, extra, jitter = facts["missing"], facts["extra"], facts["jitter"]
+    angle = facts.get("rms_deg")
     rows = [
         ("truth", str(facts["truth"])),
         ("other", str(facts["input"])),
         ("kind", f"joints, {counted(facts['frames'], 'frame')} at {facts['fps']:g} Hz"),
+        ("body joints, RMS", "" if angle is None else _value(angle, "degrees")),
         (
             "distance, mean",
             f"{_value(facts['mean_cm'], 'cm')} ({_value(facts['mean_cm_counting_missing'], 'cm')} counting what is "

@@ -7,6 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ..denoise import DenoiserModel
 
 DEFAULT_METHOD = "adaptive"
+LOST = 0.10  # m; a deviation that says that a joint was not seen but held
 
 
 def denoise(
@@ -72,9 +74,11 @@ def denoise(
 ) -> int:
     """Repair recordings: remove noise and outliers, fill what is missing.
 
-    Each output keeps its input's rate, frames and channels. Beside it stands NAME.mend.json: what each sample is
-    (measured, repaired, filled, left open), standard deviations in degrees and metres, model, options and cost.
-    Of all that is written only its last entry, "seconds", differs from run to run.
+    Each output keeps its input's rate, frames and channels; a table of joints (.csv) also what it says of them: states
+    and reliabilities as they are, deviations as they become, and what deviates by 0.10 m or more counts as not seen.
+    Frames in which nobody is seen are filled while that is surer than 0.10 m. Beside each output stands NAME.mend.json:
+    what each sample is (measured, repaired, filled, left open), standard deviations in degrees and metres, model,
+    options and cost. Of all that is written only its last entry, "seconds", differs from run to run.
     """
     _check(method, robust, max_std, lag, footskate, model)
     skeleton = skeleton and working.reachable(skeleton)
@@ -154,7 +158,10 @@ class Repair:
         start = perf_counter()
         recording = read(job.source, fps=self.fps, skeleton=self.skeleton)
         was_read = perf_counter() - start
-        repaired, seconds = self.timed(recording)
+        joints = joints_seen(recording)
+        repaired, seconds = self.timed(recording if joints is None else joints)
+        if joints is not None:
+            repaired = empty_where_nobody(joints, repaired)
         return self.save(job, recording, repaired, {"read": was_read, **seconds})
 
     def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":
@@ -253,6 +260,28 @@ class Repair:
             facts["model"] = f"{self.model_facts['file']}, SHA-256 {self.model_facts['sha256']}"
         named = [("before", recording), ("after", repaired.recording)]
         html_report(page, named, repaired=repaired, facts=facts)
+
+
+def joints_seen(recording: "Motion | Markers") -> "Markers | None":
+    """Joints of a table that says how sure it is of them, those that were held rather than seen missing; else None."""
+    from ..bodies.motion import Markers
+    from ..io.table import TableSource
+
+    source = recording.source
+    if not isinstance(recording, Markers) or not isinstance(source, TableSource) or source.beside is None:
+        return None
+    std, positions = source.beside.std, np.array(recording.positions)
+    if std is not None:
+        positions[std >= LOST] = np.nan
+    return replace(recording, positions=positions)
+
+
+def empty_where_nobody(joints: "Markers", repaired: "Repaired[Markers]") -> "Repaired[Markers]":
+    """The repair without what it filled into frames in which no joint is, unless that is as sure as a joint seen."""
+    from ..denoise.outcome import opened_where_unsure
+
+    nobody = ~joints.present.any(axis=1, keepdims=True)
+    return opened_where_unsure(repaired, np.where(nobody, LOST, inf), f"{LOST} m in frames without anybody")
 
 
 def _summed(counts: dict[str, int]) -> str:

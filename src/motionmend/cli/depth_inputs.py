@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending
+from .inputs import Input, Job, Refusal, ending, jobs_of
 
 FORMATS = ("csv", "bvh", "amc")
 _WHAT = "a depth recording (a folder with camera.json and depth/, or a UTD-MHAD *_depth.mat)"
@@ -72,7 +72,7 @@ def plan_depth(inputs: Sequence[Input], given: Sequence[Path], out: Path, form: 
     for target, count in Counter(map(os.path.normcase, targets)).items():
         if count > 1:
             raise UsageError(f"{count} recordings would all be written to {target}: give them apart")
-    return [Job(one.path, target, target.with_suffix("")) for one, target in zip(inputs, targets, strict=True)]
+    return jobs_of(inputs, targets)
 
 
 def _meant(path: Path, *, several: bool) -> list[Input] | Refusal:

@@ -150,6 +150,15 @@ def plan(
     for target, count in Counter(map(os.path.normcase, targets)).items():
         if count > 1:
             raise UsageError(f"{count} inputs would all be written to {target}: give them apart")
+    return jobs_of(inputs, targets)
+
+
+def jobs_of(inputs: Sequence[Input], targets: Sequence[Path]) -> list[Job]:
+    """The jobs of inputs and their outputs, none of which has another's name.
+
+    Files beside `walk.bvh` are called `walk.mend.json` and so on; where another output is `walk.amc`, theirs are
+    `walk.bvh.mend.json` and `walk.amc.mend.json`.
+    """
     stems = [target.with_suffix("") for target in targets]
     shared = Counter(map(os.path.normcase, stems))
     return [
@@ -162,8 +171,8 @@ def ready(job: Job, inputs: Sequence[Input], sidecars: Sequence[str], *, force: 
     """The job as it is to be done, or why it must not write what it would write.
 
     An output appears under its name only when it is complete: with `resume`, what is there with all that belongs
-    beside it is finished, and what lacks some of it is done again. Where the file beside it belongs to an output of the
-    same name in another format, its own gets the whole name.
+    beside it is finished, and what lacks some of it, or was emptied since, is done again. Where the file beside it
+    belongs to an output of the same name in another format, its own gets the whole name.
     """
     if any(_owner(job.beside(sidecar)) not in (None, job.target.name) for sidecar in sidecars):
         job = replace(job, stem=job.target)
@@ -173,7 +182,7 @@ def ready(job: Job, inputs: Sequence[Input], sidecars: Sequence[str], *, force: 
             return Refusal(job.source, f"the output {output} is a folder: choose another name with -o")
         if any(_same(output, one.path) for one in inputs):
             return Refusal(job.source, f"the output {output} is an input itself: choose another name with -o")
-    if resume and all(output.exists() for output in outputs):
+    if resume and all(output.exists() and output.stat().st_size for output in outputs):
         return replace(job, finished=True)
     there = next((output for output in outputs if output.exists()), None)
     if there is not None and not (force or resume):

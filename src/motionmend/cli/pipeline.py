@@ -11,6 +11,8 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import FileError, MismatchError, counted
+from .denoise import LOST
+from .folders import housed, new_folders
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from .denoise import Repair
     from .pipeline_config import PipelineConfig
     from .track import Follow
-
-LOST = 0.10  # m; a deviation that says that a joint was not seen but held
 
 
 def pipeline(
@@ -63,19 +63,16 @@ def pipeline(
     found, refused = gather_takes(given, out)
     planned, barred = plan_takes(found, given, out, options.format, writing)
     chain, lacking = _chain(options, {take.kind for take in planned})
-    jobs = []
-    for take in planned:
-        if take.kind in lacking:
-            barred.append(Refusal(take.job.source, lacking[take.kind]))
-            continue
-        try:
-            take.job.target.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            why = f"the folder {take.job.target.parent} cannot be made: {error.strerror or error}"
-            barred.append(Refusal(take.job.source, why))
-            continue
-        jobs.append(take)
-    return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=[*refused, *barred])
+    with new_folders() as make:
+        jobs = []
+        for take in planned:
+            lacks = lacking.get(take.kind)
+            job = housed(take.job, make) if lacks is None else Refusal(take.job.source, lacks)
+            if isinstance(job, Refusal):
+                barred.append(job)
+            else:
+                jobs.append(take)
+        return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=[*refused, *barred])
 
 
 def _chain(options: "PipelineConfig", kinds: set[Kind]) -> "tuple[Chain, dict[Kind, str]]":

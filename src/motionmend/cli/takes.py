@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending, ready
+from .inputs import Input, Job, Refusal, ending, jobs_of, ready
 from .options import Writing
 from .output import say
 
@@ -140,8 +140,7 @@ def plan_takes(
     takes: list[Take] = []
     refused: list[Refusal] = []
     inputs = [one for one, _ in found]
-    for (one, kind), target in zip(found, targets, strict=True):
-        planned = Job(one.path, target, target.with_suffix(""))
+    for (_, kind), planned in zip(found, jobs_of(inputs, targets), strict=True):
         job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
         if isinstance(job, Refusal):
             refused.append(job)

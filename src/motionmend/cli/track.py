@@ -12,9 +12,10 @@ from .. import __version__
 from ..errors import FileError, UsageError, counted
 from .clock import began
 from .depth_inputs import FORMATS, gather_depth, plan_depth
+from .folders import housed, new_folders
 from .inputs import Job, Refusal, ready
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
-from .output import Done, say, work
+from .output import Done, work
 from .transform import write_json
 
 if TYPE_CHECKING:
@@ -77,29 +78,31 @@ def track(
     inputs, refused = gather_depth(folders)
     if start is not None and len(inputs) > 1:
         raise UsageError("--start is the first pose of one recording: leave it out for several")
-    jobs = []
-    for planned in plan_depth(inputs, folders, out, format):
-        job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
-        if isinstance(job, Refusal):
-            refused.append(job)
-            continue
-        try:
-            job.target.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            why = f"the folder {job.target.parent} cannot be made: {error.strerror or error}"
-            refused.append(Refusal(job.source, f"{why}: choose another place with -o"))
-            continue
-        jobs.append(job)
-    task = Follow(preset, settings.terms, began()).knowing(model, skeleton, body, start)
-    codes = []
-    while body is not None and task.performer is None and len(jobs) > 1:
-        # The first recording with somebody in it finds the body, whatever --jobs is, and all others use it.
-        alone = replace(working, jobs=1, cluster=None)
-        codes.append(work(task, jobs[:1], name=_source, working=alone, as_json=as_json))
-        jobs = jobs[1:]
-        task = task.knowing(model, skeleton, body, start)
-    codes.append(work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused))
-    return max(codes)
+    with new_folders() as make:
+        jobs = []
+        for planned in plan_depth(inputs, folders, out, format):
+            job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
+            if isinstance(job, Job):
+                job = housed(job, make)
+            if isinstance(job, Refusal):
+                refused.append(job)
+            else:
+                jobs.append(job)
+        if body is not None:
+            try:
+                make(body.parent)
+            except OSError as error:
+                raise FileError(f"{body}: its folder cannot be made: {error.strerror or error}") from None
+        task = Follow(preset, settings.terms, began()).knowing(model, skeleton, body, start)
+        codes = []
+        while body is not None and task.performer is None and len(jobs) > 1:
+            # The first recording with somebody in it finds the body, whatever --jobs is, and all others use it.
+            alone = replace(working, jobs=1, cluster=None)
+            codes.append(work(task, jobs[:1], name=_source, working=alone, as_json=as_json))
+            jobs = jobs[1:]
+            task = task.knowing(model, skeleton, body, start)
+        codes.append(work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused))
+        return max(codes)
 
 
 def _settings(preset: str, terms: str | None) -> Any:
@@ -296,8 +299,8 @@ def _landmarks(path: Path) -> "Floats":
     strange = [name for name in table.names if name not in LANDMARKS]
     if strange:
         raise FileError(f"{path}: wanted joints of {', '.join(LANDMARKS)}, came {', '.join(strange[:5])}")
-    if table.frames > 1:
-        say(f"guess ({path}): {table.frames} rows, the first is taken for frame 0")
+    if table.frames != 1:
+        raise FileError(f"{path}: one row was wanted, the pose of frame 0, came {table.frames}: keep that one alone")
     found = np.full((len(LANDMARKS), 3), np.nan)
     for name, place in zip(table.names, table.positions[0], strict=True):
         found[LANDMARKS.index(name)] = place

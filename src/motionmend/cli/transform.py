@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..batch import Task
+from .folders import housed, new_folders
 from .inputs import Input, Job, Refusal, gather, plan, ready
 from .options import Working, Writing
 from .output import Done, json_line, say, work
@@ -41,19 +42,16 @@ def transform(
     inputs, refused = gather(files, forms.readable, forms.what, forms.meant)
     inputs = _without(out, inputs, files)
     jobs = []
-    for planned in plan(forms.placed(inputs), files, out, forms.writable, forms.otherwise):
-        job = ready(planned, inputs, sidecars, force=writing.force, resume=writing.resume)
-        if isinstance(job, Refusal):
-            refused.append(job)
-        else:
-            try:
-                job.target.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                why = f"the folder {job.target.parent} cannot be made: {error.strerror or error}"
-                refused.append(Refusal(job.source, f"{why}: choose another place with -o"))
-                continue
-            jobs.append(job)
-    return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused)
+    with new_folders() as make:
+        for planned in plan(forms.placed(inputs), files, out, forms.writable, forms.otherwise):
+            job = ready(planned, inputs, sidecars, force=writing.force, resume=writing.resume)
+            if isinstance(job, Job):
+                job = housed(job, make)
+            if isinstance(job, Refusal):
+                refused.append(job)
+            else:
+                jobs.append(job)
+        return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused)
 
 
 @dataclass(frozen=True)

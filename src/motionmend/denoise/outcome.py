@@ -122,12 +122,16 @@ def pca_outcome(markers: Markers) -> Repaired[Markers]:
     )
 
 
-def opened_where_unsure(outcome: Repaired[Recording], max_std: float) -> Repaired[Recording]:
+def opened_where_unsure(
+    outcome: Repaired[Recording], max_std: float | Floats, limit: str = "the limit"
+) -> Repaired[Recording]:
     """Leave filled samples open whose standard deviation exceeds a limit, and say which gaps they were.
 
     Parameters
     ----------
-    max_std : rad for the angles of motions (their translations stay), m for markers.
+    max_std : of all samples, or of each, (T, C) or what becomes that by broadcasting; rad for the angles of motions
+        (their translations stay), m for markers.
+    limit : what it is called.
     """
     recording = outcome.recording
     unsure = (outcome.origin == Origin.FILLED) & (outcome.std > max_std)
@@ -140,7 +144,7 @@ def opened_where_unsure(outcome: Repaired[Recording], max_std: float) -> Repaire
     hit = unsure.any(axis=0)
     names = [name for name, here in zip(recording.channels, hit, strict=True) if here]
     said = (
-        f"{int(unsure.sum())} filled samples were left open again, their deviation being above the limit: "
+        f"{int(unsure.sum())} filled samples were left open again, their deviation being above {limit}: "
         f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"
     )
     return replace(

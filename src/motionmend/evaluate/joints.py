@@ -9,12 +9,14 @@ from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
 from ..bodies.rigid import rigid_fit
-from ..errors import MismatchError
+from ..errors import MismatchError, counted
 from .metrics import bone_drift, jitter, position_error
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
 UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere
 _GAP = 2.5  # frames; between samples farther apart than this nothing is interpolated
+_OTHER_AXES_DEG, _OTHER_AXES_M = 15.0, 0.5  # a recording turned or moved by more lies in other axes
+_SAME_RATE = 1.05  # times another; rates of one recording as two clocks tell them
 _LAPSE = 0.5  # of a frame; rows whose times differ by more are worth a sentence
 
 
@@ -66,17 +68,18 @@ class JointComparison:
         return {"kind": values.pop("kind"), **values, "notes": list(self.notes)}
 
 
-def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> JointComparison:
+def compare_joints(truth: Postures, other: Postures, *, align: bool | None = False) -> JointComparison:
     """Compare joint positions with the truth, sample by sample.
 
     Joints are matched by name; where no name is the same, by what they mean on a body. A joint of the truth that the
-    other lacks counts as missing. As many rows on both sides are compared row by row; otherwise both are taken at the
-    times of the slower one, between samples on a straight line.
+    other lacks counts as missing. As many rows on both sides at one rate are compared row by row, as clocks may begin
+    at other times; otherwise both are taken at the times of the slower one, between samples on a straight line.
 
     Parameters
     ----------
     truth, other : positions in the same axes.
-    align : the axes are others: bring the other to the truth's by one rigid motion, never a mirroring.
+    align : the axes are others: bring the other to the truth's by one rigid motion, never a mirroring. None: where
+        that is a motion so large that the axes cannot be the same.
 
     Raises
     ------
@@ -86,7 +89,7 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool = False) -> 
     place, notes = _matching(truth.names, other.names)
     truth, other, said = _in_step(truth, other)
     notes += said
-    other, said = _aligned(truth, other, place) if align else _upright_alike(truth, other, place)
+    other, said = _upright_alike(truth, other, place) if align is False else _aligned(truth, other, place, align)
     notes += said
     true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
     other_at = np.where((place >= 0)[None, :, None], other.positions[:, place], np.nan)
@@ -164,12 +167,21 @@ def _upright_alike(truth: Postures, other: Postures, place: Ints) -> tuple[Postu
     return best[2], (f"one has y up, the other y down: the other's {best[1]} changed sign",)
 
 
-def _aligned(truth: Postures, other: Postures, place: Ints) -> tuple[Postures, tuple[str, ...]]:
+def _aligned(truth: Postures, other: Postures, place: Ints, align: bool | None) -> tuple[Postures, tuple[str, ...]]:
     """The other in the truth's axes, by the rigid motion that brings all joints of all frames nearest."""
     matched = np.flatnonzero(place >= 0)
     source = other.positions[:, place[matched]].reshape(-1, 3)
     turn, shift = rigid_fit(source, truth.positions[:, matched].reshape(-1, 3))
     moved = other.with_positions(other.positions @ turn.T + shift)
+    if align is None:
+        turned = float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0))))
+        carried = _mean(np.linalg.norm(moved.positions - other.positions, axis=2))
+        if turned < _OTHER_AXES_DEG and carried < _OTHER_AXES_M:
+            return other, ()
+        return moved, (
+            f"the other was brought to the truth's axes by one rigid motion: turned by {turned:.3g} degrees, its "
+            f"joints moved by {carried:.3g} m",
+        )
     return moved, ("the other was brought to the truth's axes by one rigid motion",)
 
 
@@ -199,7 +211,9 @@ def _in_step(truth: Postures, other: Postures) -> tuple[Postures, Postures, tupl
         lapse = float(np.abs(truth.times - other.times).max())
         if lapse <= _LAPSE * step[0] or truth.frames == 1:
             return truth, other, ()
-        return truth, other, (f"as many rows on both sides: compared row by row, though times differ by {lapse:.3g} s",)
+        if not min(step) > 0 or max(step) <= _SAME_RATE * min(step):
+            said = f"as many rows on both sides: compared row by row, though times differ by {lapse:.3g} s"
+            return truth, other, (said,)
     grid = truth.times
     if truth.frames > 1 and other.frames > 1 and step[1] > 1.25 * step[0]:
         before = np.arange(other.times[0], truth.times[0] - 1e-9, -step[1])[1:][::-1]
@@ -211,8 +225,13 @@ def _in_step(truth: Postures, other: Postures) -> tuple[Postures, Postures, tupl
             f"a comparison needs common times, came {other.times[0]:g} to {other.times[-1]:g} s where the truth "
             f"has {truth.times[0]:g} to {truth.times[-1]:g} s"
         )
-    note = f"{other.frames} rows where the truth has {truth.frames}: compared at {len(grid)} times, between samples"
-    return _at(truth, grid), _at(other, grid), (f"{note} on a straight line",)
+    note = f"{_rows(other)} where the truth has {_rows(truth)}: compared at {counted(len(grid), 'time')}"
+    return _at(truth, grid), _at(other, grid), (f"{note}, between samples on a straight line",)
+
+
+def _rows(postures: Postures) -> str:
+    rate = f" at {postures.fps:.4g} Hz" if np.isfinite(postures.fps) else ""
+    return f"{counted(postures.frames, 'row')}{rate}"
 
 
 def _at(postures: Postures, times: Floats) -> Postures:

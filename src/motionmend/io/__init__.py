@@ -94,7 +94,8 @@ def write(path: str | os.PathLike[str], recording: Motion | Markers, *, repaired
     ----------
     path : .amc or .bvh for a Motion; .c3d, .trc or .csv for Markers.
     recording : a file of the same kind that it came from gives back everything that is not motion.
-    repaired : the repair that made it; a C3D file lists what was filled and replaced.
+    repaired : the repair that made it; a C3D file lists what was filled and replaced, a table has its deviations where
+        that had them from which the recording came.
 
     Raises
     ------
@@ -157,4 +158,4 @@ def _write_markers(file: Path, ending: str, markers: Markers, repaired: Repaired
     else:
         from .table import write_table
 
-        write_table(file, markers)
+        write_table(file, markers, repaired)

@@ -94,7 +94,7 @@ def read_amc(path: str | Path, asf: Asf | str | Path | None = None, fps: float |
     ----------
     path : the .amc.
     asf : its skeleton or where that lies; None looks for it beside the .amc, as `find_asf` does.
-    fps : Hz; None takes the file's own if it states one, else 120 Hz and says so in the guesses.
+    fps : Hz, for a file that states no rate; None takes 120 Hz then and says so in the guesses.
 
     Returns
     -------
@@ -123,12 +123,10 @@ def read_amc(path: str | Path, asf: Asf | str | Path | None = None, fps: float |
         guesses.append("the last line has no line break: should the file be cut off there, its last value is wrong")
     if fps is None and rate is None:
         guesses.append(f"no rate in .amc: took {USUAL_RATE:g} Hz; give --fps")
-    elif fps is not None and rate is not None and fps != rate:
-        guesses.append(f"the file states {rate:g} Hz, took {fps:g} Hz as given")
     source = AmcSource(asf, header, degrees, frames.bones, frames.numbers, frames.comments)
     q = frames.values
     q *= _unit(skeleton, asf, degrees)
-    return Motion(skeleton, q, fps or rate or USUAL_RATE, source, (*asf.guesses, *guesses))
+    return Motion(skeleton, q, rate or fps or USUAL_RATE, source, (*asf.guesses, *guesses))
 
 
 def write_amc(path: str | Path, motion: Motion) -> None:
@@ -253,7 +251,7 @@ def _read_header(header: str, asf: Asf, path: Path) -> tuple[bool, float | None,
             degrees = keyword == ":DEGREES"
         elif keyword == ":SAMPLES-PER-SECOND":
             try:
-                rate = finite(words[1])
+                rate = finite(words[1]) or None  # 0 states none
             except (IndexError, ValueError):
                 raise FileError(
                     f"{path}, line {number}: wanted the rate in Hz, came {shown(line)}; correct it"

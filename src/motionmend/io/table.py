@@ -1,32 +1,35 @@
 """Our own table of markers, .csv: `time,<marker>_x,<marker>_y,<marker>_z,...`.
 
 Seconds and metres with 9 significant digits, a blank cell for what is missing. The columns `_std`, `_reliability` and
-`_state` that tracking and correction add are let pass and not read.
+`_state` that tracking and correction add are kept in the source, and written again.
 """
 
 import csv
 import io
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bodies.motion import Markers
-from ..errors import FileError
+from ..bodies.motion import Markers, Origin, Repaired
+from ..bodies.postures import Postures
+from ..errors import FileError, counted
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
+from .joint_table import read_joint_table, write_joint_table
 from .vertical import up_of
 
 _WANTED = "a table with time,<marker>_x,<marker>_y,<marker>_z,..."
 _BESIDE = ("std", "reliability", "state")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TableSource:
-    """The time of a table's first row, s."""
+    """The time of a table's first row, s, and the table with what stands beside its positions, where anything does."""
 
     start: float
+    beside: Postures | None = None
 
 
 def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
@@ -57,14 +60,17 @@ def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Marker
     else:
         raise FileError(f"{name}: wanted two rows or more to tell the rate, came one; give it with --fps")
     positions = rows[:, columns].reshape(len(rows), len(names), 3)
+    joints = None
     if beside:
-        said += (f"{beside} columns beside the positions (_std, _reliability, _state) were not read",)
+        try:
+            joints = read_joint_table(path)
+        except FileError as error:
+            said += (f"{counted(beside, 'column')} beside the positions were not read: {error}",)
     said += unended(lines)
     up, up_guess = up_of(names, positions)
     start = float(rows[0, 0]) if np.isfinite(rows[0, 0]) else 0.0
-    return Markers(
-        names, positions, rate, up=up, source=TableSource(start), guesses=(*said, *((up_guess,) if up_guess else ()))
-    )
+    source = TableSource(start, joints)
+    return Markers(names, positions, rate, up=up, source=source, guesses=(*said, *((up_guess,) if up_guess else ())))
 
 
 def starts_as_table(path: str | os.PathLike[str]) -> bool:
@@ -76,13 +82,16 @@ def starts_as_table(path: str | os.PathLike[str]) -> bool:
     return titles[0] == "time" or any(title.endswith("_x") for title in titles)
 
 
-def write_table(path: str | os.PathLike[str], markers: Markers) -> None:
+def write_table(path: str | os.PathLike[str], markers: Markers, repaired: Repaired[Markers] | None = None) -> None:
     """Write markers to a table.
 
     Parameters
     ----------
     path : the .csv.
-    markers : positions in metres; times start as in the table they came from, else at 0.
+    markers : positions in metres; times start as in the table they came from, else at 0, and what stood there beside
+        the positions does so again.
+    repaired : the repair that made them. A filled sample has its deviation, any other the larger one of both: smoothing
+        does not take away what is wrong all the time.
 
     Raises
     ------
@@ -90,6 +99,10 @@ def write_table(path: str | os.PathLike[str], markers: Markers) -> None:
     """
     if not markers.names or not markers.frames:
         raise FileError(f"{path}: a table needs markers and frames, came {len(markers.names)} and {markers.frames}")
+    joints = _joints(markers, repaired)
+    if joints is not None:
+        write_joint_table(path, joints)
+        return
     text = io.StringIO()
     titles = [f"{name}_{axis}" for name in markers.names for axis in "xyz"]
     csv.writer(text, lineterminator="\n").writerow(["time", *titles])
@@ -100,6 +113,19 @@ def write_table(path: str | os.PathLike[str], markers: Markers) -> None:
         text.write(",".join([time, *cells_of(row)]) + "\n")
     with atomic(path) as temporary:
         temporary.write_bytes(text.getvalue().encode())
+
+
+def _joints(markers: Markers, repaired: Repaired[Markers] | None) -> Postures | None:
+    """The markers with what stood beside them in the table they came from; None where nothing did."""
+    beside = markers.source.beside if isinstance(markers.source, TableSource) else None
+    if beside is None or (beside.names, beside.frames) != (markers.names, markers.frames):
+        return None
+    std = beside.std
+    if std is not None and repaired is not None:
+        std = np.where(repaired.origin == Origin.FILLED, repaired.std, np.fmax(std, repaired.std))
+    if std is not None:
+        std = np.where(markers.present, std, np.nan)
+    return replace(beside, positions=markers.positions, std=std)
 
 
 def _columns(titles: Sequence[str], name: str) -> tuple[tuple[str, ...], list[int], int]:

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 CORRECT, WATCH = "/", "/watch"  # paths: a client's session, and what the page listens to
 MOST_CLIENTS: Final = 256
-HARD_BYTES: Final = 16 * MOST_BYTES  # a message longer than this ends its session before it is in memory
+HARD_BYTES: Final = 256 * MOST_BYTES  # a message longer than this ends its session before it is in memory
+UNREAD: Final = 2  # pieces of messages in memory; then a client waits, so that long messages of many do not fill it
 SEND_BUFFER: Final = 32_768  # bytes the system keeps for a client that does not read: more would be old frames only
 PATIENCE: Final = 3.0  # s for what is left when the server stops
 
@@ -109,6 +110,7 @@ class Server:
             process_request=self._answer_request,
             compression=None,  # a frame is too short to gain, and nothing can unpack to gigabytes
             max_size=HARD_BYTES,
+            max_queue=UNREAD,
             write_limit=SEND_BUFFER // 4,
             ping_interval=20,
             ping_timeout=60,
