@@ -237,7 +237,7 @@ class CorrectorModel:
         """The oldest of the frames that wait, given out."""
         waiting = state.waiting
         assert waiting is not None
-        posture, std, failing, belief = first_of(self.factors, waiting)
+        posture, std, failing, belief = first_of(self.factors, waiting, self.watcher.body.mirror)
         left = replace(state, waiting=waiting.without_first(belief))
         return self._put_right(left, state.sight, waiting.sights[0], waiting.given[0], posture, std, failing)
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats, Ints
 from ..errors import UsageError
 from ..kernels.following import MET_SECONDS, STRANGER
 from ..numerics import factors as process
 from ..numerics.factors import Belief, Factors
+from . import spikes
 from .hindsight import judged_again, less_own, trusted
 from .watching import PATIENCE, Sight
 
@@ -30,6 +31,7 @@ class Waiting:
     given : their positions (J, 3) m, as the client sent them.
     belief : of the factors, after the last frame that was given out; None before the first.
     time : s, of that frame.
+    past : the latest frames that were given out, as many as a joint may be thrown away for.
     """
 
     frames: int
@@ -37,6 +39,7 @@ class Waiting:
     given: tuple[Floats, ...] = ()
     belief: Belief | None = None
     time: float = -np.inf
+    past: tuple[Sight, ...] = ()
 
     @property
     def full(self) -> bool:
@@ -49,8 +52,10 @@ class Waiting:
 
     def without_first(self, belief: Belief) -> "Waiting":
         """The oldest has been given out; `belief` is that after it."""
+        first, *sights = self.sights
+        past = (*self.past, first)[-spikes.LONGEST :]
         return replace(
-            self, sights=self.sights[1:], given=self.given[1:], belief=belief, time=float(_time(self.sights[0]))
+            self, sights=tuple(sights), given=self.given[1:], belief=belief, time=float(_time(first)), past=past
         )
 
 
@@ -71,8 +76,12 @@ def frames_in(seconds: float, fps: float) -> int:
     return min(max(round(seconds * fps), 1), MOST) if seconds > 0 else 0
 
 
-def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats, Belief]:
+def first_of(factors: Factors, waiting: Waiting, mirror: Ints) -> tuple[Floats, Floats, Floats, Belief]:
     """The oldest frame that waits, by all that came before it and the frames that wait behind it.
+
+    Parameters
+    ----------
+    mirror : (J,) the joint's other side, or itself.
 
     Returns
     -------
@@ -80,7 +89,7 @@ def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats
     sensor's joint fails, and the belief of the factors after this frame and those before it.
     """
     sights = waiting.sights
-    failing = judged_again(sights)
+    failing = np.where(_thrown(waiting, mirror), 1.0, judged_again(sights))
     trust = trusted(sights, failing)
     own = sights[0].followed.own
     values = less_own(factors, sights, np.broadcast_to(own, (len(sights), *own.shape)))
@@ -103,6 +112,13 @@ def first_of(factors: Factors, waiting: Waiting) -> tuple[Floats, Floats, Floats
     posture = share * values[0] + (1.0 - share) * there
     unsure = np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + _open(factors, sights[0]))
     return posture + factors.mean + own, (1.0 - trust[0]) * unsure, failing[0], beliefs[0]
+
+
+def _thrown(waiting: Waiting, mirror: Ints) -> Bools:
+    """(N, J) which joints of the frames that wait were thrown away and were back in those that came since."""
+    sights = (*waiting.past, *waiting.sights)
+    rows, times = np.stack([one.rows for one in sights]), np.array([_time(one) for one in sights])
+    return spikes.thrown_and_back(rows, times, mirror)[len(waiting.past) :]
 
 
 def _open(factors: Factors, sight: Sight) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..arrays import Bools, Floats, Ints
+from ..bodies.joint_sets import mirrored
 from ..bodies.postures import Postures
 from ..numerics.local_gp import Mixture
 from .classic import FILTERS, LEARNERS, Samples
@@ -21,6 +22,7 @@ from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
+from .spikes import thrown_and_back
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
@@ -74,6 +76,8 @@ class Knowledge:
 
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
     """Followed through failures, seen again from the end, moved by the learned offsets, settled."""
+    thrown = thrown_and_back(postures.positions, postures.times, mirrored(postures.names))
+    postures = postures.with_positions(np.where(thrown[..., None], np.nan, postures.positions))
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
