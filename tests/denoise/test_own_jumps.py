@@ -54,6 +54,22 @@ def test_a_few_jumps_hardly_sharper_than_the_motion_are_its_own(seed, count, tim
     np.testing.assert_array_equal(own_jumps(measured, hit, values, PAIRS, FPS), hit)
 
 
+@given(SEEDS, st.integers(3, 40), st.floats(0.5, 80.0))
+@settings(max_examples=40, deadline=None)
+def test_what_stays_off_by_little_is_its_own_however_long(seed, length, off):
+    """As where a solver turns two joints against each other; by much it is a slip."""
+    rng = np.random.default_rng(seed)
+    values = _moving(rng)[0]
+    hit = np.zeros(values.shape, dtype=bool)
+    first, channel = rng.integers(2, FRAMES - length - 2), rng.integers(CHANNELS)
+    hit[first : first + length, channel] = True
+    back = own_jumps(values + off * hit, hit, values, PAIRS, FPS)
+    if off < 9.9:
+        np.testing.assert_array_equal(back, hit)
+    elif off > 40.0 and length > 0.25 * FPS:
+        assert not back.any()
+
+
 @given(SEEDS, st.integers(1, 60), st.floats(40.0, 80.0))
 @settings(max_examples=40, deadline=None)
 def test_what_lies_anywhere_one_by_one_is_an_outlier(seed, count, off):

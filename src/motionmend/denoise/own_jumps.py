@@ -8,7 +8,7 @@ the rejected samples are of either kind is told by all of them together.
 """
 
 import numpy as np
-from scipy.ndimage import binary_closing, binary_opening
+from scipy.ndimage import binary_closing, binary_opening, label
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -22,6 +22,7 @@ FEWEST = 8  # second differences that tell how sharply a channel moves
 ROUNDS = 30
 HOLE, LONGEST = 0.2, 0.25  # s; rejected samples no further apart than the one are a burst if they last for the other
 LIMB = 5  # channels: of 715 own jumps in 40 clean CMU clips at 30 Hz 8 have as many, and an arm has 8
+SEVERAL, SLIGHT = 3, 10.0  # frames on end and degrees or cm, off by less than which so long they are no outliers
 HALF = 0.5  # sample of either kind that is taken for granted
 _NOTHING = 1e-12
 
@@ -40,14 +41,15 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
     Returns
     -------
     (T, C) True where a rejected sample is no outlier. Exact zeros and half turns are: so is written what is not known.
-    So are bursts, and what a whole limb does at once: it was lost.
+    So are bursts, and what a whole limb does at once: it was lost. What stays off by little is the recording's own,
+    however long it lasts: so solvers turn two joints against each other.
 
     Source
     ------
     Two kinds of samples, their shares found by expectation and maximisation: Dempster, Laird and Rubin, Journal of the
     Royal Statistical Society B 39(1), 1977.
     """
-    back = np.zeros(outlier.shape, dtype=bool)
+    back = _slight(measured, outlier, values)
     bend = np.abs(values[:-2] - 2.0 * values[1:-1] + values[2:])
     calm = ~(outlier[:-2] | outlier[1:-1] | outlier[2:])
     # a lone sample that is off by so much bends twice as sharply
@@ -71,8 +73,19 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
         share = odds / (1.0 + odds)
         own = (share.sum() + HALF) / (len(frames) + 2.0 * HALF)
         joined = ((share * together).sum() + HALF) / (share.sum() + 2.0 * HALF)
-    back[frames, channels] = (odds > 1.0) & ~_bursts(outlier, fps)[frames, channels]
+    back[frames, channels] |= (odds > 1.0) & ~_bursts(outlier, fps)[frames, channels]
     return back
+
+
+def _slight(measured: Floats, outlier: Bools, values: Floats) -> Bools:
+    """(T, C) True where rejected samples of a channel, some on end, are off by little on average."""
+    several = binary_opening(outlier, np.ones((SEVERAL, 1), dtype=np.bool_))
+    part, count = label(several, np.array([[0, 1, 0]] * 3))
+    if not count:
+        return several
+    off = np.where(several, np.abs(measured - values), 0.0)
+    mean = np.bincount(part.ravel(), off.ravel()) / np.maximum(np.bincount(part.ravel()), 1)
+    return np.asarray(several & (mean < SLIGHT)[part])
 
 
 def _bursts(outlier: Bools, fps: float) -> Bools:
