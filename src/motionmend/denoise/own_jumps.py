@@ -22,7 +22,8 @@ FEWEST = 8  # second differences that tell how sharply a channel moves
 ROUNDS = 30
 HOLE, LONGEST = 0.2, 0.25  # s; rejected samples no further apart than the one are a burst if they last for the other
 LIMB = 5  # channels: of 715 own jumps in 40 clean CMU clips at 30 Hz 8 have as many, and an arm has 8
-SEVERAL, SLIGHT = 3, 10.0  # frames on end and degrees or cm, off by less than which so long they are no outliers
+SEVERAL, SLIGHT = 6, 10.0  # frames on end and degrees or cm, off by less than which so long they are no outliers
+ONE_SIDE = 0.9  # of how far they are off that their mean is
 HALF = 0.5  # sample of either kind that is taken for granted
 _NOTHING = 1e-12
 
@@ -49,12 +50,12 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
     Two kinds of samples, their shares found by expectation and maximisation: Dempster, Laird and Rubin, Journal of the
     Royal Statistical Society B 39(1), 1977.
     """
-    back = _slight(measured, outlier, values)
+    lost = _limbs_lost(outlier, linked)
+    back = _slight(measured - values, outlier & ~lost)
     bend = np.abs(values[:-2] - 2.0 * values[1:-1] + values[2:])
     calm = ~(outlier[:-2] | outlier[1:-1] | outlier[2:])
     # a lone sample that is off by so much bends twice as sharply
     sharpest = np.maximum(0.5 * np.where(calm, bend, 0.0).max(axis=0, initial=0.0), LEAST_NOISE)
-    lost = _limbs_lost(outlier, linked)
     frames, channels = np.nonzero(outlier & ~lost & (calm.sum(axis=0) >= FEWEST) & (measured % 180.0 != 0.0))
     if not len(frames):
         return back
@@ -77,15 +78,16 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
     return back
 
 
-def _slight(measured: Floats, outlier: Bools, values: Floats) -> Bools:
-    """(T, C) True where rejected samples of a channel, some on end, are off by little on average."""
+def _slight(off: Floats, outlier: Bools) -> Bools:
+    """(T, C) True where rejected samples of a channel, some on end, are off by little, all to the same side."""
     several = binary_opening(outlier, np.ones((SEVERAL, 1), dtype=np.bool_))
     part, count = label(several, np.array([[0, 1, 0]] * 3))
     if not count:
         return several
-    off = np.where(several, np.abs(measured - values), 0.0)
-    mean = np.bincount(part.ravel(), off.ravel()) / np.maximum(np.bincount(part.ravel()), 1)
-    return np.asarray(several & (mean < SLIGHT)[part])
+    away = np.where(several, off, 0.0)
+    total, size = (np.bincount(part.ravel(), one.ravel()) for one in (away, np.abs(away)))
+    slight = (size < SLIGHT * np.bincount(part.ravel())) & (np.abs(total) > ONE_SIDE * size)
+    return np.asarray(several & slight[part])
 
 
 def _bursts(outlier: Bools, fps: float) -> Bools:
