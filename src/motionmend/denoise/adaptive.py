@@ -49,6 +49,7 @@ _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
+FEW = 6.0  # frames in which a recording alone tells half of that so well as it needs to be
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
@@ -188,7 +189,8 @@ def adapt(
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
-    variance = DOUBT * overlooked(measured, values, outlier, noise) * variance
+    few = 1.0 if prior.bases is not None and not prior.own else 1.0 + FEW / max(1, int(present.any(axis=1).sum()))
+    variance = DOUBT * few * overlooked(measured, values, outlier, noise) * variance
     if together == 1:
         values, variance, taken = _in_gaps(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps

@@ -40,6 +40,7 @@ from .relabelling import but_for_throughout, relabelled, relabelled_origin, swap
 from .second_opinion import doubtful, of_one_cloud, of_one_mind
 from .slid import slides
 from .thrown_root import thrown
+from .too_short import FEWEST_FRAMES, as_recorded
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
@@ -98,6 +99,8 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     """
     outcome: Repaired[Recording] = _brought_back(recording, known)
     outcome = as_unsure_as_it_moves(outcome)
+    if recording.frames < FEWEST_FRAMES:
+        return as_recorded(recording, outcome)
     return replace(outcome, warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin)))
 
 
