@@ -268,6 +268,15 @@ def strayed(rows, before, seconds, reach):
     return np.nan_to_num(far) > 0.4 + 6.0 * max(seconds, 0.0) + reach
 
 
+def hopped(rows, before, earlier, seconds, mirror):
+    """Which joints are where they can be neither by staying nor by going on, nor as their other sides."""
+    stay, go = before, 2.0 * before - earlier
+    off = [np.linalg.norm(rows - place, axis=1) for place in (stay, go)]
+    beside = np.fmin(*(np.linalg.norm(rows - place[mirror], axis=1) for place in (stay, go)))
+    far = np.minimum(*off) > 0.12 + 50.0 * max(seconds, 0.0) ** 2
+    return far & ~(beside < 0.5 * off[1])
+
+
 def crossed(rows, last, standard, place, place_cov, mean, own, noise, before, mirror):
     """Which pairs stand in each other's place."""
     expected, variance = place + mean + own, np.trace(place_cov, axis1=1, axis2=2) / 3.0 + noise

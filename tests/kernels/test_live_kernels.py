@@ -83,6 +83,21 @@ def test_who_leaps_is_told_as_by_the_twin(seed: int, far: float, seconds: float,
     np.testing.assert_array_equal(sighting.strayed(*told), naive.strayed(*told))
 
 
+@given(st.integers(0, 200), st.floats(0.05, 1.0), st.sampled_from([-1.0, 0.0, 0.03, 0.1, np.inf]))
+@settings(max_examples=60, deadline=None)
+def test_who_hops_is_told_as_by_the_twin(seed: int, far: float, seconds: float) -> None:
+    rng = np.random.default_rng(seed)
+    earlier = some_posture(rng, 2)
+    before = earlier + rng.normal(0.0, 0.03, earlier.shape)
+    rows = before + rng.normal(0.0, 0.03, earlier.shape)
+    mirror = rng.permutation(JOINTS)
+    some = rng.permutation(JOINTS)
+    rows[some[:5]] += far * rng.normal(size=(5, 3))
+    rows[some[5:8]] = before[mirror[some[5:8]]]
+    told = rows, before, earlier, seconds, mirror
+    np.testing.assert_array_equal(sighting.hopped(*told), naive.hopped(*told))
+
+
 def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
     postures = np.stack([some_posture(np.random.default_rng(seed)) for seed in range(7)])
     postures[1, 3], postures[1, 5, 1] = 0.0, np.inf

@@ -30,7 +30,7 @@ from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
 from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
-from .watching import Sight, Watcher, believable, fresh, kinship, look, received
+from .watching import Sight, Watcher, believable, fresh, kinship, look, look_twice, received
 
 STRANGER_SECONDS = 2.0  # who comes live after nobody was there for so long may be another
 REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
@@ -226,7 +226,10 @@ class CorrectorModel:
         given, rows, told = received(state.joining.to_model, positions, states)
         if STRANGER_SECONDS < time - state.sight.seen < np.inf and np.isfinite(rows).any():
             state = self._of_a_stranger(state)
-        return state, look(self.watcher, state.sight, rows, told, float(time)), given
+        if state.waiting is not None:  # the frames that wait will tell
+            return state, look(self.watcher, state.sight, rows, told, float(time)), given
+        sight, doubt = look_twice(self.watcher, state.sight, state.doubt, rows, told, float(time))
+        return replace(state, doubt=doubt), sight, given
 
     def _of_a_stranger(self, state: CorrectorState) -> CorrectorState:
         """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""

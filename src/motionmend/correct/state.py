@@ -10,7 +10,7 @@ from .limits import Hinges
 from .look_ahead import Waiting
 from .online import Memory
 from .settling import Body
-from .watching import Sight
+from .watching import Doubt, Sight
 
 KIN_SECONDS = 10.0  # live, in which it is learned whether the sensor is the one that was learned from
 
@@ -29,6 +29,7 @@ class CorrectorState:
     waiting : frames that were not given out yet; None when each is at once.
     hinges : of the client's joints, those that have limits.
     kin : probability that the sensor is the one that was learned from, by which offsets count.
+    doubt : of the last frame, where no frames wait.
     """
 
     joining: Joining
@@ -39,6 +40,7 @@ class CorrectorState:
     waiting: Waiting | None = None
     hinges: Hinges | None = None
     kin: float = 1.0
+    doubt: Doubt | None = None
 
     def kin_after(self, now: float, time: float) -> float:
         """What `kin` becomes when a frame says `now`: slowly something else than the first one said, as what is put out

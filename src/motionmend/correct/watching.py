@@ -20,6 +20,7 @@ FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
 SPAN = 2.0  # m, between hands: sides of limbs, not of the trunk, are taken for each other as far apart
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
+MOST_HOP = 1 / 3  # of the joints; when more hop, somebody else may be there
 NO_STATES = np.zeros(0, dtype=np.uint8)
 
 
@@ -254,6 +255,61 @@ def look(
         unsure or bool(followed.failing.sum() > len(rows) - 3.0),
         other,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """A frame in which joints hopped away: the next shows whether they came back or stay.
+
+    Attributes
+    ----------
+    sight : before it.
+    rows : (J, 3) m, what the sensor gave, in its own axes by the model's joints.
+    states : (J,) or None.
+    time : s.
+    hopped : (J,) the joints that are not believed yet.
+    """
+
+    sight: Sight
+    rows: Floats
+    states: Bytes | None
+    time: float
+    hopped: Bools
+
+
+def look_twice(
+    watcher: Watcher, sight: Sight, doubt: Doubt | None, positions: Floats, states: Bytes | None, time: float
+) -> tuple[Sight, Doubt | None]:
+    """One frame on, as of `look`, where none is known that comes after: who hops away counts as not seen for a frame.
+
+    Who is there still in the next did not come back: the frame of the hop is looked at again as it was.
+
+    Parameters
+    ----------
+    doubt : of the frame before; None = of nothing.
+    positions, states, time : as of `look`.
+
+    Returns
+    -------
+    The sight after this frame, and what is doubted of it.
+    """
+    if doubt is not None and sight.upright is not None:
+        up = positions @ sight.upright.T
+        there, back = doubt.rows @ sight.upright.T, doubt.sight.rows
+        nearer = np.square(up - there).sum(axis=1) < np.square(up - back).sum(axis=1)
+        if (doubt.hopped & nearer).any():
+            believed = np.where((doubt.hopped & ~nearer)[:, None], np.nan, doubt.rows)
+            sight = look(watcher, doubt.sight, believed, doubt.states, doubt.time)
+    seconds = np.inf if sight.time is None else time - sight.time
+    if sight.upright is None or seconds > PATIENCE:
+        return look(watcher, sight, positions, states, time), None
+    rows = positions @ sight.upright.T
+    hopped = kernel.hopped(rows, sight.rows, sight.earlier, seconds, watcher.body.mirror)
+    hopped &= sight.followed.failing < 0.5  # who fails is not believed anyway, and shakes
+    if not hopped.any() or hopped.sum() > MOST_HOP * len(rows):
+        return look(watcher, sight, positions, states, time), None
+    seen = look(watcher, sight, np.where(hopped[:, None], np.nan, positions), states, time)
+    return seen, Doubt(sight, positions, states, time, hopped)
 
 
 def _place(watcher: Watcher, sight: Sight, failing: Floats, rows: Floats) -> Any:
