@@ -119,3 +119,12 @@ def test_live_who_hops_and_stays_is_believed_a_frame_later_as_if_at_once(monkeyp
     np.testing.assert_array_equal(told.positions[:30], at_once.positions[:30])
     np.testing.assert_allclose(told.reliability[31:], at_once.reliability[31:], atol=1e-12)
     assert told.reliability[30, NAMES.index("AnkleLeft")] < 0.1
+
+
+def test_who_is_thrown_about_again_and_again_shakes_and_is_left():
+    positions = np.zeros((90, len(NAMES), 3)) + np.random.default_rng(0).uniform(-1.0, 1.0, (1, len(NAMES), 3))
+    times, hand = np.arange(90) / 30.0, NAMES.index("WristLeft")
+    positions[20:40:3, hand] += 0.8
+    positions[70, hand] += 0.8
+    found = thrown_and_back(positions, times, MIRROR)
+    assert np.argwhere(found).tolist() == [[70, hand]]

@@ -7,6 +7,7 @@ from ..arrays import Bools, Floats, Ints
 LONGEST = 2  # frames away
 LEAST = 0.12  # m; a sensor's joint is unsteady by less
 FASTEST = 100.0  # m/s^2; no joint turns round more sharply
+SECOND, OFTEN = 1.0, 3  # s and frames: who is away in more of them shakes
 BESIDE = 0.5  # of how far away it was: within, it is where its other side should be, and was taken for it
 
 
@@ -22,7 +23,8 @@ def thrown_and_back(positions: Floats, times: Floats, mirror: Ints) -> Bools:
     Returns
     -------
     (T, J) True for joints that were farther away than any joint goes and comes back in the time, and not where their
-    other side should be.
+    other side should be. Who is thrown about again and again shakes, as joints that are guessed do: it is left, for its
+    shaking tells.
     """
     found = np.zeros(positions.shape[:2], dtype=np.bool_)
     frames = len(positions)
@@ -46,4 +48,13 @@ def thrown_and_back(positions: Floats, times: Floats, mirror: Ints) -> Bools:
         lost &= (least > LEAST + FASTEST / 8.0 * lasts[:, None] ** 2) & (went < least)  # else it went on
         for n in range(1, count + 1):
             found[n : n + len(first)] |= lost
-    return found
+    return found & (_about(found, times) <= OFTEN)
+
+
+def _about(found: Bools, times: Floats) -> Ints:
+    """(T, J) how many of these there are in the second about each frame."""
+    before = np.concatenate([np.zeros((1, found.shape[1]), np.int64), np.cumsum(found, axis=0)])
+    order = np.maximum.accumulate(times)  # a clock that goes back stands still
+    first = np.searchsorted(order, order - 0.5 * SECOND, side="left")
+    last = np.searchsorted(order, order + 0.5 * SECOND, side="right")
+    return np.asarray(before[last] - before[first])
