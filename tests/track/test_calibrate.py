@@ -98,6 +98,23 @@ def test_a_body_that_explains_the_frames_worse_is_not_believed(rng):
     assert set(done.factors.values()) == {1.0}
 
 
+@pytest.mark.parametrize(("badly", "tried"), [(0.25, 1), (0.45, 3)])
+def test_other_sizes_are_tried_where_the_likeliest_explain_the_frames_badly(badly, tried, rng):
+    poses = random_poses(4, 15)
+    frames = _frames(PERSON, poses, rng)
+    others = [PERSON.stretched(np.full((1, 3), size)) for size in (0.8, 0.63)]
+    wrong = {id(PERSON): badly, id(others[0]): 0.35, id(others[1]): 0.22}
+    bodies = []
+
+    def follow(body):
+        bodies.append(body)
+        return Trial(frames, [poses[k] for k in range(4)], wrong.get(id(body), 0.5))
+
+    done = calibrated([PERSON], follow, passes=0, others=others)
+    assert bodies == [PERSON, *others][:tried]
+    assert done.performer is min(bodies, key=lambda body: wrong[id(body)])
+
+
 def test_proportions_nobody_has_are_not_believed(rng):
     """Legs in a tub: what stands about them is fitted well, and is nobody's."""
     poses = random_poses(4, 15)

@@ -47,3 +47,13 @@ def test_nobody_is_not_measured(model):
     empty = [DepthFrame(CAMERA, np.full((240, 320), np.nan, np.float32), None, k / 30) for k in range(3)]
     with pytest.raises(MismatchError, match="nobody"):
         measure_person(model, settings_of("default"), empty, pose=random_poses(1, 0)[0])
+
+
+@pytest.mark.parametrize("size", [0.64, 0.8])
+def test_a_child_of_whom_nothing_tells_the_size_is_measured(model, rng, size):
+    """As where the detector, which has seen adults and older children, is sure of no joint."""
+    child = PERSON.stretched(np.full((1, 3), size))
+    recording = list(_moving(child, 12, rng))
+    done = measure_person(model, settings_of("default"), [frame for _, frame in recording], pose=recording[0][0])
+    assert done.measured
+    assert abs(done.performer.lengths[1:].sum() / child.lengths[1:].sum() - 1) < 0.05

@@ -58,7 +58,8 @@ CLUMP = 24.0  # samples tell as much as one
 _SAMPLES = 500  # of each kind in one frame
 
 UNUSUAL = 27.7  # of one in a hundred people proportions are farther off (chi squared, 13 factors)
-WELL = 0.2  # share of the person's pixels explained wrongly, up to which no other beginning is tried
+# shares of the person's pixels explained wrongly, up to which no other beginning is tried, and none of another size
+WELL, BADLY = 0.2, 0.3
 WORSE = 0.01  # share of the person's pixels that a body may explain worse than the one to begin with
 
 
@@ -192,7 +193,13 @@ def calibrate(
     )
 
 
-def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, most: int = 12) -> Calibration:
+def calibrated(
+    begins: Sequence[Performer],
+    follow: Follow,
+    passes: int = 2,
+    most: int = 12,
+    others: Sequence[Performer] = (),
+) -> Calibration:
     """Track, fit the body, track again with it, and so on; what is not borne out is not believed.
 
     Parameters
@@ -201,6 +208,7 @@ def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, mos
     follow : tracks the first seconds with a performer.
     passes : how often.
     most : frames used of those that `follow` gives, those with the most different poses.
+    others : bodies to begin with where those explain the frames `BADLY`.
 
     Returns
     -------
@@ -212,14 +220,17 @@ def calibrated(begins: Sequence[Performer], follow: Follow, passes: int = 2, mos
     MismatchError : when nothing was tracked.
     """
     found: list[Trial] = []
-    for body in begins:
+    bodies = (*begins, *others)
+    for k, body in enumerate(bodies):
+        if k == len(begins) and min(one.wrong for one in found) < BADLY:
+            break
         found.append(follow(body))
         if found[-1].wrong < WELL:
             break
     if not any(one.poses for one in found):
         raise MismatchError("a calibration needs frames in which the person was followed; there is none")
     best = min(range(len(found)), key=lambda k: found[k].wrong)
-    begin, first = begins[best], found[best]
+    begin, first = bodies[best], found[best]
     believed = unmeasured(begin)
     here = first
     for _ in range(passes):

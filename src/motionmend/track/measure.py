@@ -20,6 +20,7 @@ from .tracker import start, step
 
 FINE = KINECT.fx / 2  # px, focal length of the pictures that bodies are fitted to
 SAME = 0.03  # sizes whose logarithms are no farther apart are tried once
+CHILDREN = 0.8, 0.63  # sizes of ten and of five years, of whom the detector may be sure of no joint
 SURE = 0.40  # share of wrongly explained pixels up to which a pose serves as a beginning
 
 
@@ -33,8 +34,9 @@ def measure_person(
 ) -> Calibration:
     """Find how long and wide the person in some frames is.
 
-    The size comes from distances between detected joints, or is an adult's where that explains the frames better; then
-    they are tracked with the body known so far and the body is fitted to those that were tracked well, `passes` times.
+    The size comes from distances between detected joints, or is an adult's or a child's where that explains the frames
+    better; then they are tracked with the body known so far and the body is fitted to those that were tracked well,
+    `passes` times.
 
     Parameters
     ----------
@@ -91,4 +93,4 @@ def measure_person(
         wrong = float(np.median([wrong for wrong, *_ in followed] + [1.0] * (len(seen) - len(followed))))
         return Trial([one for _, one, _ in kept], [found for *_, found in kept], wrong)
 
-    return calibrated(begins, follow, passes)
+    return calibrated(begins, follow, passes, others=[average.stretched(np.full((1, 3), small)) for small in CHILDREN])
