@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drawn_people import CAMERA, HALF, in_room, picture, random_poses
+from drawn_people import CAMERA, HALF, PERSON, in_room, picture, random_poses
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import Pose, standing
 from motionmend.errors import MismatchError
@@ -176,6 +176,25 @@ def test_a_body_that_an_arm_cuts_in_two_stays_whole(rng):
     whole = in_room(crossed, rng=rng)
     found = find_person(scene_of(whole), whole)
     assert _overlap(found, crossed) > 0.9
+
+
+@pytest.mark.parametrize("seen_before", [True, False])
+def test_a_child_cut_in_two_halves_of_which_none_is_long_enough_for_a_body_stays(rng, seen_before):
+    """Only who was there a moment ago: in an empty room what is so short is nobody."""
+    child = PERSON.stretched(np.full((1, 3), 0.55))
+    alone = picture(standing((0.0, 0.1, 2.6)), person=child)
+    whole = in_room(alone, rng=rng)
+    scene = scene_of(whole)
+    if seen_before:
+        scene = remember(scene, whole, find_person(scene, whole))
+    depth = np.array(alone.depth)
+    rows, columns = np.nonzero(np.isfinite(depth))
+    waist = int(rows.min() + 0.45 * np.ptp(rows))
+    depth[waist : waist + 5, columns.min() : columns.max() + 1] = np.nan  # lost at the edges of an arm
+    found = find_person(scene, in_room(DepthFrame(CAMERA, depth), rng=rng))
+    assert found.found == seen_before
+    if seen_before:
+        assert _overlap(found, DepthFrame(CAMERA, depth)) > 0.85
 
 
 def test_what_was_the_person_stays_the_persons_while_the_rest_moves(rng):

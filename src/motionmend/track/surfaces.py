@@ -105,6 +105,19 @@ def most_like_a_body(seen: Surfaces, alive: bool, strange: Bools, last: Floats |
             score *= 0.1 + 0.9 / (1.0 + (gap / 0.5) ** 2)
         if score > most:
             best, most = s, float(score)
+    return best if best >= 0 else _largest_piece(seen, strange)
+
+
+def _largest_piece(seen: Surfaces, strange: Bools) -> int:
+    """The piece most like a body, none of which is long enough for one, where the person was a moment ago and pieces
+    that hang together are: an arm across it cuts a child's body in two. -1 = there is none."""
+    best, most = -1, 0.0
+    for s in np.flatnonzero((seen.known > 0.5) & ~strange).tolist():
+        like = _likeness(seen.measures[s], seen.clouds[s], shortest=0.0) if s in seen.clouds else 0.0
+        if like > most:
+            lows, highs = (seen.measures[joined(s, seen, strange), k : k + 4 : 2] for k in (2, 3))
+            if (highs.max(axis=0) - lows.min(axis=0)).max() >= SHORTEST:
+                best, most = s, like
     return best
 
 
@@ -218,12 +231,12 @@ def _shared(depth: Singles, labels: Labels, pixels: Floats, before: Singles | No
     return np.asarray(np.bincount(part[same], minlength=len(pixels)) / np.maximum(pixels, 1.0))
 
 
-def _likeness(measure: Floats, cloud: Floats) -> float:
+def _likeness(measure: Floats, cloud: Floats, shortest: float = SHORTEST) -> float:
     """How much a surface is like a body by its shape and place; 0 = not at all."""
     area = measure[1]
     extent = measure[3:9:2] - measure[2:8:2]
     # A person's size is bounded; of one who is partly out of view less is asked.
-    if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < SHORTEST * (measure[12] == 0):
+    if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < shortest * (measure[12] == 0):
         return 0.0
     spread = np.cov(cloud.T)
     flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
