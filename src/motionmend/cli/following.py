@@ -18,6 +18,7 @@ from ..errors import MismatchError
 if TYPE_CHECKING:
     from ..io.depth import DepthRecording
     from ..track.calibrate import Calibration
+    from ..track.furniture import Room
     from ..track.hindsight import Moment
     from ..track.recording import Told
     from ..track.settings import TrackSettings
@@ -49,6 +50,7 @@ class Followed:
     converged : frames whose solution converged.
     restarts : how many limbs or bodies were found anew.
     calibrated : whether the performer was fitted to this recording.
+    mistaken : (T,) frames in which furniture was followed: nobody is in them.
     """
 
     postures: Postures
@@ -68,6 +70,7 @@ class Followed:
     converged: int = 0
     restarts: int = 0
     calibrated: bool = False
+    mistaken: Bools = field(default_factory=lambda: np.zeros(0, bool))
 
     @property
     def lost(self) -> int:
@@ -135,20 +138,39 @@ def follow(
     """
     import cv2
 
-    from ..track.hindsight import moment, revised
-    from ..track.recording import Told
-    from ..track.tracker import start, step
-    from .ahead import ahead
-
     cv2.setNumThreads(1)  # small images: threads cost more than they save, and each job has one of its own
     begin = perf_counter()
     if landmarks is not None:
         landmarks = landmarks @ recording.axes
     measured = None if performer is not None else _measured(model, settings, recording, landmarks)
+    found = _followed(model, settings, recording, performer, measured, landmarks, perf_counter() - begin)
+    window = max(1, round(WINDOW * recording.fps))
+    if measured is None or not found.mistaken[:window].any() or not found.seen.any():
+        return found
+    # furniture was measured, alone or with who came after it
+    measured = _measured(model, settings, recording, None, int(np.argmax(found.seen)))
+    return _followed(model, settings, recording, None, measured, landmarks, perf_counter() - begin)
+
+
+def _followed(
+    model: "TrackerModel",
+    settings: "TrackSettings",
+    recording: "DepthRecording",
+    performer: Performer | None,
+    measured: "Calibration | None",
+    landmarks: Floats | None,
+    calibrate: float,
+) -> Followed:
+    """The recording tracked with a body that is given, or was measured in so many seconds."""
+    from ..track.furniture import room_behind
+    from ..track.hindsight import moment, revised
+    from ..track.recording import Told
+    from ..track.tracker import start, step
+    from .ahead import ahead
+
     fitted = measured is not None and measured.measured
     body = performer if performer is not None else average() if measured is None else measured.performer
     pose = None if landmarks is None else _posed(model, body, landmarks)
-    calibrate = perf_counter() - begin
     log = _Log(Told(), body)
 
     def moments() -> "Iterator[Moment]":
@@ -164,6 +186,7 @@ def follow(
             log.performer = state.performer
             yield moment(state, estimate)
             begin = perf_counter()
+        log.room = None if state is None else room_behind(state, frame)
 
     for estimate in revised(model, settings, moments()):
         log.add(estimate)
@@ -171,14 +194,18 @@ def follow(
 
 
 def _measured(
-    model: "TrackerModel", settings: "TrackSettings", recording: "DepthRecording", landmarks: Floats | None
+    model: "TrackerModel",
+    settings: "TrackSettings",
+    recording: "DepthRecording",
+    landmarks: Floats | None,
+    first: int = 0,
 ) -> "Calibration | None":
-    """The body of who is seen first, from the first seconds in which somebody is; None when nobody ever is."""
+    """The body of who is seen first from a frame on, by the first seconds in which somebody is; None when nobody is."""
     from ..track.measure import measure_person
 
     window = max(1, round(WINDOW * recording.fps))
     thin = max(1, round(recording.fps / MEASURED_FPS))
-    for begin in range(0, recording.frames, window):
+    for begin in range(first, recording.frames, window):
         frames = [recording.true_frame(k) for k in range(begin, min(begin + window, recording.frames), thin)]
         pose = None
         if begin == 0 and landmarks is not None:
@@ -204,6 +231,7 @@ class _Log:
 
     told: "Told"
     performer: Performer
+    room: "Room | None" = None
     read: float = 0.0
     spent: "array[float]" = field(default_factory=lambda: array("d"))
     returns: "array[int]" = field(default_factory=lambda: array("b"))
@@ -225,7 +253,7 @@ class _Log:
 
     def followed(self, recording: "DepthRecording", calibrate: float, fitted: bool, *, steady: bool) -> Followed:
         begin = perf_counter()
-        tracked = self.told.tracked(recording.times, self.performer, steady=steady)
+        tracked = self.told.tracked(recording.times, self.performer, self.room, steady=steady)
         if steady:
             self.stages["smoothing"] = perf_counter() - begin
         joints = tracked.joints @ recording.axes.T  # back to where they are in the images; names stay the person's own
@@ -247,4 +275,5 @@ class _Log:
             self.converged,
             self.restarts,
             fitted,
+            tracked.mistaken,
         )

@@ -11,6 +11,7 @@ from ..arrays import Bools, Floats, frozen, runs
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
+from .furniture import Room, is_furniture, room_behind
 from .hindsight import Moment, moment, revised
 from .model import TrackerModel
 from .settings import TrackSettings, settings_of
@@ -36,6 +37,7 @@ class Tracked:
     performer : the body that was followed, with the widths as they were learned by the end.
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
+    mistaken : (T,) frames in which furniture was followed: nobody is in them.
     """
 
     times: Floats
@@ -46,6 +48,7 @@ class Tracked:
     flags: tuple[tuple[str, ...], ...]
     seen: Bools
     held: Bools
+    mistaken: Bools
 
 
 def follow(
@@ -71,10 +74,10 @@ def follow(
     UsageError : neither a pose nor a model with a detector.
     """
     told, times = Told(), array("d")
-    body = performer
+    body, room = performer, None
 
     def moments() -> Iterator[Moment]:
-        nonlocal body
+        nonlocal body, room
         state = None
         for frame in frames:
             if state is None:
@@ -83,12 +86,13 @@ def follow(
             times.append(frame.time)
             body = state.performer
             yield moment(state, estimate)
+        room = None if state is None else room_behind(state, frame)
 
     for estimate in revised(model, settings, moments()):
         told.add(estimate)
     if not times:
         raise MismatchError("depth frames were wanted, came none")
-    return told.tracked(np.array(times), body, steady=settings.steady)
+    return told.tracked(np.array(times), body, room, steady=settings.steady)
 
 
 @dataclass
@@ -113,13 +117,14 @@ class Told:
         self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
         self.flags.append(tuple(estimate.flags))
 
-    def tracked(self, times: Floats, performer: Performer, *, steady: bool) -> Tracked:
-        """All of them, in arrays.
+    def tracked(self, times: Floats, performer: Performer, room: Room | None = None, *, steady: bool) -> Tracked:
+        """All of them, in arrays; furniture that was followed is nobody.
 
         Parameters
         ----------
         times : (T,) s, of the frames that were added.
         performer : the body that was followed, as known at the end.
+        room : behind everybody, as known at the end; None = not known.
         steady : whether poses and joints are smoothed over the whole recording.
         """
         count = len(self.flags)
@@ -131,6 +136,14 @@ class Told:
         places, root = flat.reshape(count, len(LANDMARKS), 3), root.reshape(count, 3, 3)
         there = np.isfinite(places).all(axis=(1, 2)) & np.array(["empty" not in flags for flags in self.flags], bool)
         seen = there & np.array(["lost" not in flags for flags in self.flags], bool)
+        mistaken = np.zeros(count, bool)
+        if room is not None:
+            mistaken = is_furniture(room, performer, Poses(way, root, joints), seen)
+        there, seen = there & ~mistaken, seen & ~mistaken
+        flags = tuple(("empty",) if mistaken[t] else flags for t, flags in enumerate(self.flags))
+        for t in np.flatnonzero(mistaken).tolist():
+            for rows in (way, root, joints):
+                rows[t] = rows[t - 1] if t else np.nan
         std = in_hindsight(std, settled, root[:, :, 2], seen)
         std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
         places[~there], std[~there] = np.nan, np.nan
@@ -145,9 +158,10 @@ class Told:
             frozen(std),
             poses,
             performer,
-            tuple(self.flags),
+            flags,
             frozen(seen, np.bool_),
             frozen(hidden, np.bool_),
+            frozen(mistaken, np.bool_),
         )
 
 
