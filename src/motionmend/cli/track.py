@@ -231,7 +231,7 @@ class Follow:
 
     def warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
         """What a user should know before they trust the joints."""
-        warnings = []
+        warnings = [*recording.warnings]
         if "color" in self.terms and not recording.has_color:
             warnings.append("there is no colour: the term color does nothing")
         if self.performer is None and not followed.calibrated:
