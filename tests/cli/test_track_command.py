@@ -249,6 +249,7 @@ def test_nothing_is_overwritten_and_what_is_finished_is_skipped(cli: Command, st
     ("more", "said"),
     [
         (["--terms", "surface,magic"], "--terms"),
+        (["--terms", "color,edge"], "chooses among its matches"),
         (["--preset", "best"], "--preset"),
         (["--format", "fbx"], "--format"),
         (["-o", "x.txt"], ".csv"),

@@ -52,7 +52,7 @@ def track(
     ] = None,
     terms: Annotated[
         str | None,
-        Parameter(help="What counts, separated by commas: surface, color, edge, prior, limits, freespace."),
+        Parameter(help="What counts, separated by commas: surface (needed), color, edge, prior, limits, freespace."),
     ] = None,
     preset: Annotated[
         str, Parameter(help="default, or paper: the dissertation's terms, weights and windows.")
