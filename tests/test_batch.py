@@ -112,6 +112,17 @@ def test_an_interrupt_reaches_the_parent_alone() -> None:
     assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=1)] == [False, False]
 
 
+def never_hears_interrupts(_: int) -> bool:
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="there are no signal masks here")
+def test_a_worker_that_is_being_started_hears_no_interrupt_and_the_parent_does() -> None:
+    """It would end with a traceback of its own while it still imports what it needs."""
+    assert [outcome.value for outcome in batch.run(never_hears_interrupts, range(2), jobs=2)] == [True, True]
+    assert not never_hears_interrupts(0)
+
+
 def test_an_item_that_cannot_travel_fails_alone() -> None:
     outcomes = batch.run(str, [1, lambda: None, 3], jobs=2)
     assert outcomes[0].value == "1"
@@ -247,7 +258,10 @@ def test_an_interrupt_ends_at_once_and_leaves_nothing_half_written(tmp_path: Pat
         "def write_slowly(path):\n"
         "    with atomic(path) as temporary:\n"
         "        temporary.write_text('half')\n"
-        "        time.sleep(600)\n"
+        "        try:\n"
+        "            time.sleep(600)\n"
+        "        finally:\n"
+        "            print('complains', file=sys.stderr, flush=True)\n"
         "if __name__ == '__main__':\n"
         "    run(write_slowly, [Path(sys.argv[1]) / name for name in ('a.csv', 'b.csv')], jobs=2)\n"
     )
@@ -265,5 +279,6 @@ def test_an_interrupt_ends_at_once_and_leaves_nothing_half_written(tmp_path: Pat
     assert time.monotonic() - began < 10.0
     assert running.returncode != 0
     assert said.rstrip().endswith("KeyboardInterrupt")
+    assert "complains" not in said
     assert list(out.iterdir()) == []
     assert psutil.wait_procs(staff, timeout=5)[1] == []

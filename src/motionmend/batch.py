@@ -198,6 +198,20 @@ def _deaf() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+@contextmanager
+def _interrupts_waiting() -> Iterator[None]:
+    """Ctrl-C reaches this thread afterwards; processes started meanwhile never hear it, not even before their first
+    line."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def in_turn(
     task: Task[Item, Value],
     items: Sequence[Item],
@@ -316,7 +330,9 @@ def _spread(
 
     def send(index: int) -> None:
         try:
-            future = found.executor().submit(_attempt, task, items[index])
+            staff = found.executor()  # made before: its locks would let interrupts through again
+            with _interrupts_waiting():  # submitting is what starts a worker
+                future = staff.submit(_attempt, task, items[index])
         except (BrokenExecutor, OSError) as error:
             # A worker died while nothing was running, or while another was being started, whose queues are closed then.
             future = Future()
@@ -382,6 +398,8 @@ class _Dismissed(SystemExit):
 
 def _dismissed(_signal: int, _frame: object) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once is enough, and clearing away must not be interrupted
+    # What is being imported or compiled just now would complain, each in its own way.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     raise _Dismissed
 
 

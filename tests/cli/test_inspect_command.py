@@ -138,6 +138,8 @@ def test_a_depth_folder_alone_and_within_another(cli: Command, tmp_path: Path) -
         assert (facts["kind"], facts["frames"], facts["share_missing"]) == ("depth", 2, 0.5)
         assert facts["camera"]["width"] == 16
         assert any("no return" in warning for warning in facts["warnings"])
+    (folder / "color").mkdir()
+    assert "color/ holds no images" in json.loads(cli("inspect", folder, "--json").out)["warnings"][0]
     assert "16 x 12" in cli("inspect", folder).out
     (folder / "camera.json").unlink()
     ran = cli("inspect", folder)

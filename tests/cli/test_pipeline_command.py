@@ -11,7 +11,7 @@ from motionmend import samples
 from motionmend.bodies.camera import Camera, DepthFrame
 from motionmend.bodies.joint_sets import KINECT20, correspondence
 from motionmend.bodies.motion import Motion
-from motionmend.bodies.performer import LANDMARKS
+from motionmend.bodies.performer import LANDMARKS, landmarks
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.skeleton import positions
 from motionmend.bodies.surface import render
@@ -202,6 +202,7 @@ def test_without_its_model_a_take_fails_and_the_others_are_done(cli: Command, ta
     ("text", "word"),
     [
         ("[correct]\nmodle = 'x'\n", "correct.modle"),
+        ("[track]\nfps = 30\n", "[track] takes model, skeleton, start, body, preset, terms"),
         ("[smooth]\nx = 1\n", "smooth"),
         ("fps = -1\n", "fps"),
         ("format = 'fbx'\n", "format"),
@@ -255,8 +256,21 @@ def test_depth_is_tracked_and_denoised(cli: Command, clip: Motion, tmp_path: Pat
     beside = json.loads((tmp_path / "out" / "take.mend.json").read_text())
     assert [step["step"] for step in beside["steps"]] == ["track", "denoise"]
 
+    joints = np.array([landmarks(body, seen[t]) for t in range(10)])
+    write_joint_table(tmp_path / "start.csv", Postures(LANDMARKS, joints[:1], np.zeros(1)))
+    (tmp_path / "s.toml").write_text(
+        '[track]\nmodel = "t.mend"\nskeleton = "clip.asf"\nstart = "start.csv"\n[denoise]\nmethod = "none"\n'
+    )
+    ran = cli("pipeline", tmp_path / "in", "-o", tmp_path / "started", "--config", tmp_path / "s.toml")
+    assert ran.code == 0, ran.err
+    started = read_joint_table(tmp_path / "started" / "take.csv")
+    assert np.linalg.norm(started.positions[0] - joints[0], axis=1).mean() < 0.05
+
     dark = (DepthFrame(CAMERA, np.full(frames[0].depth.shape, np.nan, np.float32), None, t / 30.0) for t in range(3))
     write_depth_folder(tmp_path / "in" / "dark", dark, 30.0)
+    ran = cli("pipeline", tmp_path / "in", "-o", tmp_path / "two", "--config", tmp_path / "s.toml")
+    assert (ran.code, len(ran.failures)) == (2, 1)
+    assert "one depth recording" in ran.failures[0]
     (tmp_path / "c.toml").write_text('[track]\nmodel = "t.mend"\nterms = ["surface", "color"]\n')
     chained = cli("pipeline", tmp_path / "in", "-o", tmp_path / "again", "--config", tmp_path / "c.toml")
     alone = cli(

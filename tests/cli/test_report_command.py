@@ -103,3 +103,13 @@ def test_a_depth_folder_that_cannot_be_read_is_a_line(cli: Command, library: Pat
     ran = cli("report", tmp_path / "take", library / "clean.amc", "-o", tmp_path / "r.html")
     assert (ran.code, len(ran.failures)) == (1, 1)
     assert "camera.json" in ran.failures[0]
+
+
+def test_images_alone_are_no_page_and_what_to_give_is_said(cli: Command, tmp_path: Path) -> None:
+    camera = Camera(8, 6, 7.0, 7.0, 4.0, 3.0)
+    write_depth_folder(tmp_path / "take", [DepthFrame(camera, np.ones((6, 8), np.float32), None, 0.0)], 30.0)
+    ran = cli("report", tmp_path / "take", "-o", tmp_path / "r.html")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert str(tmp_path / "take") in ran.failures[0]
+    assert "tracked" in ran.failures[0]
+    assert not (tmp_path / "r.html").exists()

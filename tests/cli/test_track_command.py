@@ -110,10 +110,12 @@ def test_a_frame_without_the_person_is_said_to_be_so(cli: Command, studio: Path,
         blank = [DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32))]
         write_depth_folder(tmp_path / "blank", blank, FPS)
         shutil.copy(tmp_path / "blank/depth/000000.png", tmp_path / f"take/depth/{number:06d}.png")
+    (tmp_path / "take/depth/Thumbs.db").touch()
     known = ["--skeleton", studio / "clip.asf", "--start", studio / "start.csv"]
     ran = cli("track", tmp_path / "take", "-m", studio / "m.mend", *known, "-o", tmp_path / "o.csv", "--json")
     assert ran.code == 0
     assert json.loads(ran.out)["lost"] >= 2
+    assert any("Thumbs.db" in warning for warning in json.loads(ran.out)["warnings"])
     table = read_joint_table(tmp_path / "o.csv")
     assert table.frames == FRAMES
     assert not table.present[5:7].any()
@@ -247,6 +249,7 @@ def test_nothing_is_overwritten_and_what_is_finished_is_skipped(cli: Command, st
     ("more", "said"),
     [
         (["--terms", "surface,magic"], "--terms"),
+        (["--terms", "color,edge"], "chooses among its matches"),
         (["--preset", "best"], "--preset"),
         (["--format", "fbx"], "--format"),
         (["-o", "x.txt"], ".csv"),

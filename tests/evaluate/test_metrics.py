@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.motion import Markers, Motion
-from motionmend.bodies.skeleton import ROTATION, Skeleton, positions
+from motionmend.bodies.skeleton import ROTATION, TRANSLATION, Skeleton, positions
 from motionmend.errors import MismatchError
 from motionmend.evaluate import (
     body_channels,
@@ -91,6 +92,64 @@ def test_a_moved_root_moves_every_joint_and_no_angle():
     assert found.mean_cm == pytest.approx(5.0)
     assert found.root_rms_cm == pytest.approx(5.0)
     assert found.foot_skate_cm_s["other"] == pytest.approx(found.foot_skate_cm_s["truth"])
+
+
+def elsewhere(motion: Motion, degrees: float, metres: tuple[float, float, float]) -> Motion:
+    """The same motion in other axes: turned about the outermost axis of the root's angles, then moved."""
+    skeleton, q = motion.skeleton, motion.q.copy()
+    own = skeleton.dofs_of(0)
+    places, turns = (own[skeleton.dof_kind[own] == kind] for kind in (TRANSLATION, ROTATION))
+    q[:, turns[0]] += np.radians(degrees)
+    turn = Rotation.from_rotvec(np.radians(degrees) * skeleton.dof_axis[turns[0]])
+    q[:, places] = turn.apply(q[:, places] + skeleton.offsets[0]) - skeleton.offsets[0] + metres
+    return motion.with_q(q)
+
+
+def test_joint_angles_in_other_axes_are_brought_to_the_truths_and_that_is_said():
+    q = MOTION.q.copy()
+    q[:, 6:] += np.radians(3.0) * np.random.default_rng(0).standard_normal(q[:, 6:].shape)
+    off = MOTION.with_q(q)
+    near, far = compare(MOTION, off), compare(MOTION, elsewhere(off, 130.0, (0.4, -1.0, 3.0)))
+    assert not any("rigid" in note for note in near.notes)
+    assert any("one rigid motion: turned by 130 degrees" in note for note in far.notes)
+    assert far.mean_cm == pytest.approx(near.mean_cm, rel=0.1)
+    assert far.root_rms_cm < 0.5
+    assert far.rms_deg == near.rms_deg
+    assert far.rms_deg_by_channel["lhumerus.rx"] == near.rms_deg_by_channel["lhumerus.rx"]
+    assert far.jitter["other"] == pytest.approx(near.jitter["other"])
+    assert far.foot_skate_cm_s["other"] == pytest.approx(near.foot_skate_cm_s["other"], abs=0.5)
+    roots = [name for name, value in far.rms_deg_by_channel.items() if value is None]
+    assert sorted(roots) == ["root.rx", "root.ry", "root.rz"]
+    assert far.rms_deg_all == pytest.approx(3.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.45), (12.0, 0.0)])
+def test_a_recording_that_is_a_little_off_is_judged_where_it_lies(degrees, metres):
+    found = compare(MOTION, elsewhere(MOTION.with_q(MOTION.q - MOTION.q[0]), degrees, (metres, 0.0, 0.0)))
+    assert not any("rigid" in note for note in found.notes)
+    assert found.mean_cm > 5.0
+    assert found.rms_deg_by_channel["root.rx"] is not None
+
+
+def test_a_root_that_stands_still_where_the_truth_walks_is_an_error_and_no_other_axes():
+    walk = clip("walk", seconds=4, seed=3)
+    q = walk.q.copy()
+    q[:, :3] = q[0, :3]
+    found = compare(walk, walk.with_q(q))
+    gone = np.linalg.norm(walk.q[:, :3] - walk.q[0, :3], axis=1)
+    assert gone.mean() > 1.0
+    assert found.mean_cm == pytest.approx(100 * gone.mean())
+
+
+def test_what_is_missing_of_a_root_in_other_axes_counts_as_it_does_in_the_same():
+    q = MOTION.q.copy()
+    q[20:40, :6] = np.nan
+    q[60:70, 1] = np.nan
+    spoilt = MOTION.with_q(q)
+    near, far = compare(MOTION, spoilt), compare(MOTION, elsewhere(spoilt, 75.0, (3.0, 0.0, 1.0)))
+    assert far.mean_cm == pytest.approx(0.0, abs=1e-6)
+    # All of a place is missing where a part is, for in the truth's axes that is a part of each.
+    assert near.mean_cm_counting_missing < far.mean_cm_counting_missing < 100.0
 
 
 def test_markers_off_by_a_known_distance():

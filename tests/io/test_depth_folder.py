@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -131,6 +132,7 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "a number missing": (lambda f: (f / "depth/000001.png").unlink(), r"000001\.png is missing"),
     "a number twice": (lambda f: shutil.copy(f / "depth/000001.png", f / "depth/1.png"), "again"),
     "another name": (lambda f: (f / "depth/000001.png").rename(f / "depth/b.png"), "named 000000"),
+    "a frame of another kind": (lambda f: (f / "depth/000004.npy").touch(), "named 000000"),
     "8 bits": (image("uint8", (12, 16)), "8-bit grey"),
     "colour": (image("uint16", (12, 16, 3)), "16-bit colour"),
     "mixed sizes": (image("uint16", (6, 8)), "8 x 6"),
@@ -158,6 +160,52 @@ def test_a_bad_folder_is_one_line_that_names_it(folder: Path, kind: str) -> None
         list(read_depth(folder))
     assert "clip" in str(failure.value)
     assert "\n" not in str(failure.value)
+
+
+def renumber(folder: Path, by: int) -> None:
+    for file in sorted((folder / "color").iterdir(), reverse=by > 0):
+        file.rename(file.with_stem(f"{int(file.stem) + by:06d}"))
+
+
+def no_colour(folder: Path) -> None:
+    shutil.rmtree(folder / "color")
+    (folder / "color").mkdir()
+
+
+def in_milliseconds(folder: Path) -> None:
+    (folder / "times.csv").write_text("0\n40\n80\n120\n")
+
+
+PROMISES: dict[str, tuple[Callable[[Path], object], str]] = {
+    "fewer colour images": (lambda f: (f / "color/000002.png").unlink(), "for 1 of 4 depth images, 000002 first"),
+    "colour begins later": (lambda f: renumber(f, 1), "for 1 of 4 .* 000000 first: .* 000001 to 000004"),
+    "colour of other numbers": (lambda f: renumber(f, 100), "for 4 of 4 .* 000100 to 000103"),
+    "no colour in its folder": (no_colour, "color/ holds no images"),
+    "milliseconds": (in_milliseconds, r"0\.025 Hz, camera.json says 25 Hz; .* milliseconds"),
+    "another rate": (lambda f: change(f, fps=50.0), "25 Hz, camera.json says 50 Hz; the times count"),
+    "a file of the system": (lambda f: (f / "depth/Thumbs.db").touch(), r"Thumbs\.db in depth/ is no image"),
+}
+
+
+@pytest.mark.parametrize("kind", PROMISES)
+def test_what_a_folder_promises_and_lacks_is_one_warning(folder: Path, kind: str) -> None:
+    assert read_depth(folder).warnings == ()
+    spoil, said = PROMISES[kind]
+    spoil(folder)
+    read = read_depth(folder)
+    (warning,) = read.warnings
+    assert re.search(said, warning)
+    assert len(list(read)) == 4
+
+
+def test_files_of_the_system_are_told_together_and_alone_are_no_recording(folder: Path) -> None:
+    for name in ("Thumbs.db", "desktop.ini", ".DS_Store"):
+        (folder / "depth" / name).touch()
+    assert read_depth(folder).warnings == ("2 files in depth/ are no images and are left out, Thumbs.db first",)
+    for file in (folder / "depth").glob("*.png"):
+        file.unlink()
+    with pytest.raises(FileError, match=r"came 'Thumbs\.db'"):
+        read_depth(folder)
 
 
 def test_a_mirrored_recording_is_turned_round(folder: Path) -> None:

@@ -404,7 +404,7 @@ def test_the_same_frames_give_the_same_numbers():
 def test_bad_settings_are_refused():
     with pytest.raises(UsageError, match="terms of surface"):
         settings_of("default", ("surface", "smell"))
-    with pytest.raises(UsageError, match="surface must be"):
+    with pytest.raises(UsageError, match="surface must be among the terms, came edge: "):
         settings_of("paper", ("edge",))
     with pytest.raises(UsageError, match="preset"):
         settings_of("best")

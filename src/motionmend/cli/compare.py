@@ -45,6 +45,9 @@ def compare(
     What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
     missing angle as the truth's mean over time, or as the channel's others if they err more, and a missing marker as
     the middle of the others.
+
+    Joint angles that lie in other axes, as those tracked in a camera's against what a studio recorded, are brought to
+    the truth's by one rigid motion, and that is noted.
     """
     from ..io import READABLE
     from .compare_joints import SENSORS

@@ -32,7 +32,7 @@ def depth_facts(path: Path) -> dict[str, Any]:
     some = np.concatenate([image[np.isfinite(image)][::17] for image in images])
     span: list[float] = np.quantile(some, (0.01, 0.99)).tolist() if some.size else []
     camera = recording.camera
-    warnings = _lapses(recording.times)
+    warnings = [*recording.warnings, *_lapses(recording.times)]
     empty = int((present == 0).sum())
     if empty:
         warnings.append(f"{empty} of {len(numbers)} depth images looked at hold no return at all")

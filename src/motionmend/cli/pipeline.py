@@ -10,7 +10,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import FileError, MismatchError, counted
+from ..errors import FileError, MismatchError, UsageError, counted
 from .denoise import LOST
 from .folders import housed, new_folders
 from .inputs import Refusal
@@ -61,6 +61,8 @@ def pipeline(
     options = with_models(options, models)
     out = working.reachable(out)
     found, refused = gather_takes(given, out)
+    if options.track.start is not None and sum(kind == "depth" for _, kind in found) > 1:
+        raise UsageError(f"{config}: track.start is the first pose of one depth recording: leave it out for several")
     planned, barred = plan_takes(found, given, out, options.format, writing)
     chain, lacking = _chain(options, {take.kind for take in planned})
     with new_folders() as make:
@@ -108,7 +110,7 @@ def _chain(options: "PipelineConfig", kinds: set[Kind]) -> "tuple[Chain, dict[Ki
             raise FileError(f"{depth.body}: no such body: `motionmend track --body` makes one")
         terms = _settings(depth.preset, None if depth.terms is None else ",".join(depth.terms)).terms
         follow = Follow(depth.preset, terms, time())
-        chain = replace(chain, follow=follow.knowing(depth.model, depth.skeleton, depth.body, None))
+        chain = replace(chain, follow=follow.knowing(depth.model, depth.skeleton, depth.body, depth.start))
     return chain, lacking
 
 

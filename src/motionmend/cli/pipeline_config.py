@@ -16,10 +16,11 @@ class _Section(BaseModel):
 
 
 class TrackSection(_Section):
-    """Options of `motionmend track`."""
+    """Options of `motionmend track`; `start` is the pose of frame 0 of one take."""
 
     model: Path | None = None
     skeleton: Path | None = None
+    start: Path | None = None
     body: Path | None = None
     preset: str = "default"
     terms: tuple[str, ...] | None = None
@@ -76,15 +77,17 @@ def read_config(path: Path) -> PipelineConfig:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise UsageError(f"{path}: {where}: {_reason(first['type'], first['msg'])}") from None
+        raise UsageError(f"{path}: {where}: {_reason(first['loc'], first['type'], first['msg'])}") from None
     return _located(config, path.parent)
 
 
-def _reason(kind: str, message: str) -> str:
-    if kind == "extra_forbidden":
-        known = [*PipelineConfig.model_fields]
-        return f"no such entry; there are {', '.join(known)}, and in the last three the options of their commands"
-    return message
+def _reason(where: tuple[int | str, ...], kind: str, message: str) -> str:
+    if kind != "extra_forbidden":
+        return message
+    sections: dict[str, type[_Section]] = {"track": TrackSection, "correct": CorrectSection, "denoise": DenoiseSection}
+    if len(where) > 1:
+        return f"no such entry; [{where[0]}] takes {', '.join(sections[str(where[0])].model_fields)}"
+    return f"no such entry; there are {', '.join(PipelineConfig.model_fields)}, the last three being sections"
 
 
 def _located(config: PipelineConfig, folder: Path) -> PipelineConfig:

@@ -58,6 +58,9 @@ def report(
             pictures += pictures_of(path, tables)
         except MotionMendError as error:
             failures.append(failed(path, error, debug))
+    if depth and not rest:
+        named = ", ".join(map(str, depth))
+        raise FileError(f"{out} not written: {named} holds images alone: give the file tracked from them too (.csv)")
     if not shown:
         raise FileError(f"{out} not written: none of the recordings given can be shown")
     out.parent.mkdir(parents=True, exist_ok=True)

@@ -52,7 +52,7 @@ def track(
     ] = None,
     terms: Annotated[
         str | None,
-        Parameter(help="What counts, separated by commas: surface, color, edge, prior, limits, freespace."),
+        Parameter(help="What counts, separated by commas: surface (needed), color, edge, prior, limits, freespace."),
     ] = None,
     preset: Annotated[
         str, Parameter(help="default, or paper: the dissertation's terms, weights and windows.")
@@ -231,7 +231,7 @@ class Follow:
 
     def warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
         """What a user should know before they trust the joints."""
-        warnings = []
+        warnings = [*recording.warnings]
         if "color" in self.terms and not recording.has_color:
             warnings.append("there is no colour: the term color does nothing")
         if self.performer is None and not followed.calibrated:

@@ -8,14 +8,13 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
-from ..bodies.rigid import rigid_fit
 from ..errors import MismatchError, counted
+from .axes import carrying
 from .metrics import bone_drift, jitter, position_error
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
 UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere
 _GAP = 2.5  # frames; between samples farther apart than this nothing is interpolated
-_OTHER_AXES_DEG, _OTHER_AXES_M = 15.0, 0.5  # a recording turned or moved by more lies in other axes
 _SAME_RATE = 1.05  # times another; rates of one recording as two clocks tell them
 _LAPSE = 0.5  # of a frame; rows whose times differ by more are worth a sentence
 
@@ -170,19 +169,11 @@ def _upright_alike(truth: Postures, other: Postures, place: Ints) -> tuple[Postu
 def _aligned(truth: Postures, other: Postures, place: Ints, align: bool | None) -> tuple[Postures, tuple[str, ...]]:
     """The other in the truth's axes, by the rigid motion that brings all joints of all frames nearest."""
     matched = np.flatnonzero(place >= 0)
-    source = other.positions[:, place[matched]].reshape(-1, 3)
-    turn, shift = rigid_fit(source, truth.positions[:, matched].reshape(-1, 3))
-    moved = other.with_positions(other.positions @ turn.T + shift)
-    if align is None:
-        turned = float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0))))
-        carried = _mean(np.linalg.norm(moved.positions - other.positions, axis=2))
-        if turned < _OTHER_AXES_DEG and carried < _OTHER_AXES_M:
-            return other, ()
-        return moved, (
-            f"the other was brought to the truth's axes by one rigid motion: turned by {turned:.3g} degrees, its "
-            f"joints moved by {carried:.3g} m",
-        )
-    return moved, ("the other was brought to the truth's axes by one rigid motion",)
+    found = carrying(other.positions[:, place[matched]], truth.positions[:, matched])
+    if align is None and not found.large:
+        return other, ()
+    said = found.note if align is None else "the other was brought to the truth's axes by one rigid motion"
+    return other.with_positions(found.of(other.positions)), (said,)
 
 
 def _up_along_y(postures: Postures) -> float:

@@ -13,9 +13,11 @@ from ..bodies.feet import contacts, foot_joints, foot_markers, skate_during
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, positions, wrapped
 from ..errors import MismatchError
+from .axes import Carrying, carrying
 
 RIGID_STD = 0.005  # m; two markers whose distance varies less than this in the truth sit on one bone
 RATE_TOLERANCE = 5e-4  # relative; what a frame time written with few digits is off by, 119.88 Hz is not 120 Hz
+EXPLAINED = 0.4  # of the distance; a rigid motion that leaves more is not all that is wrong
 _ROOTS = {"root", "hips", "hip", "pelvis", "reference"}
 _NOT_BODY = ("hand", "finger", "thumb", "index", "middle", "ring", "pinky", "little", "toe", "toebase")
 
@@ -31,7 +33,8 @@ class Comparison:
     rms_deg : RMS difference of the body joint angles (`body_channels`), over the samples both have, degrees.
     rms_deg_counting_missing : the same, each missing angle scored as if it were the truth's mean over time, or as
         the channel's other angles are where they err more: what is missing counts no less than what is there.
-    rms_deg_all, rms_deg_by_channel : over all rotation channels, and each by its name.
+    rms_deg_all, rms_deg_by_channel : over all rotation channels, and each by its name; the root's left out, and None,
+        where the other lies in other axes.
     mean_cm : mean distance over joints or markers and frames, over the samples both have, cm.
     mean_cm_counting_missing : the same, each missing marker scored as if it were at the centroid of the frame's
         true markers, each missing angle as if it were the truth's mean over time.
@@ -73,7 +76,8 @@ def compare(truth: Motion | Markers, other: Motion | Markers) -> Comparison:
     """Compare a recording with the truth, sample by sample.
 
     Channels and markers are matched by name, in whatever order; markers also without the subject's prefix when
-    that is unambiguous. Samples that the truth lacks are left out of everything.
+    that is unambiguous. Samples that the truth lacks are left out of everything. Joint angles whose root lies so far
+    off throughout that its axes cannot be the truth's are brought there by one rigid motion, which is noted.
 
     Parameters
     ----------
@@ -191,8 +195,17 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
     filled_q = np.where(truth.present & ~np.isfinite(other_q), _mean_pose(truth), other_q)
     rotation = truth.skeleton.dof_kind == ROTATION
     roots = truth.skeleton.parents < 0
-    body = body_channels(truth.channels) & rotation & ~roots[truth.skeleton.dof_joint]
-    true_at, other_at, filled_at = (positions(truth.skeleton, q) for q in (truth.q, other_q, filled_q))
+    of_root = roots[truth.skeleton.dof_joint]
+    body = body_channels(truth.channels) & rotation & ~of_root
+    true_at, other_at = (positions(truth.skeleton, q) for q in (truth.q, other_q))
+    carried = _other_axes(true_at, other_at)
+    axes_notes: tuple[str, ...] = ()
+    told = rotation
+    if carried is None:
+        filled_at = positions(truth.skeleton, filled_q)
+    else:
+        other_at, filled_at = carried.of(other_at), _filled_there(truth, other_q, filled_q, carried)
+        told, axes_notes = rotation & ~of_root, (carried.note, "the root's own angles are left out: of other axes")
     distance = position_error(true_at, other_at)
     feet, notes = _feet(truth)
     skates = _skates(true_at, other_at, feet, truth.fps, truth.skeleton.up)
@@ -202,9 +215,10 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
         fps=truth.fps,
         rms_deg=_degrees(rms_angle(truth.q[:, body], other_q[:, body])),
         rms_deg_counting_missing=_degrees(float(np.sqrt(_mean(_counted(truth, other_q, body) ** 2)))),
-        rms_deg_all=_degrees(rms_angle(truth.q[:, rotation], other_q[:, rotation])),
+        rms_deg_all=_degrees(rms_angle(truth.q[:, told], other_q[:, told])),
         rms_deg_by_channel={
-            truth.channels[c]: _degrees(rms_angle(truth.q[:, c], other_q[:, c])) for c in np.flatnonzero(rotation)
+            truth.channels[c]: _degrees(rms_angle(truth.q[:, c], other_q[:, c])) if told[c] else None
+            for c in np.flatnonzero(rotation)
         },
         mean_cm=_cm(_mean(distance)),
         mean_cm_counting_missing=_cm(_mean(position_error(true_at, filled_at))),
@@ -215,8 +229,31 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
         bone_drift_truth_cm=0.0,
         foot_skate_cm_s=skates,
         missing=_missing(truth, np.isfinite(other_q)),
-        notes=("bone_drift_cm is 0 by construction: joint angles keep every bone's length", *notes),
+        notes=(*axes_notes, "bone_drift_cm is 0 by construction: joint angles keep every bone's length", *notes),
     )
+
+
+def _other_axes(true_at: Floats, other_at: Floats) -> Carrying | None:
+    """What brings the other to the truth's axes where these are others: far, and most of the distance is that.
+
+    A root that was held or has drifted is far too, but no rigid motion mends it: that is an error, and stays one.
+    """
+    common = np.asarray(np.isfinite(true_at + other_at).all(axis=2))
+    if common.sum() < 3:
+        return None
+    found = carrying(np.where(common[:, :, None], other_at, np.nan), true_at)
+    left, whole = (_mean(position_error(true_at, at)) for at in (found.of(other_at), other_at))
+    return found if found.large and left < EXPLAINED * whole else None
+
+
+def _filled_there(truth: Motion, other_q: Floats, filled_q: Floats, carried: Carrying) -> Floats:
+    """(T, J, 3) m of the filled angles in the truth's axes; a root that is missing in part is missing, for what is put
+    in its place is in these axes already."""
+    of_root = np.asarray(truth.skeleton.parents < 0)[truth.skeleton.dof_joint]
+    lost = np.asarray((truth.present & ~np.isfinite(other_q))[:, of_root].any(axis=1))[:, None]
+    q = np.where(lost & of_root, np.where(truth.present, _mean_pose(truth), np.nan), filled_q)
+    at = positions(truth.skeleton, q)
+    return np.where(lost[:, :, None], at, carried.of(at))
 
 
 def _compare_markers(truth: Markers, other: Markers) -> Comparison:

@@ -34,6 +34,7 @@ class DepthRecording:
         has the right hand at the right of the image.
     up : side of the images at which the room's ceiling is: a camera that lies on its side has it at the left or right.
     guesses : a sentence for all that the recording did not say.
+    warnings : a sentence for all that it holds less of than it promises, or otherwise.
     """
 
     path: Path
@@ -46,6 +47,7 @@ class DepthRecording:
     mirrored: bool = False
     up: str = "top"
     guesses: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def axes(self) -> Floats:

@@ -21,7 +21,7 @@ import numpy as np
 from ..arrays import Bytes, Floats, Singles
 from ..bodies.camera import Camera, DepthFrame
 from ..bodies.registration import ColorCamera, registered
-from ..errors import FileError, MismatchError
+from ..errors import FileError, MismatchError, counted
 from .atomic import atomic
 from .columns import read_lines
 from .depth import UP, DepthRecording
@@ -29,7 +29,9 @@ from .lens import Lens, lens_of
 from .png import color_pixels, png_header, png_pixels, write_depth_png
 
 _COLOR_ENDINGS = (".png", ".jpg", ".jpeg")
+_IMAGE_ENDINGS = (*_COLOR_ENDINGS, ".tif", ".tiff", ".bmp", ".pgm", ".ppm", ".pnm", ".exr", ".webp", ".jp2", ".gif")
 _WIDEST = 20000  # px
+_OTHER_RATE = 1.5  # times another; rates that differ by more are no matter of a few dropped frames
 
 
 def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
@@ -43,7 +45,8 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
 
     Returns
     -------
-    recording : times from times.csv, else from the rate.
+    recording : times from times.csv, else from the rate; warnings of colour that is not there for every image, of
+        times at another rate than camera.json's, and of files in depth/ that are no images.
 
     Raises
     ------
@@ -54,7 +57,7 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
     facts = _camera_facts(folder)
     camera = _camera(facts, folder / "camera.json")
     scale = _positive(facts, "depth_scale", folder / "camera.json", "metres per unit, 0.001 for millimetres")
-    numbers, images = _numbered(folder / "depth", (".png",))
+    numbers, images, foreign = _numbered(folder / "depth", (".png",))
     for image in images:
         header = png_header(image)
         if (header.bits, header.kind) != (16, "grey"):
@@ -65,7 +68,7 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
                 f"{header.width} x {header.height}"
             )
     times, fps = _times(folder, facts, len(images))
-    colors, taker = _colors(folder, numbers, facts)
+    colors, taker, said_of_color = _colors(folder, numbers, facts)
     lens = _lens(camera, facts, folder / "camera.json")
     beside = None if taker is None else _lens(taker.camera, facts["color"], folder / "camera.json")
 
@@ -89,7 +92,8 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
     up = facts.get("up", UP[0])
     if up not in UP:
         raise FileError(f"{folder / 'camera.json'}: wanted 'up' as one of {', '.join(UP)}, came {str(up)[:40]!r}")
-    return DepthRecording(folder, camera, times, fps, depth_of, color_of, bool(colors), mirrored, up, guesses)
+    warnings = (*_of_foreign(foreign), *said_of_color, *_of_rates(fps, facts))
+    return DepthRecording(folder, camera, times, fps, depth_of, color_of, bool(colors), mirrored, up, guesses, warnings)
 
 
 def write_depth_folder(
@@ -195,21 +199,31 @@ def _positive(facts: Mapping[str, Any], name: str, file: Path, unit: str) -> flo
 # ---- images and times -----------------------------------------------------------------------
 
 
-def _numbered(folder: Path, endings: Sequence[str]) -> tuple[list[int], list[Path]]:
-    """Numbers and files of images named by numbers, in their order, none missing in between."""
+def _numbered(folder: Path, endings: Sequence[str]) -> tuple[list[int], list[Path], list[str]]:
+    """Numbers and files of images named by numbers, in their order, none missing in between; names of what is no image.
+
+    A system leaves files of its own in folders of images, as Thumbs.db. What has a number or the ending of an image may
+    be meant as a frame and is not passed over.
+    """
     if not folder.is_dir():
         raise FileError(f"{folder}: wanted a folder with depth images 000000.png, 000001.png, ...; there is none")
     found: dict[int, Path] = {}
+    foreign: list[str] = []
     for file in sorted(folder.iterdir()):
         if file.name.startswith(".") or file.is_dir():
             continue
-        if file.suffix.lower() not in endings or not (file.stem.isascii() and file.stem.isdigit()):
+        numbered = file.stem.isascii() and file.stem.isdigit()
+        if not numbered and file.suffix.lower() not in _IMAGE_ENDINGS:
+            foreign.append(file.name)
+            continue
+        if file.suffix.lower() not in endings or not numbered:
             raise FileError(f"{file}: wanted depth images named 000000.png, 000001.png, ..., came '{file.name}'")
         if int(file.stem) in found:
             raise FileError(f"{file}: the number of {found[int(file.stem)].name} again; remove one")
         found[int(file.stem)] = file
     if not found:
-        raise FileError(f"{folder}: wanted depth images 000000.png, 000001.png, ..., the folder is empty")
+        came = f"came '{foreign[0]}'" if foreign else "the folder is empty"
+        raise FileError(f"{folder}: wanted depth images 000000.png, 000001.png, ..., {came}")
     numbers = sorted(found)
     missing = next((one + 1 for one, after in pairwise(numbers) if after != one + 1), None)
     if missing is not None:
@@ -218,7 +232,16 @@ def _numbered(folder: Path, endings: Sequence[str]) -> tuple[list[int], list[Pat
             f"{folder}: {missing:06d}.png is missing ({lacking} in all between the first and the last); number the "
             "images without gaps and give their times in times.csv"
         )
-    return numbers, [found[number] for number in numbers]
+    return numbers, [found[number] for number in numbers], foreign
+
+
+def _of_foreign(names: Sequence[str]) -> tuple[str, ...]:
+    """What is said of files in depth/ that are no images."""
+    if not names:
+        return ()
+    if len(names) == 1:
+        return (f"{names[0]} in depth/ is no image and is left out",)
+    return (f"{len(names)} files in depth/ are no images and are left out, {names[0]} first",)
 
 
 def _times(folder: Path, facts: Mapping[str, Any], frames: int) -> tuple[Floats, float]:
@@ -245,6 +268,17 @@ def _times(folder: Path, facts: Mapping[str, Any], frames: int) -> tuple[Floats,
     return times, _positive(facts, "fps", folder / "camera.json", "frames per second")
 
 
+def _of_rates(fps: float, facts: Mapping[str, Any]) -> tuple[str, ...]:
+    """What is said of times at another rate than camera.json's, which counts only where there are no times."""
+    stated = facts.get("fps")
+    if isinstance(stated, bool) or not isinstance(stated, int | float) or not 0.0 < stated < math.inf:
+        return ()
+    if 1.0 / _OTHER_RATE <= fps / stated <= _OTHER_RATE:
+        return ()
+    unit = "; they count as seconds: are they milliseconds?" if 500.0 < stated / fps < 2000.0 else "; the times count"
+    return (f"the times of times.csv come at {fps:.3g} Hz, camera.json says {stated:g} Hz{unit}",)
+
+
 def _is_number(text: str) -> bool:
     try:
         return math.isfinite(float(text))
@@ -254,17 +288,27 @@ def _is_number(text: str) -> bool:
 
 def _colors(
     folder: Path, numbers: Sequence[int], facts: Mapping[str, Any]
-) -> tuple[dict[int, Path], ColorCamera | None]:
-    """Colour images by the number of their frame, and the camera that took them where it is not the depth camera."""
+) -> tuple[dict[int, Path], ColorCamera | None, tuple[str, ...]]:
+    """Colour images by the number of their frame, the camera that took them where it is not the depth camera, and what
+    is said of frames without colour."""
     place = folder / "color"
     if not place.is_dir():
-        return {}, None
+        return {}, None, ()
     found: dict[int, Path] = {}
     for file in sorted(place.iterdir()):
         if file.suffix.lower() in _COLOR_ENDINGS and file.stem.isascii() and file.stem.isdigit():
             found.setdefault(int(file.stem), file)
+    lacking = [number for number in numbers if number not in found]
+    said: tuple[str, ...] = ()
+    if not found:
+        said = ("color/ holds no images named 000000.png or 000000.jpg, ...: there is no colour",)
+    elif lacking:
+        said = (
+            f"no colour for {len(lacking)} of {counted(len(numbers), 'depth image')}, {lacking[0]:06d} first: of "
+            f"color/ the image of the same number is taken, and it holds {min(found):06d} to {max(found):06d}",
+        )
     wanted = set(numbers)
-    return {number: file for number, file in found.items() if number in wanted}, _color_camera(facts, folder)
+    return {number: file for number, file in found.items() if number in wanted}, _color_camera(facts, folder), said
 
 
 def _color_camera(facts: Mapping[str, Any], folder: Path) -> ColorCamera | None:

@@ -136,5 +136,8 @@ def settings_of(preset: str = "default", terms: Sequence[str] | None = None) -> 
         if term not in TERMS:
             raise UsageError(f"terms of {', '.join(TERMS)} were wanted, came {term!r}")
     if "surface" not in terms:
-        raise UsageError(f"the surface must be among the terms, came {', '.join(terms) or 'none'}")
+        raise UsageError(
+            f"the surface must be among the terms, came {', '.join(terms) or 'none'}: colour chooses among its "
+            "matches, edges alone leave depth open, and deviations are reckoned from how far it lies off"
+        )
     return replace(PRESETS[preset], terms=tuple(dict.fromkeys(terms)))
