@@ -12,18 +12,19 @@ import numpy as np
 import motionmend as mm
 from motionmend.arrays import Bools, Floats, frozen
 from motionmend.bodies.camera import KINECT, DepthFrame
-from motionmend.bodies.performer import BONES, Performer, Pose, Poses, landmarks
+from motionmend.bodies.performer import BONES, LANDMARKS, Performer, Pose, Poses, landmarks
 from motionmend.bodies.skeleton import forward
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.evaluate.scenes import Plane, View, behind, performed, room, strange, view
 from motionmend.evaluate.sensor import sensed
 from motionmend.evaluate.strangers import stranger
+from motionmend.track.furniture import is_furniture, room_behind
 from motionmend.track.hindsight import moment, revised
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings
 from motionmend.track.smoothing import smoothed
-from motionmend.track.tracker import start, step
+from motionmend.track.tracker import Estimate, TrackState, start, step
 
 from .common import FPS, motion, reduced
 
@@ -230,7 +231,7 @@ def recorded(
     performer: Performer,
     pose: Pose | None = None,
 ) -> Track:
-    """The same as `motionmend track` has it: frames set right by those that come after."""
+    """The same as `motionmend track` has it: frames set right by those that come after, furniture told from people."""
     state = start(model, settings, frames[0], performer, pose)
     moments, seconds = [], []
     for frame in frames:
@@ -241,6 +242,7 @@ def recorded(
     begin = perf_counter()
     said = list(revised(model, settings, moments))
     behind = perf_counter() - begin
+    said = _but_furniture(state, frames[-1], said)
     return Track(
         frozen([one.landmarks for one in said]),
         frozen([one.std for one in said]),
@@ -253,6 +255,24 @@ def recorded(
         state.performer,
         behind,
     )
+
+
+def _but_furniture(state: TrackState, last: DepthFrame, said: list[Estimate]) -> list[Estimate]:
+    """The estimates without those of furniture, as the room after the last frame tells it."""
+    seen_behind = room_behind(state, last)
+    some = [(t, one.pose) for t, one in enumerate(said) if one.pose is not None and "tracked" in one.flags]
+    if seen_behind is None or not some:
+        return said
+    poses = Poses(
+        np.array([pose.translation for _, pose in some]),
+        np.array([pose.root for _, pose in some]),
+        np.array([pose.joints for _, pose in some]),
+    )
+    mistaken = is_furniture(seen_behind, state.performer, poses, np.ones(len(some), dtype=np.bool_))
+    nowhere = frozen(np.full((len(LANDMARKS), 3), np.nan))
+    nobody = {"pose": None, "landmarks": nowhere, "std": nowhere[:, 0], "flags": ("empty",)}
+    empty = {t for (t, _), found in zip(some, mistaken, strict=True) if found}
+    return [replace(one, **nobody) if t in empty else one for t, one in enumerate(said)]
 
 
 def away(truth: Floats, joints: Floats) -> Floats:
