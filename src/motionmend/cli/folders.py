@@ -1,10 +1,11 @@
 """Folders for outputs: made before the work begins, and gone after it where nothing came into them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .inputs import Job, Refusal
+from .inputs import Input, Job, Refusal, ready
+from .options import Writing
 
 
 @contextmanager
@@ -32,3 +33,24 @@ def housed(job: Job, make: Callable[[Path], None]) -> Job | Refusal:
         why = f"the folder {job.target.parent} cannot be made: {error.strerror or error}"
         return Refusal(job.source, f"{why}: choose another place with -o")
     return job
+
+
+def ready_and_housed(
+    planned: Sequence[Job],
+    inputs: Sequence[Input],
+    sidecars: Sequence[str],
+    writing: Writing,
+    make: Callable[[Path], None],
+) -> tuple[list[Job], list[Refusal]]:
+    """Planned jobs as they are to be done, with folders for their outputs, and those that cannot be."""
+    jobs: list[Job] = []
+    refused: list[Refusal] = []
+    for one in planned:
+        job = ready(one, inputs, sidecars, force=writing.force, resume=writing.resume)
+        if isinstance(job, Job):
+            job = housed(job, make)
+        if isinstance(job, Refusal):
+            refused.append(job)
+        else:
+            jobs.append(job)
+    return jobs, refused

@@ -12,8 +12,8 @@ from .. import __version__
 from ..errors import FileError, UsageError, counted
 from .clock import began
 from .depth_inputs import FORMATS, gather_depth, plan_depth
-from .folders import housed, new_folders
-from .inputs import Job, Refusal, ready
+from .folders import new_folders, ready_and_housed
+from .inputs import Job
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
 from .transform import write_json
@@ -79,15 +79,9 @@ def track(
     if start is not None and len(inputs) > 1:
         raise UsageError("--start is the first pose of one recording: leave it out for several")
     with new_folders() as make:
-        jobs = []
-        for planned in plan_depth(inputs, folders, out, format):
-            job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
-            if isinstance(job, Job):
-                job = housed(job, make)
-            if isinstance(job, Refusal):
-                refused.append(job)
-            else:
-                jobs.append(job)
+        planned = plan_depth(inputs, folders, out, format)
+        jobs, barred = ready_and_housed(planned, inputs, [".mend.json"], writing, make)
+        refused = [*refused, *barred]
         if body is not None:
             try:
                 make(body.parent)

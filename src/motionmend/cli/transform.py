@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ..batch import Task
-from .folders import housed, new_folders
-from .inputs import Input, Job, Refusal, gather, plan, ready
+from .folders import new_folders, ready_and_housed
+from .inputs import Input, Job, gather, plan
 from .options import Working, Writing
 from .output import Done, json_line, say, work
 
@@ -41,16 +41,10 @@ def transform(
     files, out = [working.reachable(file) for file in files], working.reachable(out)
     inputs, refused = gather(files, forms.readable, forms.what, forms.meant)
     inputs = _without(out, inputs, files)
-    jobs = []
     with new_folders() as make:
-        for planned in plan(forms.placed(inputs), files, out, forms.writable, forms.otherwise):
-            job = ready(planned, inputs, sidecars, force=writing.force, resume=writing.resume)
-            if isinstance(job, Job):
-                job = housed(job, make)
-            if isinstance(job, Refusal):
-                refused.append(job)
-            else:
-                jobs.append(job)
+        planned = plan(forms.placed(inputs), files, out, forms.writable, forms.otherwise)
+        jobs, barred = ready_and_housed(planned, inputs, sidecars, writing, make)
+        refused = [*refused, *barred]
         return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused)
 
 

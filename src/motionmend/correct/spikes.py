@@ -3,12 +3,10 @@
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
+from ..kernels.sighting import BESIDE, HOP, SHARPEST
 
 LONGEST = 2  # frames away
-LEAST = 0.12  # m; a sensor's joint is unsteady by less
-FASTEST = 100.0  # m/s^2; no joint turns round more sharply
 SECOND, OFTEN = 1.0, 3  # s and frames: who is away in more of them shakes
-BESIDE = 0.5  # of how far away it was: within, it is where its other side should be, and was taken for it
 
 
 def thrown_and_back(positions: Floats, times: Floats, mirror: Ints) -> Bools:
@@ -45,7 +43,7 @@ def thrown_and_back(positions: Floats, times: Floats, mirror: Ints) -> Bools:
             beside = np.linalg.norm(here - usual[:, mirror], axis=2)
             lost &= ~(beside < BESIDE * away)
             least = np.minimum(least, away)
-        lost &= (least > LEAST + FASTEST / 8.0 * lasts[:, None] ** 2) & (went < least)  # else it went on
+        lost &= (least > HOP + SHARPEST / 8.0 * lasts[:, None] ** 2) & (went < least)  # else it went on
         for n in range(1, count + 1):
             found[n : n + len(first)] |= lost
     return found & (_about(found, times) <= OFTEN)

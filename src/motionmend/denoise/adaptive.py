@@ -49,7 +49,7 @@ _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
-FEW = 6.0  # frames in which a recording alone tells half of that so well as it needs to be
+FEW = 6.0  # frames; a recording of n of them that has no library adds FEW / n to the variance
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
@@ -178,10 +178,11 @@ def adapt(
             if again:
                 liveliness = _liveliness(values, np.diag(calm), liveliness, doubt, fps)
         spread = 4.0 * np.square(noise) + np.diag(calm) * liveliness  # of noise twice, and of what the repair is off
-        held = next_held(filled - values, outlier, spread, OUTLIER_SPAN**-together, together, held, first_held)
+        off = filled - values
+        held = next_held(off, outlier, spread, OUTLIER_SPAN**-together, together, held, first_held)
         taken_up = weight * variance
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
-        square = np.where(weight > 0, np.square((filled - values) / louder), 0.0).sum(axis=0)
+        square = np.where(weight > 0, np.square(off / louder), 0.0).sum(axis=0)
         level = next_noise(level, square, freedom)
         noise = np.maximum(level * louder, least)
         rate = next_rate(outlier, present, rate if turn > 1 else None)

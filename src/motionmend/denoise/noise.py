@@ -242,9 +242,10 @@ def next_held(
     together : G, neighbouring columns that are outliers together.
     before, first : the last estimate, and what is thought before anything is known.
     """
-    pairs = (outlier[1:] & outlier[:-1])[:, ::together]
-    size = -0.5 * (np.square(np.diff(off, axis=0)) / spread[1:] + np.log(2.0 * np.pi * spread[1:]))
-    stays = before * np.exp(size.reshape(len(pairs), -1, together).sum(axis=2)[pairs])
+    frame, group = np.nonzero((outlier[1:] & outlier[:-1])[:, ::together])
+    away, var = (one.reshape(len(off), -1, together) for one in (off, spread))
+    change, var = away[frame + 1, group] - away[frame, group], var[frame + 1, group]
+    stays = before * np.exp(-0.5 * (np.square(change) / var + np.log(2.0 * np.pi * var)).sum(axis=1))
     share = stays / (stays + (1.0 - before) * density)
     return float(np.clip((share.sum() + HELD_PRIOR * first) / (share.size + HELD_PRIOR), LEAST_HELD, MOST_HELD))
 

@@ -20,7 +20,7 @@ OPPOSED = -0.5  # cosine between trunk directions of successive frames at which 
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
 ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are rounded
-HOP, SHARPEST = 0.12, 50.0  # m and m/s^2; a sensor's joint is unsteady by less, and no joint turns round more sharply
+HOP, SHARPEST = 0.12, 100.0  # m and m/s^2; a sensor's joint is unsteady by less, and no joint turns round more sharply
 BESIDE = 0.5  # of how far off it is: within, it is where its other side should be, and was taken for it
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
@@ -480,7 +480,7 @@ def hopped(rows: Floats, before: Floats, earlier: Floats, seconds: float, mirror
     mirror : (J,) the joint's other side, or itself.
     """
     found = np.zeros(rows.shape[0], dtype=np.bool_)
-    least = HOP + SHARPEST * max(seconds, 0.0) ** 2
+    least = HOP + 0.5 * SHARPEST * max(seconds, 0.0) ** 2
     for j in range(rows.shape[0]):
         there = mirror[j]
         stayed, went, beside_stayed, beside_went = 0.0, 0.0, 0.0, 0.0
