@@ -2,13 +2,14 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from commands import Command, files_below
 
-from motionmend import samples
+from motionmend import load_model, samples
 from motionmend.bodies.camera import Camera, DepthFrame
 from motionmend.bodies.motion import Motion
 from motionmend.bodies.performer import LANDMARKS, landmarks
@@ -16,12 +17,15 @@ from motionmend.bodies.postures import Postures
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
+from motionmend.cli.following import follow
+from motionmend.cli.track import Follow
 from motionmend.io import write
 from motionmend.io.body_file import read_body
 from motionmend.io.depth import quarter_turned, read_depth, turned_round
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import read_joint_table, write_joint_table
 from motionmend.track.recording import in_hindsight
+from motionmend.track.settings import settings_of
 
 CAMERA = Camera(160, 120, 142.8, 142.8, 80.0, 60.0)
 FRAMES, FPS = 12, 30.0
@@ -130,6 +134,19 @@ def test_a_frame_without_the_person_is_said_to_be_so(cli: Command, studio: Path,
     page = (tmp_path / "o.html").read_text("utf-8")
     assert "o.csv: tracked from" in page
     assert f'class="left_open"><b>{beside["counts"]["left_open"]}</b>' in page
+
+
+def test_frames_in_which_furniture_was_followed_are_named(studio: Path) -> None:
+    model, recording, settings = load_model(studio / "m.mend"), read_depth(studio / "take"), settings_of()
+    body = performer_of(samples.clip("reach", seconds=3.0, seed=4).skeleton)
+    start = read_joint_table(studio / "start.csv").positions[0]
+    found = follow(model, settings, recording, body, start)
+    assert not found.mistaken.any()
+    task = Follow("default", settings.terms, 0.0)
+    assert not any("furniture" in said for said in task.warnings(recording, found))
+    mistaken = np.isin(np.arange(FRAMES), [0, 1, 2, 7])
+    (said,) = (one for one in task.warnings(recording, replace(found, mistaken=mistaken)) if "furniture" in one)
+    assert "frames 0 to 2, 7 to 7 are left empty" in said
 
 
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:

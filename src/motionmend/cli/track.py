@@ -9,6 +9,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
+from ..arrays import runs
 from ..errors import FileError, UsageError, counted
 from .clock import began
 from .depth_inputs import FORMATS, gather_depth, plan_depth
@@ -231,6 +232,12 @@ class Follow:
         if self.performer is None and not followed.calibrated:
             taken = "the person could not be measured, proportions of an average adult were taken: give their skeleton"
             warnings.append(f"{taken} or body" if self.body is None else f"{taken}; {self.body.name} has them too")
+        if followed.mistaken.any():
+            stretches = ", ".join(f"{first} to {last - 1}" for first, last in runs(followed.mistaken))
+            warnings.append(
+                f"frames {stretches} are left empty: what was followed in them stands there still at the end, as "
+                "furniture does"
+            )
         if followed.lost > 0.1 * recording.frames:
             warnings.append(f"{followed.lost} of {counted(recording.frames, 'frame')} without the person")
         return warnings
