@@ -11,13 +11,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..numerics.coupled import lone_step_variance, smooth_coupled
 from .bursts import long_runs
 from .gap_shares import fillings, mixed, shares, unsure
 from .likeliest_gaps import Process
+from .liveliness import LEAST_LIVELY, MOST_LIVELY, liveliness_of, lively_around
 from .local_prior import Prior
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
@@ -25,7 +25,7 @@ from .passing_noise import loudness
 from .poles import bends_of
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
-from .support import Support, bridged, ends_alone, line_support, support, supported
+from .support import Support, as_alike_for_long, bridged, ends_alone, line_support, support, supported
 
 ROUNDS = 3
 # Where outliers come in bursts each round finds more of every burst, and so how long they are: it goes on meanwhile.
@@ -41,15 +41,14 @@ OUTLIER_SPAN = 80.0  # degrees or cm over which an outlier may lie
 FIRST_RATE, FIRST_HELD = 0.08, 0.12
 UNCOUPLED = 0.1  # share of the covariance of second differences that is not believed
 BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller count as motion
-LIVELY = 0.05  # s, the width in which motion is as lively as it is
-LIVELY_PRIOR = 4.0  # samples' worth of the library's own liveliness
-LEAST_LIVELY, MOST_LIVELY = 0.05, 1000.0  # of the variance of second differences
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
 FEW = 6.0  # frames; a recording of n of them that has no library adds FEW / n to the variance
+# s; a sample is never surer than the mean of those about it for so long: how smooth motion is was itself told in noise
+AVERAGED_ALONE, AVERAGED_TAUGHT = 1.0, 10.0
 VAGUE = 400.0  # square of channel units: where a channel begins, beside how far it strays
 
 
@@ -128,6 +127,7 @@ def adapt(
     held = first_held = stays / follow
     outlier, liveliness, alone = nowhere, np.ones(measured.shape), np.diag(calm)
     values: Floats | None = None
+    averaged = np.ones(measured.shape)  # samples' worth of each frame's estimate
     left, steps = measured, 0  # without the bursts that are so long that they are gaps
     turn, last = 0, False
     while not last:
@@ -143,7 +143,7 @@ def adapt(
             told.values,
             told.verdict if prior.own else ends_alone(told.verdict, rate),
             pull,
-            alone * _lively_around(liveliness, calm),
+            alone * lively_around(liveliness, calm),
             np.square(noise),
             rate,
             follow,
@@ -169,6 +169,7 @@ def adapt(
             told = _told(left, outlier, values, values, prior, noise, fps)
         liveliness = np.clip(liveliness * FACTORS[mode], LEAST_LIVELY, MOST_LIVELY)
         weight = np.where(present & ~outlier, 1.0 / np.square(noise), 0.0)
+        told = as_alike_for_long(told, averaged)
         everything, goal = _joined(filled, weight, told)
         for again in (True, False):
             values, taken = smooth_coupled(goal, everything, calm, np.sqrt(liveliness), values)
@@ -176,7 +177,8 @@ def adapt(
             alone = lone_step_variance(everything, calm)
             variance, doubt = _certainty(everything, alone * liveliness)
             if again:
-                liveliness = _liveliness(values, np.diag(calm), liveliness, doubt, fps)
+                liveliness = liveliness_of(values, np.diag(calm), doubt, fps)
+        averaged = np.square(noise) / variance
         spread = 4.0 * np.square(noise) + np.diag(calm) * liveliness  # of noise twice, and of what the repair is off
         off = filled - values
         held = next_held(off, outlier, spread, OUTLIER_SPAN**-together, together, held, first_held)
@@ -190,8 +192,10 @@ def adapt(
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
-    few = 1.0 if prior.bases is not None and not prior.own else 1.0 + FEW / max(1, int(present.any(axis=1).sum()))
+    taught = prior.bases is not None and not prior.own
+    few = 1.0 if taught else 1.0 + FEW / max(1, int(present.any(axis=1).sum()))
     variance = DOUBT * few * overlooked(measured, values, outlier, noise) * variance
+    variance += np.square(noise) / ((AVERAGED_TAUGHT if taught else AVERAGED_ALONE) * fps)
     if together == 1:
         values, variance, taken = _in_gaps(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
@@ -318,25 +322,6 @@ def _certainty(weight: Floats, step_var: Floats) -> tuple[Floats, Floats]:
 
     vague = np.full(weight.shape[1], VAGUE)
     return walk_certainty(np.ascontiguousarray(weight), np.ascontiguousarray(step_var), vague, vague)
-
-
-def _liveliness(values: Floats, usual: Floats, before: Floats, doubt: Floats, fps: float) -> Floats:
-    """(T, C) variance of second differences relative to the library's: the expected squares, smoothed over a moment."""
-    bend = values[:-2] - 2.0 * values[1:-1] + values[2:]
-    square = np.square(bend) / usual + before[2:] * doubt[2:]
-    width = LIVELY * fps
-    span = 2.0 * width * np.sqrt(np.pi)  # frames that a Gaussian of this width averages
-    found = np.ones(values.shape)
-    found[2:] = (LIVELY_PRIOR + span * gaussian_filter1d(square, width, axis=0, mode="nearest")) / (LIVELY_PRIOR + span)
-    return np.clip(found, LEAST_LIVELY, MOST_LIVELY)
-
-
-def _lively_around(liveliness: Floats, calm: Floats) -> Floats:
-    """(T, C) liveliness, at least that of the channels that go with each: a burst seldom comes alone."""
-    spread = np.sqrt(np.diag(calm))
-    share = np.square(calm / np.multiply.outer(spread, spread)) - np.eye(len(calm))
-    share = share / np.maximum(share.sum(axis=1, keepdims=True), 1e-9)
-    return np.asarray(np.maximum(liveliness, np.exp(np.log(liveliness) @ share.T)))
 
 
 def _histories(

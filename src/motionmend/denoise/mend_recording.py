@@ -11,7 +11,6 @@ from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .adaptive import least_bend
 from .as_pose import smoother_as_pose
-from .beyond_ends import as_unsure_as_it_moves
 from .bursts import long_runs, short_runs
 from .channels import Channels, to_channels
 from .cloud import CENTIMETRES
@@ -37,11 +36,12 @@ from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
 from .relabelling import but_for_throughout, relabelled, relabelled_origin, swaps_of, swaps_seen, swaps_told
-from .second_opinion import doubtful, of_one_cloud, of_one_mind
+from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .slid import slides
 from .thrown_root import thrown
 from .too_short import FEWEST_FRAMES, as_recorded
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
+from .unseen_frames import as_unsure_as_it_moves
 from .untaught import with_untaught
 
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
@@ -306,7 +306,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         )
         rest = unmoved(first)
         first = kept_still(first, rest)
-        if isinstance(recording, Markers) or not doubtful(first):
+        calm = calmer(first, known.library.usual_bends(recording.fps), recording.fps)
+        if isinstance(recording, Markers) or not (calm or doubtful(first)):
             return first  # markers get their labels back first
         own, _ = seen_alone()
         if own.bases is None:  # what is missing was left open: only the library fills it

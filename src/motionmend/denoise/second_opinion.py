@@ -8,19 +8,36 @@ from scipy.ndimage import maximum_filter1d
 from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
 from ..numerics.risk import share_of_second
-from .adaptive import DOUBT
+from .adaptive import DOUBT, least_bend
 from .mending import Mended
+from .own_bends import own_bends
 from .repair import MUCH_MISSED
 from .support import RARE, bridged
 
 SAID = "; what it shows of itself was believed beside it"
 WRONG = 1.5  # times its stated variance: a repair that errs by more is more wrong than it says
+CALMER = 0.25  # of the clips' variance of second differences, geometric mean: a recording that moves less holds a pose
 REACH = 0.1  # s about a sample that one repair believes and the other does not, within which both bear its mark
 
 
 def doubtful(library: Mended) -> bool:
     """True if the library may not know this motion or person."""
     return library.missed > MUCH_MISSED
+
+
+def calmer(first: Mended, usual: Floats, fps: float) -> bool:
+    """True if a recording moves so much less than clips do that it holds a pose, which they know little about.
+
+    Parameters
+    ----------
+    first : its repair by the library.
+    usual : (C, C) covariance of the clips' second differences at `fps`.
+    fps : Hz.
+    """
+    bends, usual = np.diag(own_bends(first.found.values, first.unseen_bends)), np.diag(usual)
+    asked = np.isfinite(bends) & (usual > least_bend(fps))
+    ratio = np.maximum(bends[asked], least_bend(fps)) / usual[asked]
+    return bool(asked.any()) and float(np.log(ratio).mean()) < np.log(CALMER)
 
 
 def of_one_mind(library: Mended, own: Mended) -> Mended:

@@ -1,6 +1,6 @@
 """What a library's bases say of a recording, and how far they can be believed, by channel and moment."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -131,6 +131,17 @@ def ends_alone(verdict: Floats, rate: Floats) -> Floats:
     variance = verdict.copy()
     variance[[0, -1]] /= 1.0 + (CARRIED - 1.0) * rate / (rate + RARE)
     return variance
+
+
+def as_alike_for_long(told: Support, averaged: Floats) -> Support:
+    """The support where estimates are means over many frames: what all of these have in common no mean takes away.
+
+    Parameters
+    ----------
+    told : of the library.
+    averaged : (T, C) samples' worth of each estimate; beyond `CARRIED` of them the variance grows with their number.
+    """
+    return replace(told, variance=told.variance * np.maximum(1.0, averaged / CARRIED))
 
 
 def line_support(believed: Floats, present: Bools) -> Support:

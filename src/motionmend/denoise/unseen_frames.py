@@ -1,10 +1,12 @@
-"""Frames before the first marker is seen, or after the last: nothing but the motion's going on tells of them.
+"""Frames without any marker, before the first, after the last or between: only the motion's going on tells of them.
 
 How far a body is then from where it seemed to go is read off the recording itself: what is seen of it is followed from
 anywhere in it for as long, by the line it moved along and by staying where it was, and the nearer of the two counts.
+Between two ends it is led from one to the other instead, straight and by a cubic.
 """
 
 from dataclasses import replace
+from functools import cache, partial
 
 import numpy as np
 
@@ -17,7 +19,7 @@ BACK = 2  # frames over which a velocity is taken
 
 
 def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
-    """The repair with deviations of what is filled beyond the frames with markers, and a sentence for either end.
+    """The repair with deviations of what is filled in frames without a marker, and a sentence for either end.
 
     Parameters
     ----------
@@ -25,13 +27,21 @@ def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
 
     Returns
     -------
-    The same of joint angles, and where the first and last frames have a marker.
+    The same of joint angles, and where every frame has a marker.
     """
     some = np.flatnonzero((outcome.origin == Origin.MEASURED).any(axis=1))
     filled = outcome.origin == Origin.FILLED
     markers = outcome.recording
     if not (isinstance(markers, Markers) and len(some)):
         return outcome
+    std = outcome.std.copy()
+    known = np.where((outcome.origin == Origin.MEASURED)[..., None], markers.positions, np.nan)
+    across = cache(partial(between, known))  # gaps of one length are alike
+    for before in np.flatnonzero(np.diff(some) > 1):
+        gap = slice(int(some[before]) + 1, int(some[before + 1]))
+        off = across(gap.stop - gap.start)
+        std[gap] = np.where(filled[gap], np.fmax(std[gap], off), std[gap])
+    outcome = replace(outcome, std=std)
     first, last, frame = int(some[0]), int(some[-1]), np.arange(len(filled))
     ahead = np.maximum(first - frame, frame - last)  # frames beyond the ends
     beyond = filled & (ahead > 0)[:, None]
@@ -39,7 +49,6 @@ def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
     if not len(rows):
         return outcome
     off = farther_each_frame(markers.positions[first : last + 1], int(ahead[rows].max()))
-    std = outcome.std.copy()
     std[rows] = np.where(beyond[rows], np.fmax(std[rows], off[ahead[rows] - 1]), std[rows])
     said: list[str] = [
         f"no marker is seen in the {name} {count} frames: what is filled there goes on as the motion seems to, "
@@ -82,3 +91,35 @@ def farther_each_frame(places: Floats, count: int) -> Floats:
     if known:
         off[known:] = off[known - 1] * (np.arange(known, count) + 1.0)[:, None] / known
     return np.fmax.accumulate(off, axis=0)
+
+
+def between(places: Floats, count: int) -> Floats:
+    """How far points are, as a rule, from the way across so many frames in which nothing is seen.
+
+    Parameters
+    ----------
+    places : (T, M, 3) m, NaN = missing.
+    count : frames, at least 1.
+
+    Returns
+    -------
+    (count, M) m, root mean square of one coordinate. Where the recording shows a point nowhere for so long, what it
+    moves ahead of the nearer end.
+    """
+    shape = (count, places.shape[1])
+    squares, seen = np.zeros((2, *shape)), np.zeros(shape)
+    at = (np.arange(1, count + 1) / (count + 1))[:, None, None]
+    begin = np.arange(BACK, len(places) - count - 1 - BACK)
+    for start in begin[:: max(1, len(begin) // LOOKED)].tolist():
+        end = start + count + 1
+        step = places[end] - places[start]
+        leaves = (count + 1) / BACK * (places[start] - places[start - BACK]) - step
+        comes = step - (count + 1) / BACK * (places[end + BACK] - places[end])
+        straight = places[start + 1 : end] - (places[start] + at * step)
+        off = np.square([straight, straight - at * (1.0 - at) * ((1.0 - at) * leaves + at * comes)]).mean(axis=3)
+        told = np.isfinite(off).all(axis=0)
+        squares += np.where(told, off, 0.0)
+        seen += told
+    nearer = np.minimum(np.arange(count), np.arange(count)[::-1])
+    ahead = farther_each_frame(places, int(nearer.max()) + 1)[nearer]
+    return np.where(seen > 0, np.sqrt(squares.min(axis=0) / np.maximum(seen, 1.0)), ahead)

@@ -1,4 +1,4 @@
-"""Frames in which no marker is seen at all, before the first or after the last."""
+"""Frames in which no marker is seen at all, before the first, after the last or between."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from performers import truth
 
 from motionmend.bodies.motion import Origin
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.beyond_ends import farther_each_frame
+from motionmend.denoise.unseen_frames import between, farther_each_frame
 from motionmend.samples import markers
 
 FPS = 60.0
@@ -38,6 +38,42 @@ def test_a_recording_too_short_goes_on_in_proportion_and_what_is_missing_stays_u
     assert off[19, 0] == pytest.approx(off[4, 0] * 20 / 5)
     assert np.isnan(off[:, 1]).all()
     assert np.isnan(farther_each_frame(walk[:1], 3)).all()
+
+
+@given(st.integers(0, 10**6), st.integers(1, 20))
+@settings(max_examples=30)
+def test_how_far_points_are_from_the_way_across_is_that_of_a_line_or_a_cubic(seed, count):
+    rng = np.random.default_rng(seed)
+    start, speed, turn = rng.normal(size=(3, 2, 3))
+    time = np.arange(60)[:, None, None] / 30.0
+    np.testing.assert_allclose(between(start + speed * time, count), 0.0, atol=1e-12)
+    bent = start + speed * time + turn * time**2
+    straight = np.arange(1, count + 1) * np.arange(count, 0, -1) / 900.0  # how far a parabola is from its chord
+    assert (between(bent, count) <= straight[:, None] * np.sqrt(np.square(turn).mean(axis=1)) + 1e-12).all()
+    walk = np.cumsum(rng.normal(size=(60, 2, 3)), axis=0)
+    assert between(walk, count) == pytest.approx(between(walk[::-1], count)[::-1])
+    other = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    np.testing.assert_allclose(between(walk @ other.T + 3.0, count), between(walk, count), rtol=1e-9)
+
+
+def test_what_is_seen_nowhere_for_so_long_is_off_as_it_moves_ahead_of_the_nearer_end():
+    walk = np.cumsum(np.random.default_rng(0).normal(size=(12, 2, 3)), axis=0)
+    off, ahead = between(walk, 9), farther_each_frame(walk, 5)
+    np.testing.assert_allclose(off, ahead[[0, 1, 2, 3, 4, 3, 2, 1, 0]])
+
+
+@pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
+@pytest.mark.parametrize("frames", [10, 20, 40])
+def test_what_is_filled_where_no_marker_is_seen_is_as_unsure_as_it_is_wrong(action, frames):
+    clean = markers(truth(action, 4, 6.0, FPS))
+    shaken = clean.positions + 0.001 * np.random.default_rng(4).standard_normal(clean.positions.shape)
+    gone = (np.array([[50], [150], [250]]) + np.arange(frames)).ravel()
+    shaken[gone] = np.nan
+    told = repair_without_model(clean.with_positions(shaken))
+    filled = told.origin[gone] == Origin.FILLED
+    assert filled.mean() > 0.9
+    off = np.abs(told.recording.positions - clean.positions)[gone]
+    assert (off < 1.96 * told.std[gone][:, :, None])[filled].mean() > 0.8
 
 
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
