@@ -46,6 +46,9 @@ _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
+# Markers go together more than the covariance of second differences has it, more than that of other clips, and err
+# less; but one that goes by its own sample alone is as far off as that is noisy, which then hardly shows.
+DOUBT_OF_MARKERS_ALONE, DOUBT_OF_MARKERS_TAUGHT, MORE_DOUBT = 0.75, 0.9, 0.8
 FEW = 6.0  # frames; a recording of n of them that has no library adds FEW / n to the variance
 # s; a sample is never surer than the mean of those about it for so long: how smooth motion is was itself told in noise
 AVERAGED_ALONE, AVERAGED_TAUGHT = 1.0, 10.0
@@ -194,7 +197,10 @@ def adapt(
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
     taught = prior.bases is not None and not prior.own
     few = 1.0 if taught else 1.0 + FEW / max(1, int(present.any(axis=1).sum()))
-    variance = DOUBT * few * overlooked(measured, values, outlier, noise) * variance
+    own = np.minimum(variance / np.square(noise), 1.0)  # by how much a value follows its own sample
+    of_markers = (DOUBT_OF_MARKERS_TAUGHT if taught else DOUBT_OF_MARKERS_ALONE) + MORE_DOUBT * np.square(own)
+    doubt = np.asarray(DOUBT) if together == 1 else of_markers
+    variance = doubt * few * overlooked(measured, values, outlier, noise) * variance
     variance += np.square(noise) / ((AVERAGED_TAUGHT if taught else AVERAGED_ALONE) * fps)
     if together == 1:
         values, variance, taken = _in_gaps(

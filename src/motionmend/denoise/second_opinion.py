@@ -8,7 +8,7 @@ from scipy.ndimage import maximum_filter1d
 from ..arrays import Bools, Floats
 from ..bodies.motion import Origin
 from ..numerics.risk import share_of_second
-from .adaptive import DOUBT, least_bend
+from .adaptive import least_bend
 from .mending import Mended
 from .own_bends import own_bends
 from .repair import MUCH_MISSED
@@ -150,7 +150,7 @@ def _errs(left: Floats, variance: Floats, noise: Floats) -> Floats:
     ------
     Stein's estimate, as in `numerics.risk`; here of samples that no one takes for outliers, so that their mean serves.
     """
-    own = np.minimum(variance / (DOUBT * np.square(noise)), 1.0)  # by how much a repaired sample follows its own
+    own = np.minimum(variance / np.square(noise), 1.0)  # by how much a repaired sample follows its own
     stated = variance.mean(axis=0)
     risk = (np.square(left) - (1.0 - 2.0 * own) * np.square(noise)).mean(axis=0)
     return np.asarray(stated + max(float((risk - WRONG * stated).mean()), 0.0))
