@@ -1,14 +1,15 @@
-"""B10: recordings that come alone, as they are: no library, their own rate, joint angles and markers"""
+"""B10, B11: recordings that come alone, as they are: no library, their own rate, joint angles and markers"""
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import motionmend as mm
 
-from .beyond_common import geometric_mean, in_parallel
-from .common import Findings, Table, body_error, distances, markers, motion, reduced
+from .beyond_common import LEVELS, angles_off, geometric_mean, in_parallel, within
+from .common import Findings, Table, body, body_error, distances, markers, motion, reduced
 
 RIVALS = ("butterworth", "savgol", "gaussian", "kalman")  # the filters people use, none of which is told anything
 CLIPS = ("16_32", "07_01", "02_05", "135_04", "14_33", "09_05", "86_01")
@@ -53,6 +54,31 @@ def run(mocap: Path, pictures: Path) -> Findings:
             if job[0] in members
         )
         tables.append(Table(f"Without a library, {'degrees' if kind == 'angles' else 'mm'} left", head, rows))
+    shares = {
+        (level, title, cell): float(np.mean([measured[job][cell][level] for job in members]))
+        for title, members in (
+            ("joint angles at 120 Hz", [job for job in jobs if job[2] == 120.0]),
+            ("joint angles at 30 Hz", [job for job in jobs if job[2] == 30.0]),
+            (".bvh as recorded", [job for job in jobs if job[0] == "bvh"]),
+            ("markers as recorded", [job for job in jobs if job[0] == "markers"]),
+        )
+        for cell in cells["markers" if members[0][0] == "markers" else "angles"]
+        for level in LEVELS
+    }
+    for level in LEVELS:
+        of_level = [100.0 * share for (one, _, _), share in shares.items() if one == level]
+        values |= {f"alone_{level}_low": min(of_level), f"alone_{level}_high": max(of_level)}
+        values[f"alone_{level}"] = float(np.mean(of_level))
+    tables.append(
+        Table(
+            "Errors within the 68 and 95 % intervals, mean over recordings",
+            ("recordings", "noise, degrees or mm", "outliers", *(f"{level} %" for level in LEVELS)),
+            tuple(
+                (title, f"{n:g}", f"{s:.0%}", *(f"{100 * shares[level, title, (n, s)]:.1f} %" for level in LEVELS))
+                for title, (n, s) in dict.fromkeys((title, cell) for _, title, cell in shares)
+            ),
+        )
+    )
     return Findings(
         values=values,
         notes=(
@@ -70,7 +96,7 @@ def best(found: dict[str, float]) -> str:
 
 
 def errors(mocap: Path, job: tuple[str, str, float]) -> dict[tuple[float, float], dict[str, float]]:
-    """RMS error over body angles, degrees, or of marker places, mm, by cell and method."""
+    """RMS error over body angles, degrees, or of marker places, mm, by cell and method; and what `held` gives."""
     kind, name, rate = job
     whole = recorded(mocap, kind, name, rate)
     length = round(LONGEST * whole.fps)
@@ -80,9 +106,10 @@ def errors(mocap: Path, job: tuple[str, str, float]) -> dict[tuple[float, float]
         size = noise / 1000.0 if kind == "markers" else np.radians(noise)
         for share in SHARES:
             bad = mm.corrupt(clean, noise=size, outliers=share, seed=len(found)).recording
-            found[noise, share] = {
-                method: off(clean, mm.repair_without_model(bad, method).recording) for method in ("adaptive", *RIVALS)
-            }
+            ours = mm.repair_without_model(bad, "adaptive")
+            found[noise, share] = held(clean, ours) | {"adaptive": off(clean, ours.recording)}
+            for method in RIVALS:
+                found[noise, share][method] = off(clean, mm.repair_without_model(bad, method).recording)
     return found
 
 
@@ -112,3 +139,12 @@ def off(clean: mm.Motion | mm.Markers, other: mm.Motion | mm.Markers) -> float:
     assert isinstance(other, mm.Markers)
     away = distances(clean.positions, other.positions, clean.present)
     return float(10.0 * np.sqrt(np.mean(np.square(away)) / 3.0))
+
+
+def held(clean: mm.Motion | mm.Markers, repaired: mm.Repaired[Any]) -> dict[str, float]:
+    """Share of the errors within the intervals of `LEVELS`, of body angles or markers that were seen."""
+    if isinstance(clean, mm.Motion):
+        counted = body(clean)
+        return within(angles_off(clean, repaired.recording)[:, counted], np.degrees(repaired.std)[:, counted])
+    away = np.abs(repaired.recording.positions - clean.positions)[clean.present]
+    return within(away, repaired.std[clean.present][:, None].repeat(3, axis=1))
