@@ -58,7 +58,7 @@ def astray(shown: Floats, denied: Floats, wrong: float, usual: float) -> Floats:
     share = denied / (shown + denied + ENOUGH)
     lower = np.maximum(share - DENIED, 0.0)[LANDMARK_BONES]
     base = wrong if not np.isfinite(usual) else usual
-    return np.asarray(LIMB * lower + BODY * max(wrong - min(1.15 * base + 0.01, NOBODYS), 0.0))
+    return np.asarray(LIMB * lower + BODY * max(wrong - (1.15 * base + 0.01), 0.5 * (wrong - NOBODYS), 0.0))
 
 
 def certainty_of(
