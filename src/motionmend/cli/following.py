@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..track.furniture import Room
     from ..track.hindsight import Moment
     from ..track.recording import Told
+    from ..track.room import Scene
     from ..track.settings import TrackSettings
     from ..track.tracker import Estimate, TrackerModel
 
@@ -142,14 +143,23 @@ def follow(
     begin = perf_counter()
     if landmarks is not None:
         landmarks = landmarks @ recording.axes
-    measured = None if performer is not None else _measured(model, settings, recording, landmarks)
-    found = _followed(model, settings, recording, performer, measured, landmarks, perf_counter() - begin)
+    scene = None if landmarks is not None else _furnished(recording)
+    measured = None if performer is not None else _measured(model, settings, recording, landmarks, scene)
+    found = _followed(model, settings, recording, performer, measured, landmarks, scene, perf_counter() - begin)
     window = max(1, round(WINDOW * recording.fps))
     if measured is None or not found.mistaken[:window].any() or not found.seen.any():
         return found
     # furniture was measured, alone or with who came after it
-    measured = _measured(model, settings, recording, None, int(np.argmax(found.seen)))
-    return _followed(model, settings, recording, None, measured, landmarks, perf_counter() - begin)
+    measured = _measured(model, settings, recording, None, scene, int(np.argmax(found.seen)))
+    return _followed(model, settings, recording, None, measured, landmarks, scene, perf_counter() - begin)
+
+
+def _furnished(recording: "DepthRecording") -> "Scene | None":
+    """The room with its furniture, by frames of all of the recording; None where none is told from people."""
+    from ..track.standing import LOOKED_AT, with_furniture
+
+    chosen = np.unique(np.linspace(0, recording.frames - 1, LOOKED_AT).astype(int)).tolist()
+    return with_furniture([recording.true_frame(k) for k in chosen])
 
 
 def _followed(
@@ -159,6 +169,7 @@ def _followed(
     performer: Performer | None,
     measured: "Calibration | None",
     landmarks: Floats | None,
+    scene: "Scene | None",
     calibrate: float,
 ) -> Followed:
     """The recording tracked with a body that is given, or was measured in so many seconds."""
@@ -178,7 +189,7 @@ def _followed(
         for frame in ahead(recording.true_frame, recording.frames):
             log.read += perf_counter() - begin
             if state is None:
-                state = start(model, settings, frame, body, pose)
+                state = start(model, settings, frame, body, pose, scene)
             there = perf_counter()
             state, estimate = step(model, settings, state, frame)
             log.spent.append(perf_counter() - there)
@@ -198,6 +209,7 @@ def _measured(
     settings: "TrackSettings",
     recording: "DepthRecording",
     landmarks: Floats | None,
+    scene: "Scene | None",
     first: int = 0,
 ) -> "Calibration | None":
     """The body of who is seen first from a frame on, by the first seconds in which somebody is; None when nobody is."""
@@ -211,7 +223,7 @@ def _measured(
         if begin == 0 and landmarks is not None:
             pose = _posed(model, average(), landmarks)
         try:
-            return measure_person(model, settings, frames, pose=pose)
+            return measure_person(model, settings, frames, scene, pose)
         except MismatchError:
             continue
     return None

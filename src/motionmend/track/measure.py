@@ -43,7 +43,7 @@ def measure_person(
     model : with a detector, unless `pose` is given.
     settings : of the tracking; as `step` takes them.
     frames : the first few seconds, in order.
-    scene : the empty room, if it was seen.
+    scene : the room before the first frame, as far as it is known: empty, or with its furniture.
     pose : of frame 0, if it is known.
     passes : how often.
 
@@ -59,8 +59,8 @@ def measure_person(
     detections = []
     last = None
     frames = [evened(frame) for frame in frames]  # once, for they are tracked several times
-    begun = scene_of(frames[0]) if frames else None
-    scene = begun if scene is None else scene
+    begun = scene if scene is not None or not frames else scene_of(frames[0])
+    scene = begun
     for k, frame in enumerate(frames):
         room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
         person = find_person(room, frame, last)
