@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Singles
-from ..bodies.camera import DepthFrame
+from ..arrays import Singles
+from ..bodies.camera import Camera, DepthFrame
 from ..bodies.surface import intrinsics
 from .fineness import evened
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of
-from .surfaces import most_like_a_body, surfaces_of
+from .surfaces import Surfaces, joined, most_like_a_body, surfaces_of
 
 LOOKED_AT = 24  # frames of a recording, spread over all of it
 SEEN, SAME = 0.5, 0.9  # share of them in which a pixel is measured, and of those in which it is the same
@@ -37,38 +37,48 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     """
     import cv2
 
-    from ..kernels import scene as kernels
-
     even = [evened(frame) for frame in frames]
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
         return None
-    first = even[0]
-    middle, still, leaving = _stays(np.stack([frame.depth for frame in even]), first.camera.fx * first.camera.fy)
+    camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
+    stays, leaving = _stays(depths, camera.fx * camera.fy)
     if leaving < SOMEBODY:
         return None
-    scene = None
-    room = scene_of(first)
-    numbers, depth = intrinsics(first.camera), np.ascontiguousarray(first.depth, np.float32)
+    scene, room = None, scene_of(even[0])
     window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
     for _ in range(MOST):
-        before = np.empty(depth.shape, np.bool_)
-        kernels.before_scene(depth, numbers, room.planes, room.background, NOISE_NEAR, NOISE_STEEP, before)
-        seen = surfaces_of(room, depth, before, numbers)
-        main = most_like_a_body(seen, False, np.zeros(len(seen.measures), np.bool_), None)
-        if main < 0:
-            break
-        mask = seen.pixels_of([main])
+        seen, main = _likest(room, depths[0], camera)
+        mask = seen.pixels_of([main] if main >= 0 else [])
         inner = cv2.erode(mask.view(np.uint8), window) > 0
-        if not inner.any() or still[inner].mean() < STILL:
+        if not inner.any() or np.isfinite(stays[inner]).mean() < STILL:
             break
-        nearest = cv2.erode(np.where(mask & np.isfinite(middle), middle, np.float32(np.inf)), window)
-        background = np.where(np.isfinite(nearest), nearest, room.background)
-        room = scene = replace(room, background=background)
-    return scene
+        nearest = np.where(mask & np.isfinite(stays), stays, np.float32(np.inf))
+        nearest = cv2.erode(nearest, window, borderType=cv2.BORDER_REPLICATE)
+        room = scene = replace(room, background=np.where(np.isfinite(nearest), nearest, room.background))
+    if scene is None:
+        return None
+    # What else stays is the room: but not somebody's feet.
+    somebody = np.zeros(depths[0].shape, np.bool_)
+    for depth in depths:
+        seen, main = _likest(scene, depth, camera)
+        if main >= 0:
+            somebody |= seen.pixels_of(joined(main, seen, np.zeros(len(seen.measures), np.bool_)))
+    apart = cv2.dilate(somebody.view(np.uint8), window) == 0
+    return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
 
 
-def _stays(depths: Singles, focal: float) -> tuple[Singles, Bools, float]:
-    """The middle of what is measured (H, W) m, where it is always the same, and m² of somebody who moves, at most.
+def _likest(room: Scene, depth: Singles, camera: Camera) -> tuple[Surfaces, int]:
+    """The surfaces before a room and which is most like a body; -1 = none."""
+    from ..kernels import scene as kernels
+
+    before, numbers = np.empty(depth.shape, np.bool_), intrinsics(camera)
+    kernels.before_scene(depth, numbers, room.planes, room.background, NOISE_NEAR, NOISE_STEEP, before)
+    seen = surfaces_of(room, depth, before, numbers)
+    return seen, most_like_a_body(seen, False, np.zeros(len(seen.measures), np.bool_), None)
+
+
+def _stays(depths: Singles, focal: float) -> tuple[Singles, float]:
+    """(H, W) m, what is always the same, at its farthest, NaN where nothing is; and m² of somebody who moves, at most.
 
     Parameters
     ----------
@@ -79,15 +89,15 @@ def _stays(depths: Singles, focal: float) -> tuple[Singles, Bools, float]:
 
     ordered = np.sort(depths, axis=0)  # what is not measured comes last
     count = np.isfinite(depths).sum(axis=0)
-    at: Floats = np.maximum(count - 1, 0)
-    middle = np.take_along_axis(ordered, (at // 2)[None], axis=0)[0]
-    farthest = np.take_along_axis(ordered, at[None], axis=0)[0]
-    noise = NOISE_NEAR + NOISE_STEEP * np.square(middle)
-    same = (np.abs(depths - middle) < noise).sum(axis=0)
-    still = (count >= SEEN * len(depths)) & (same >= SAME * count)
+    middle, farthest = (
+        np.take_along_axis(ordered, np.maximum(count - 1, 0)[None] // part, axis=0)[0] for part in (2, 1)
+    )
+    same = np.abs(depths - middle) < NOISE_NEAR + NOISE_STEEP * np.square(middle)
+    still = (count >= SEEN * len(depths)) & (same.sum(axis=0) >= SAME * count)
+    stays = np.where(still, np.where(same, depths, np.float32(-np.inf)).max(axis=0), np.float32(np.nan))
     leaving = 0.0
     for depth in depths:
         moves = np.isfinite(depth) & (depth < farthest - LEAVES) & ~still
         moves = cv2.morphologyEx(moves.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
         leaving = max(leaving, float(np.square(depth[moves], dtype=np.float64).sum()) / focal)
-    return middle, still, leaving
+    return stays, leaving
