@@ -22,8 +22,10 @@ from motionmend.evaluate.strangers import stranger
 from motionmend.track.furniture import is_furniture, room_behind
 from motionmend.track.hindsight import moment, revised
 from motionmend.track.model import TrackerModel
+from motionmend.track.room import Scene
 from motionmend.track.settings import TrackSettings
 from motionmend.track.smoothing import smoothed
+from motionmend.track.standing import LOOKED_AT, with_furniture
 from motionmend.track.tracker import Estimate, TrackState, start, step
 
 from .common import FPS, motion, reduced
@@ -232,7 +234,7 @@ def recorded(
     pose: Pose | None = None,
 ) -> Track:
     """The same as `motionmend track` has it: frames set right by those that come after, furniture told from people."""
-    state = start(model, settings, frames[0], performer, pose)
+    state = start(model, settings, frames[0], performer, pose, furnished(frames) if pose is None else None)
     moments, seconds = [], []
     for frame in frames:
         begin = thread_time()
@@ -255,6 +257,12 @@ def recorded(
         state.performer,
         behind,
     )
+
+
+def furnished(frames: Sequence[DepthFrame]) -> Scene | None:
+    """The room with furniture that `motionmend track` knows before it follows anybody; None where it knows none."""
+    chosen = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).astype(int))
+    return with_furniture([frames[k] for k in chosen.tolist()])
 
 
 def _but_furniture(state: TrackState, last: DepthFrame, said: list[Estimate]) -> list[Estimate]:
