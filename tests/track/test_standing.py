@@ -5,7 +5,7 @@ import pytest
 
 from drawn_people import CAMERA, PERSON, in_room, picture, random_joints
 from motionmend.bodies.camera import DepthFrame
-from motionmend.bodies.performer import Pose, standing
+from motionmend.bodies.performer import Pose, rotation, standing
 from motionmend.bodies.surface import render
 from motionmend.track.foreground import find_person, scene_of
 from motionmend.track.standing import with_furniture
@@ -68,3 +68,16 @@ def test_frames_of_several_sizes_tell_nothing(rng):
     frames = _frames(rng, poses)
     small = DepthFrame(CAMERA.every(2), frames[1].depth[::2, ::2], None, 0.5)
     assert with_furniture([*frames, small]) is None
+
+
+@pytest.mark.parametrize("sways", [False, True])
+def test_who_stands_still_while_somebody_walks_by_is_no_furniture_unless_they_never_sway(rng, sways):
+    base = standing((-0.6, 0.1, 2.4))
+    feet = np.array([-0.6, 1.0, 2.4])
+    frames = []
+    for k, x in enumerate(np.linspace(0.3, 1.2, 16)):
+        lean = rotation(np.array([np.radians(0.6) * np.sin(1.3 * k) * sways, 0.0, 0.0]))
+        still = Pose(lean @ (base.translation - feet) + feet, lean @ base.root, base.joints)
+        both = np.fmin(picture(still, rng=rng).depth, picture(standing((x, 0.1, 3.0)), rng=rng).depth)
+        frames.append(in_room(DepthFrame(CAMERA, both, None, k / 30.0), rng=rng))
+    assert (with_furniture(frames) is None) == sways

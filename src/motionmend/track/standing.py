@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Singles
+from ..arrays import Bools, Singles
 from ..bodies.camera import Camera, DepthFrame
 from ..bodies.surface import intrinsics
 from .fineness import evened
@@ -19,6 +19,10 @@ LOOKED_AT = 24  # frames of a recording, spread over all of it
 SEEN, SAME = 0.5, 0.9  # share of them in which a pixel is measured, and of those in which it is the same
 STILL = 0.98  # share of such pixels in a piece of furniture; dropout and noise are at its rim
 RIM = 2  # px
+# m, standard deviation of the mean depth of a quarter of a surface beside that of all, and times that of its noise, up
+# to which it is no sway: nobody stands so still
+SWAY, CLEARLY = 0.0025, 4.0
+QUARTERS = 4
 LEAVES = 0.2  # m, nearer than what is seen behind them later is somebody who moves
 SOMEBODY = 0.1  # m^2 of that at once: a fifth of a body
 MOST = 12  # pieces
@@ -50,7 +54,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         seen, main = _likest(room, depths[0], camera)
         mask = seen.pixels_of([main] if main >= 0 else [])
         inner = cv2.erode(mask.view(np.uint8), window) > 0
-        if not inner.any() or np.isfinite(stays[inner]).mean() < STILL:
+        if not inner.any() or np.isfinite(stays[inner]).mean() < STILL or _sways(depths, inner):
             break
         nearest = np.where(mask & np.isfinite(stays), stays, np.float32(np.inf))
         nearest = cv2.erode(nearest, window, borderType=cv2.BORDER_REPLICATE)
@@ -75,6 +79,28 @@ def _likest(room: Scene, depth: Singles, camera: Camera) -> tuple[Surfaces, int]
     kernels.before_scene(depth, numbers, room.planes, room.background, NOISE_NEAR, NOISE_STEEP, before)
     seen = surfaces_of(room, depth, before, numbers)
     return seen, most_like_a_body(seen, False, np.zeros(len(seen.measures), np.bool_), None)
+
+
+def _sways(depths: Singles, inner: Bools) -> bool:
+    """Whether a surface moves by little, as people do who stand or sit still: head, trunk or legs as a whole.
+
+    Parameters
+    ----------
+    depths : (N, H, W) m, NaN = no return.
+    inner : (H, W) True within the surface, rows from head to feet.
+    """
+    offs, noises = [], []
+    for part in np.array_split(depths[:, inner].astype(np.float64), QUARTERS, axis=1):  # row by row
+        measured = np.isfinite(part)
+        count = measured.sum(axis=1)
+        if not measured.any(axis=0).all() or not count.all():
+            return False
+        off = np.where(measured, part - np.nanmean(part, axis=0), 0.0)
+        offs.append(off.sum(axis=1) / count)
+        noises.append(np.sqrt(np.square(off).sum() / measured.sum() / count.mean()))
+    # a camera's depths drift together
+    sways = (np.array(offs) - np.mean(offs, axis=0)).std(axis=1)
+    return bool((sways > np.maximum(SWAY, CLEARLY * np.array(noises))).any())
 
 
 def _stays(depths: Singles, focal: float) -> tuple[Singles, float]:
