@@ -19,9 +19,9 @@ LOOKED_AT = 24  # frames of a recording, spread over all of it
 SEEN, SAME = 0.5, 0.9  # share of them in which a pixel is measured, and of those in which it is the same
 STILL = 0.98  # share of such pixels in a piece of furniture; dropout and noise are at its rim
 RIM = 2  # px
-# m, standard deviation of the mean depth of a quarter of a surface beside that of all, and times that of its noise, up
-# to which it is no sway: nobody stands so still
-SWAY, CLEARLY = 0.0025, 4.0
+# m, standard deviation of the mean depth of a quarter of a surface beside that of all, and times that of its noise:
+# nobody stands so still
+SWAY, CLEARLY = 0.002, 4.0
 QUARTERS = 4
 LEAVES = 0.2  # m, nearer than what is seen behind them later is somebody who moves
 SOMEBODY = 0.1  # m^2 of that at once: a fifth of a body
@@ -91,13 +91,15 @@ def _sways(depths: Singles, inner: Bools) -> bool:
     """
     offs, noises = [], []
     for part in np.array_split(depths[:, inner].astype(np.float64), QUARTERS, axis=1):  # row by row
-        measured = np.isfinite(part)
-        count = measured.sum(axis=1)
-        if not measured.any(axis=0).all() or not count.all():
+        if not np.isfinite(part).any(axis=0).all():
             return False
-        off = np.where(measured, part - np.nanmean(part, axis=0), 0.0)
+        middle = np.nanmedian(part, axis=0)
+        same = np.abs(part - middle) < NOISE_NEAR + NOISE_STEEP * np.square(middle)
+        off, count = np.where(same, part - middle, 0.0), same.sum(axis=1)
+        if not count.all():
+            return False
         offs.append(off.sum(axis=1) / count)
-        noises.append(np.sqrt(np.square(off).sum() / measured.sum() / count.mean()))
+        noises.append(np.sqrt(np.square(off).sum() / count.sum() / count.mean()))
     # a camera's depths drift together
     sways = (np.array(offs) - np.mean(offs, axis=0)).std(axis=1)
     return bool((sways > np.maximum(SWAY, CLEARLY * np.array(noises))).any())
