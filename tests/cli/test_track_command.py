@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from commands import Command, files_below
 
+from drawn_people import in_room, picture
 from motionmend import load_model, samples
 from motionmend.bodies.camera import Camera, DepthFrame
 from motionmend.bodies.motion import Motion
-from motionmend.bodies.performer import LANDMARKS, landmarks
+from motionmend.bodies.performer import LANDMARKS, landmarks, standing
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
@@ -147,6 +148,23 @@ def test_frames_in_which_furniture_was_followed_are_named(studio: Path) -> None:
     mistaken = np.isin(np.arange(FRAMES), [0, 1, 2, 7])
     (said,) = (one for one in task.warnings(recording, replace(found, mistaken=mistaken)) if "furniture" in one)
     assert "frames 0 to 2, 7 to 7 are left empty" in said
+
+
+def test_a_box_nearer_than_who_walks_is_furniture_and_that_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    poses = [standing((x, 0.1, 2.9)) for x in np.linspace(-1.0, 0.2, FRAMES)]
+    frames = []
+    for k, pose in enumerate(poses):
+        depth = np.array(in_room(picture(pose, CAMERA, rng=rng), rng=rng).depth)
+        box = np.full((60, 48), 1.9) + 0.04 * (np.arange(48) // 2 % 2) + rng.normal(0, 0.005, (60, 48))
+        depth[60:, 112:] = np.fmin(depth[60:, 112:], box.astype(np.float32))
+        frames.append(DepthFrame(CAMERA, depth, None, k / FPS))
+    write_depth_folder(tmp_path / "take", frames, FPS)
+    ran = cli("track", tmp_path / "take", "-m", studio / "m.mend", "-o", tmp_path / "o.csv", "--json")
+    assert ran.code == 0, ran.err
+    assert any("taken for furniture" in warning for warning in json.loads(ran.out)["warnings"])
+    pelvis = read_joint_table(tmp_path / "o.csv").positions[:, 0]
+    assert np.linalg.norm(pelvis - [pose.translation for pose in poses], axis=1).max() < 0.3
 
 
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from array import array
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +52,7 @@ class Followed:
     restarts : how many limbs or bodies were found anew.
     calibrated : whether the performer was fitted to this recording.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
+    furnished : whether furniture that looks like a body was told before anybody was followed.
     """
 
     postures: Postures
@@ -72,6 +73,7 @@ class Followed:
     restarts: int = 0
     calibrated: bool = False
     mistaken: Bools = field(default_factory=lambda: np.zeros(0, bool))
+    furnished: bool = False
 
     @property
     def lost(self) -> int:
@@ -147,11 +149,13 @@ def follow(
     measured = None if performer is not None else _measured(model, settings, recording, landmarks, scene)
     found = _followed(model, settings, recording, performer, measured, landmarks, scene, perf_counter() - begin)
     window = max(1, round(WINDOW * recording.fps))
+    found = replace(found, furnished=scene is not None)
     if measured is None or not found.mistaken[:window].any() or not found.seen.any():
         return found
     # furniture was measured, alone or with who came after it
     measured = _measured(model, settings, recording, None, scene, int(np.argmax(found.seen)))
-    return _followed(model, settings, recording, None, measured, landmarks, scene, perf_counter() - begin)
+    found = _followed(model, settings, recording, None, measured, landmarks, scene, perf_counter() - begin)
+    return replace(found, furnished=scene is not None)
 
 
 def _furnished(recording: "DepthRecording") -> "Scene | None":

@@ -232,6 +232,11 @@ class Follow:
         if self.performer is None and not followed.calibrated:
             taken = "the person could not be measured, proportions of an average adult were taken: give their skeleton"
             warnings.append(f"{taken} or body" if self.body is None else f"{taken}; {self.body.name} has them too")
+        if followed.furnished:
+            warnings.append(
+                "something as large as a body keeps its place in all frames while somebody moves: it was taken for "
+                "furniture and not followed (--start says who is)"
+            )
         if followed.mistaken.any():
             stretches = ", ".join(f"{first} to {last - 1}" for first, last in runs(followed.mistaken))
             warnings.append(

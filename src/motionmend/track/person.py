@@ -24,7 +24,7 @@ def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int)
     A recording without background has no floor or wall, and no more in it than one body: then nothing need be, and
     nothing is, told apart, so that limbs before and behind each other are never taken for something else.
     """
-    if not len(scene.planes):
+    if not len(scene.planes) and not np.isfinite(scene.background).any():
         from ..kernels import regions
 
         box = np.empty(4, np.int64)
