@@ -394,9 +394,9 @@ def _tracked(
         girth = learned(girth, performer, pose, evidence, coarse, settings)
         performer = girth.performer
         clock.lap("girth")
-    # A pose that fits worse than usual says little of what is usual.
+    # A pose that fits worse than usual says little of what is usual, nor does the first one if it fits badly.
     share = 0.1 if wrong < 1.2 * state.wrong and not unclaimed else 0.02
-    running = wrong if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
+    running = min(wrong, UNPROVEN) if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
     flags += ("held",) if not seen.all() else ()
     assert state.scene is not None
