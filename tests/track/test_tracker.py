@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drawn_people import PERSON, in_room, picture
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import DOFS, LANDMARKS, Pose, advance, bone_frames, landmarks, standing
@@ -411,3 +412,13 @@ def test_bad_settings_are_refused():
     frame = DepthFrame(KINECT, np.full((240, 320), np.nan, np.float32))
     with pytest.raises(UsageError, match="start pose"):
         start(TrackerModel(library()), settings_of(), frame, BODY)
+
+
+def test_what_a_first_pose_explains_wrongly_is_not_usual(rng):
+    pose = standing((0.0, 0.1, 3.0))
+    model = TrackerModel(library())
+    frame = in_room(picture(pose, rng=rng), rng=rng)
+    for body, fits in ((PERSON, True), (anatomy.average(1.2), False)):
+        state, estimate = step(model, settings_of(), start(model, settings_of(), frame, body, pose), frame)
+        assert (estimate.wrong < 0.2) == fits
+        assert state.wrong == (estimate.wrong if fits else 0.2)
