@@ -418,7 +418,7 @@ def test_what_a_first_pose_explains_wrongly_is_not_usual(rng):
     pose = standing((0.0, 0.1, 3.0))
     model = TrackerModel(library())
     frame = in_room(picture(pose, rng=rng), rng=rng)
-    for body, fits in ((PERSON, True), (anatomy.average(1.2), False)):
+    for body, fits in ((PERSON, True), (anatomy.average(1.45), False)):
         state, estimate = step(model, settings_of(), start(model, settings_of(), frame, body, pose), frame)
         assert (estimate.wrong < 0.2) == fits
         assert state.wrong == (estimate.wrong if fits else 0.2)
