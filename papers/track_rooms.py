@@ -61,8 +61,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             "first pose are found by the tracker among furniture and seated people. On a surface: sure joints (a "
             f"deviation below {100 * SURE:.0f} cm) in view that have one from 0.3 m before to 0.1 m behind them within two "
             "pixels; in view is where the camera has depth in any image (CV2's last eight rows of 240 never have). "
-            "That says nothing of whose surface it is: in IST's last images, when the man who walks stands at the camera, a "
-            "cupboard is followed (see the picture). Clothes on a chair are told from him beforehand.",
+            "That says nothing of whose surface it is: see the picture. Clothes on a chair are told from him beforehand.",
         ),
         (
             Table(
