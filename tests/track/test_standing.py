@@ -75,9 +75,10 @@ def test_who_stands_still_while_somebody_walks_by_is_no_furniture_unless_they_ne
     base = standing((-0.6, 0.1, 2.4))
     feet = np.array([-0.6, 1.0, 2.4])
     frames = []
-    for k, x in enumerate(np.linspace(0.3, 1.2, 16)):
+    for k, x in enumerate(np.linspace(0.3, 1.2, 24)):
         lean = rotation(np.array([np.radians(0.6) * np.sin(1.3 * k) * sways, 0.0, 0.0]))
         still = Pose(lean @ (base.translation - feet) + feet, lean @ base.root, base.joints)
-        both = np.fmin(picture(still, rng=rng).depth, picture(standing((x, 0.1, 3.0)), rng=rng).depth)
+        passer = standing((-0.6, 0.1, 1.7) if k == 5 else (x, 0.1, 3.0))  # for a moment right before them
+        both = np.fmin(picture(still, rng=rng).depth, picture(passer, rng=rng).depth)
         frames.append(in_room(DepthFrame(CAMERA, both, None, k / 30.0), rng=rng))
     assert (with_furniture(frames) is None) == sways

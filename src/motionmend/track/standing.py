@@ -91,18 +91,18 @@ def _sways(depths: Singles, inner: Bools) -> bool:
     """
     offs, noises = [], []
     for part in np.array_split(depths[:, inner].astype(np.float64), QUARTERS, axis=1):  # row by row
-        if not np.isfinite(part).any(axis=0).all():
+        part = part[:, np.isfinite(part).any(axis=0)]
+        if not part.size:
             return False
         middle = np.nanmedian(part, axis=0)
         same = np.abs(part - middle) < NOISE_NEAR + NOISE_STEEP * np.square(middle)
         off, count = np.where(same, part - middle, 0.0), same.sum(axis=1)
-        if not count.all():
-            return False
-        offs.append(off.sum(axis=1) / count)
-        noises.append(np.sqrt(np.square(off).sum() / count.sum() / count.mean()))
-    # a camera's depths drift together
-    sways = (np.array(offs) - np.mean(offs, axis=0)).std(axis=1)
-    return bool((sways > np.maximum(SWAY, CLEARLY * np.array(noises))).any())
+        hidden = count < 0.5 * count.max()  # somebody walks before it
+        offs.append(np.where(hidden, np.nan, off.sum(axis=1) / np.maximum(count, 1)))
+        noises.append(np.sqrt(np.square(off).sum() / count.sum() / count[~hidden].mean()))
+    beside = np.array(offs) - np.mean(offs, axis=0)  # a camera's depths drift together
+    shown = np.isfinite(beside).all(axis=0)
+    return bool((beside[:, shown].std(axis=1) > np.maximum(SWAY, CLEARLY * np.array(noises))).any())
 
 
 def _stays(depths: Singles, focal: float) -> tuple[Singles, float]:
