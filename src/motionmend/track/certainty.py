@@ -18,7 +18,7 @@ SHAPE = 0.006  # m, by which every surface differs from the model's
 STRAY = 0.20  # m/s, how fast a joint that is not seen may leave where the prior holds it
 DENIED = 0.3  # share of a bone's samples that noise and clothes deny
 LIMB, BODY = 0.4, 0.8  # m, where all of a limb or of the body is denied
-NOBODYS = 0.3  # share of pixels explained wrongly, of what is beyond which half counts as doubt, whatever is usual
+NOBODYS = 0.3  # share of pixels explained wrongly, above which a pose is in doubt, whatever is usual
 REACH = 0.25  # m, about as far as it gets
 _PARENTS = PARENTS.tolist()
 _BONE_OF = np.repeat(np.arange(len(BONES)), np.diff(FIRST))  # of each joint coordinate
@@ -58,7 +58,7 @@ def astray(shown: Floats, denied: Floats, wrong: float, usual: float) -> Floats:
     share = denied / (shown + denied + ENOUGH)
     lower = np.maximum(share - DENIED, 0.0)[LANDMARK_BONES]
     base = wrong if not np.isfinite(usual) else usual
-    return np.asarray(LIMB * lower + BODY * max(wrong - (1.15 * base + 0.01), 0.5 * (wrong - NOBODYS), 0.0))
+    return np.asarray(LIMB * lower + BODY * max(wrong - min(1.15 * base + 0.01, NOBODYS), 0.0))
 
 
 def certainty_of(
