@@ -25,7 +25,7 @@ from motionmend.track.model import TrackerModel
 from motionmend.track.room import Scene
 from motionmend.track.settings import TrackSettings
 from motionmend.track.smoothing import smoothed
-from motionmend.track.standing import LOOKED_AT, with_furniture
+from motionmend.track.standing import looked_at, with_furniture
 from motionmend.track.tracker import Estimate, TrackState, start, step
 
 from .common import FPS, motion, reduced
@@ -261,8 +261,7 @@ def recorded(
 
 def furnished(frames: Sequence[DepthFrame]) -> Scene | None:
     """The room with furniture that `motionmend track` knows before it follows anybody; None where it knows none."""
-    chosen = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).astype(int))
-    return with_furniture([frames[k] for k in chosen.tolist()])
+    return with_furniture([frames[k] for k in looked_at(len(frames))])
 
 
 def _but_furniture(state: TrackState, last: DepthFrame, said: list[Estimate]) -> list[Estimate]:

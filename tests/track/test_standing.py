@@ -19,8 +19,7 @@ def _frames(rng, poses, box=True):
     for k, pose in enumerate(poses):
         depth = np.array(in_room(picture(pose, rng=rng), rng=rng).depth)
         if box:
-            rows, _ = np.mgrid[BOX]
-            front = np.full(rows.shape, 1.9)
+            front = np.full(depth[BOX].shape, 1.9)
             front[:, ::2] += 0.06  # slats, for a flat one is a board
             front += rng.normal(0, 0.0015, front.shape) * front**2
             depth[BOX] = np.fmin(depth[BOX], front.astype(np.float32))

@@ -149,21 +149,18 @@ def follow(
     measured = None if performer is not None else _measured(model, settings, recording, landmarks, scene)
     found = _followed(model, settings, recording, performer, measured, landmarks, scene, perf_counter() - begin)
     window = max(1, round(WINDOW * recording.fps))
-    found = replace(found, furnished=scene is not None)
     if measured is None or not found.mistaken[:window].any() or not found.seen.any():
         return found
     # furniture was measured, alone or with who came after it
     measured = _measured(model, settings, recording, None, scene, int(np.argmax(found.seen)))
-    found = _followed(model, settings, recording, None, measured, landmarks, scene, perf_counter() - begin)
-    return replace(found, furnished=scene is not None)
+    return _followed(model, settings, recording, None, measured, landmarks, scene, perf_counter() - begin)
 
 
 def _furnished(recording: "DepthRecording") -> "Scene | None":
     """The room with its furniture, by frames of all of the recording; None where none is told from people."""
-    from ..track.standing import LOOKED_AT, with_furniture
+    from ..track.standing import looked_at, with_furniture
 
-    chosen = np.unique(np.linspace(0, recording.frames - 1, LOOKED_AT).astype(int)).tolist()
-    return with_furniture([recording.true_frame(k) for k in chosen])
+    return with_furniture([recording.true_frame(k) for k in looked_at(recording.frames)])
 
 
 def _followed(
@@ -205,7 +202,8 @@ def _followed(
 
     for estimate in revised(model, settings, moments()):
         log.add(estimate)
-    return log.followed(recording, calibrate, fitted, steady=settings.steady)
+    found = log.followed(recording, calibrate, fitted, steady=settings.steady)
+    return replace(found, furnished=scene is not None)
 
 
 def _measured(

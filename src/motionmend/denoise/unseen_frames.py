@@ -27,21 +27,22 @@ def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
 
     Returns
     -------
-    The same of joint angles, and where every frame has a marker.
+    Just the same of joint angles, and where every frame has a marker.
     """
     some = np.flatnonzero((outcome.origin == Origin.MEASURED).any(axis=1))
     filled = outcome.origin == Origin.FILLED
     markers = outcome.recording
-    if not (isinstance(markers, Markers) and len(some)):
+    if not (isinstance(markers, Markers) and 0 < len(some) < len(filled)):
         return outcome
+    gaps = np.flatnonzero(np.diff(some) > 1)
     std = outcome.std.copy()
-    known = np.where((outcome.origin == Origin.MEASURED)[..., None], markers.positions, np.nan)
-    across = cache(partial(between, known))  # gaps of one length are alike
-    for before in np.flatnonzero(np.diff(some) > 1):
-        gap = slice(int(some[before]) + 1, int(some[before + 1]))
-        off = across(gap.stop - gap.start)
-        std[gap] = np.where(filled[gap], np.fmax(std[gap], off), std[gap])
-    outcome = replace(outcome, std=std)
+    if len(gaps):
+        known = np.where((outcome.origin == Origin.MEASURED)[..., None], markers.positions, np.nan)
+        across = cache(partial(between, known))  # gaps of one length are alike
+        for before in gaps:
+            gap = slice(int(some[before]) + 1, int(some[before + 1]))
+            std[gap] = np.where(filled[gap], np.fmax(std[gap], across(gap.stop - gap.start)), std[gap])
+        outcome = replace(outcome, std=std)
     first, last, frame = int(some[0]), int(some[-1]), np.arange(len(filled))
     ahead = np.maximum(first - frame, frame - last)  # frames beyond the ends
     beyond = filled & (ahead > 0)[:, None]
@@ -94,20 +95,18 @@ def farther_each_frame(places: Floats, count: int) -> Floats:
 
 
 def between(places: Floats, count: int) -> Floats:
-    """How far points are, as a rule, from the way across so many frames in which nothing is seen.
+    """How far points are, as a rule, from the line or the cubic (Hermite's) across frames in which nothing is seen.
 
     Parameters
     ----------
-    places : (T, M, 3) m, NaN = missing.
-    count : frames, at least 1.
+    places, count : as of `farther_each_frame`.
 
     Returns
     -------
     (count, M) m, root mean square of one coordinate. Where the recording shows a point nowhere for so long, what it
     moves ahead of the nearer end.
     """
-    shape = (count, places.shape[1])
-    squares, seen = np.zeros((2, *shape)), np.zeros(shape)
+    squares, seen = np.zeros((2, count, places.shape[1])), np.zeros((count, places.shape[1]))
     at = (np.arange(1, count + 1) / (count + 1))[:, None, None]
     begin = np.arange(BACK, len(places) - count - 1 - BACK)
     for start in begin[:: max(1, len(begin) // LOOKED)].tolist():
@@ -120,6 +119,8 @@ def between(places: Floats, count: int) -> Floats:
         told = np.isfinite(off).all(axis=0)
         squares += np.where(told, off, 0.0)
         seen += told
+    off = np.sqrt(squares.min(axis=0) / np.maximum(seen, 1.0))
+    if seen.all():
+        return np.asarray(off)
     nearer = np.minimum(np.arange(count), np.arange(count)[::-1])
-    ahead = farther_each_frame(places, int(nearer.max()) + 1)[nearer]
-    return np.where(seen > 0, np.sqrt(squares.min(axis=0) / np.maximum(seen, 1.0)), ahead)
+    return np.where(seen > 0, off, farther_each_frame(places, int(nearer.max()) + 1)[nearer])

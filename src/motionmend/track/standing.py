@@ -28,12 +28,17 @@ SOMEBODY = 0.1  # m^2 of that at once: a fifth of a body
 MOST = 12  # pieces
 
 
+def looked_at(frames: int) -> list[int]:
+    """Which frames, counted from 0, of a recording of so many tell its furniture."""
+    return [int(k) for k in np.unique(np.linspace(0, frames - 1, LOOKED_AT).astype(int))]
+
+
 def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     """The room of a recording with the furniture in it that looks like a body and never moves, while somebody does.
 
     Parameters
     ----------
-    frames : some of all of a recording, the first one first.
+    frames : those of `looked_at`.
 
     Returns
     -------
