@@ -195,13 +195,14 @@ def adapt(
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
-    taught = prior.bases is not None and not prior.own
-    few = 1.0 if taught else 1.0 + FEW / max(1, int(present.any(axis=1).sum()))
-    own = np.minimum(variance / np.square(noise), 1.0)  # by how much a value follows its own sample
-    of_markers = (DOUBT_OF_MARKERS_TAUGHT if taught else DOUBT_OF_MARKERS_ALONE) + MORE_DOUBT * np.square(own)
-    doubt = np.asarray(DOUBT) if together == 1 else of_markers
-    variance = doubt * few * overlooked(measured, values, outlier, noise) * variance
-    variance += np.square(noise) / ((AVERAGED_TAUGHT if taught else AVERAGED_ALONE) * fps)
+    variance = _doubted(
+        overlooked(measured, values, outlier, noise) * variance,
+        np.square(noise),
+        fps,
+        taught=prior.bases is not None and not prior.own,
+        markers=together > 1,
+        frames=int(present.any(axis=1).sum()),
+    )
     if together == 1:
         values, variance, taken = _in_gaps(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
@@ -210,6 +211,16 @@ def adapt(
     return Adapted(
         values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, leaps, steps
     )
+
+
+def _doubted(variance: Floats, noise_var: Floats, fps: float, *, taught: bool, markers: bool, frames: int) -> Floats:
+    """(T, C) variance of the errors to be expected, from what it were (T, C) if all of the model were known."""
+    doubt = np.asarray(DOUBT)
+    if markers:
+        own = np.minimum(variance / noise_var, 1.0)  # by how much a value follows its own sample
+        doubt = (DOUBT_OF_MARKERS_TAUGHT if taught else DOUBT_OF_MARKERS_ALONE) + MORE_DOUBT * np.square(own)
+    few = 1.0 if taught else 1.0 + FEW / max(1, frames)
+    return np.asarray(doubt * few * variance + noise_var / ((AVERAGED_TAUGHT if taught else AVERAGED_ALONE) * fps))
 
 
 def _told(

@@ -143,7 +143,7 @@ def start(
     frame : frame 0.
     performer : the person's lengths; an average adult when not given.
     pose : of frame 0; the detector finds it when not given.
-    scene : the empty room, if it was seen (`foreground.empty_scene`).
+    scene : the room, if it was seen empty (`foreground.empty_scene`) or its furniture was told (`standing`).
 
     Raises
     ------
