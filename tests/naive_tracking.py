@@ -131,7 +131,7 @@ def kept_out(body, pose, trunk, limbs, clear, scale, weight):
     cost, normal, right = 0.0, np.zeros((len(moving), len(moving))), np.zeros(len(moving))
     for limb, margin in zip(limbs, clear, strict=True):
         bone = solids.bone[limb]
-        for along in (-1.35, -0.88, -0.31, 0.34, 1.0):
+        for along in (-1.5, -1.0, -0.4, 0.3, 1.0):
             local = solids.center[limb] + along * solids.size[limb, 1] * solids.turn[limb][:, 1]
             point = frames[bone][:3, :3] @ local + frames[bone][:3, 3]
             for s in trunk:

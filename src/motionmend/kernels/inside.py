@@ -8,7 +8,7 @@ from ..arrays import Bytes, Floats, Ints
 from .compile import compiled
 
 CONE = 1
-ALONG = (-1.35, -0.88, -0.31, 0.34, 1.0)  # half lengths from a limb's middle: points looked at, hand first
+ALONG = (-1.5, -1.0, -0.4, 0.3, 1.0)  # of a limb's half length from its middle: points that are looked at, hand first
 FADES = 0.04  # m from a cone's flat ends, over which it ceases to be in the way: others go on there
 LEAST = 1e-6  # of the way from a solid's axis to its surface: nearer, no way out can be told
 
