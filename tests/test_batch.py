@@ -73,11 +73,11 @@ def test_failures_stay_with_their_items(jobs: int) -> None:
     assert "square_or_fail" in failures[2].traceback
 
 
-def test_one_death_loses_nothing_and_repeats_only_what_was_in_flight(tmp_path: Path) -> None:
+def test_one_death_loses_nothing_and_repeats_nothing_else(tmp_path: Path) -> None:
     outcomes = batch.run(leave_a_mark_and_die_once, [(n, tmp_path) for n in range(12)], jobs=2)
     assert [o.value for o in outcomes] == list(range(12))
     calls = len(list(tmp_path.iterdir()))
-    assert 13 <= calls <= 14  # the one that died, and at most its companion in flight
+    assert calls == 13  # the one that died
 
 
 def test_an_item_that_always_kills_its_worker_fails_alone() -> None:
@@ -208,13 +208,88 @@ def test_deaths_during_a_sum_in_turn_leave_its_order(tmp_path: Path) -> None:
     assert taken == [0, 1, None, 3, 4, 5, 6, 7]
 
 
-def test_queues_closed_while_a_worker_is_started_cost_nothing() -> None:
-    """So a pool ends of which a worker died while another was being started: what starting it needs is gone."""
-    taken: list[int | None] = []
+def large_and_cut_off_once(item: tuple[int, Path]) -> bytes:
+    """Half of its first answer, which does not fit into the line at once, waits there when its process dies."""
+    number, folder = item
+    if number == 1 and not (folder / "cut").exists():
+        (folder / "cut").touch()
+        parent = psutil.Process().parent()
+        assert parent is not None
+        parent.suspend()  # nobody takes what is answered
+        subprocess.Popen(
+            [sys.executable, "-c", "import os,signal,sys,time\ntime.sleep(1)\nfor one in sys.argv[1:]:\n"
+             " os.kill(int(one), signal.SIGKILL if one == sys.argv[1] else signal.SIGCONT)",
+             str(os.getpid()), str(parent.pid)]
+        )  # fmt: skip
+    return bytes([number]) * (20_000_000 if number == 1 else 1000)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="processes are stopped and killed by signals")
+def test_a_worker_killed_in_the_middle_of_its_answer_costs_nothing(tmp_path: Path) -> None:
+    script = tmp_path / "cut.py"
+    script.write_text(
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from motionmend.batch import run\n"
+        "from test_batch import large_and_cut_off_once\n"
+        "if __name__ == '__main__':\n"
+        "    for outcome in run(large_and_cut_off_once, [(n, Path(sys.argv[1])) for n in range(4)], jobs=2):\n"
+        "        print(len(outcome.value), set(outcome.value))\n"
+    )
+    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    ran = subprocess.run(
+        [sys.executable, str(script), str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.stdout == "1000 {0}\n20000000 {1}\n1000 {2}\n1000 {3}\n", ran.stderr
+    assert (tmp_path / "cut").exists()
+
+
+def own_number(_: int) -> int:
+    time.sleep(0.2)
+    return os.getpid()
+
+
+def test_workers_killed_while_they_wait_are_replaced() -> None:
+    taken: list[int] = []
+
+    def take(outcome: batch.Outcome[int, int]) -> None:
+        assert outcome.value is not None
+        taken.append(outcome.value)
+
     with batch.workers(2) as staff:
-        staff.executor()._call_queue._reader.close()  # type: ignore[attr-defined]
-        batch.in_turn(square, range(8), lambda outcome: taken.append(outcome.value), staff)
-    assert taken == [n * n for n in range(8)]
+        batch.in_turn(own_number, range(2), take, staff)
+        for number in set(taken):
+            os.kill(number, signal.SIGKILL if os.name == "posix" else signal.SIGTERM)
+        batch.in_turn(own_number, range(4), take, staff)
+    assert len(taken) == 6
+    assert not set(taken[:2]) & set(taken[2:])
+
+
+def answer_with(item: str) -> object:
+    if item == "what cannot travel":
+        return lambda: None
+    if item == "an error that cannot be rebuilt":
+        raise SystemExit(_Unpacked(1, 2))
+    return item
+
+
+class _Unpacked:
+    def __init__(self, one: int, two: int) -> None:
+        self.both = one, two
+
+    def __reduce__(self) -> tuple[type, tuple[int]]:
+        return type(self), (1,)
+
+
+def test_an_answer_that_cannot_travel_fails_alone() -> None:
+    outcomes = batch.run(answer_with, ["a", "what cannot travel", "an error that cannot be rebuilt", "b"], jobs=2)
+    assert [outcome.value for outcome in outcomes] == ["a", None, None, "b"]
+    assert all(outcome.failure is not None and outcome.failure.message for outcome in outcomes[1:3])
 
 
 @pytest.mark.slow

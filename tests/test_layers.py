@@ -29,7 +29,7 @@ BELOW = {
     "evaluate": {"bodies", "kernels"},
     "samples": {"bodies", "kernels"},
 }
-ROOF = {"__init__", "__main__", "report", "view", "live", "batch", "datasets", "models", "cli"}
+ROOF = {"__init__", "__main__", "report", "view", "live", "batch", "processes", "datasets", "models", "cli"}
 FREE = {"errors", "arrays", "rooms"}
 HEAVY = {"numba", "sklearn", "matplotlib", "ezc3d", "cv2"}
 

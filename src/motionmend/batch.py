@@ -5,28 +5,23 @@ Delivery is at least once: an item whose worker died is sent again, so a task ha
 """
 
 import importlib
-import multiprocessing
 import os
 import signal
 import threading
-import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import connection
 from typing import Generic, Protocol, TypeVar
 
 from .errors import MotionMendError, UsageError
+from .processes import BLAS_VARIABLES, Crew
 
-PATIENCE = 2.0  # s that workers have to clear away what they were writing
 AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
 ATTEMPTS = 3  # times an item is sent before the death of its worker is held against it
 _GIVEN_UP = "KilledWorker"  # what Dask says of an item whose workers died, and of those that ran beside it
-
-_BLAS_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 Item = TypeVar("Item")
 Value = TypeVar("Value")
@@ -112,48 +107,32 @@ class Workers:
     def __init__(self, width: int, cluster: Executor | None = None) -> None:
         self.width = width
         self._cluster = cluster
-        self._local: Executor | None = None
+        self._local: Crew | None = None
 
     def spare(self, count: int) -> bool:
         """Whether so few items are better worked on in this process."""
         return self._cluster is None and min(count, self.width) <= 1
 
-    def executor(self) -> Executor:
+    def executor(self) -> Executor | Crew:
         """To submit to."""
         if self._cluster is not None:
             return self._cluster
         if self._local is None:
-            self._local = _processes(self.width)
+            self._local = Crew(self.width)
         return self._local
 
     def dismiss(self) -> None:
         """End local processes; the next that are needed are new ones."""
         if self._local is not None:
-            self._local.shutdown()
+            self._local.dismiss()
             self._local = None
-
-    def bury(self) -> None:
-        """End local processes of which one has died.
-
-        One that was being started while another died is overlooked by the executor, which then waits for it for ever:
-        all are ended by hand.
-        """
-        if self._local is not None:
-            for process in list((getattr(self._local, "_processes", None) or {}).values()):
-                process.kill()
-        self.dismiss()
 
     def abandon(self) -> None:
         """End local processes whatever they are at: each clears away what it was writing, none is waited for longer."""
-        staff = list((getattr(self._local, "_processes", None) or {}).values())
-        with _deaf():
-            for process in staff:
-                process.terminate()
-            waiting = {process.sentinel for process in staff}
-            deadline = time.monotonic() + PATIENCE
-            while waiting and time.monotonic() < deadline:
-                waiting.difference_update(connection.wait(list(waiting), max(0.0, deadline - time.monotonic())))
-            self.bury()
+        if self._local is not None:
+            with _deaf():
+                self._local.abandon()
+                self._local = None
 
 
 @contextmanager
@@ -196,20 +175,6 @@ def _deaf() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _interrupts_waiting() -> Iterator[None]:
-    """Ctrl-C reaches this thread afterwards; processes started meanwhile never hear it, not even before their first
-    line."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def in_turn(
@@ -273,7 +238,7 @@ def one_blas_thread() -> Iterator[None]:
     """
     from threadpoolctl import threadpool_limits
 
-    unset = [name for name in _BLAS_VARIABLES if name not in os.environ]
+    unset = [name for name in BLAS_VARIABLES if name not in os.environ]
     os.environ.update(dict.fromkeys(unset, "1"))  # for a library that is loaded later
     try:
         with threadpool_limits(limits=1):  # for those loaded already
@@ -290,8 +255,6 @@ def _attempt(task: Task[Item, Value], item: Item) -> Value | Failure:
             return task(item)
     except Exception as error:
         return failure(error)
-    except _Dismissed:
-        os._exit(0)
 
 
 def failure(error: Exception) -> Failure:
@@ -319,7 +282,7 @@ def _spread(
 
     No item is sent that lies `ahead` or more beyond the first one not yet done.
 
-    A broken pool does not say which of the items in flight broke it. Alone, only the culprit can die again.
+    Alone, none dies of the memory that others need; and where one that died took others with it, only it dies again.
     """
     todo = deque(range(len(items)))
     suspects: deque[int] = deque()
@@ -329,15 +292,7 @@ def _spread(
     flying: dict[Future[Value | Failure], int] = {}
 
     def send(index: int) -> None:
-        try:
-            staff = found.executor()  # made before: its locks would let interrupts through again
-            with _interrupts_waiting():  # submitting is what starts a worker
-                future = staff.submit(_attempt, task, items[index])
-        except (BrokenExecutor, OSError) as error:
-            # A worker died while nothing was running, or while another was being started, whose queues are closed then.
-            future = Future()
-            future.set_exception(BrokenExecutor(str(error)))
-        flying[future] = index
+        flying[found.executor().submit(_attempt, task, items[index])] = index
 
     def finish(index: int, result: Value | Failure) -> None:
         nonlocal first
@@ -370,11 +325,6 @@ def _spread(
                     line = " ".join(str(error).split())
                     result = Failure(type(error).__name__, f"{type(error).__name__}: {line}", "")
                 finish(index, result)
-            if not lost:
-                continue
-            lost.extend(flying.values())
-            flying.clear()
-            found.bury()
             for index in sorted(lost):
                 attempts[index] += 1
                 if attempts[index] < ATTEMPTS:
@@ -385,37 +335,6 @@ def _spread(
     finally:
         for future in flying:
             future.cancel()
-
-
-def _processes(count: int) -> ProcessPoolExecutor:
-    """Local workers, started afresh: a forked copy of a process with threads may hang."""
-    return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker)
-
-
-class _Dismissed(SystemExit):
-    """In a worker that was told to end: what it was writing is cleared away on the way out."""
-
-
-def _dismissed(_signal: int, _frame: object) -> None:
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once is enough, and clearing away must not be interrupted
-    # What is being imported or compiled just now would complain, each in its own way.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    raise _Dismissed
-
-
-def _start_worker() -> None:
-    os.environ.update(dict.fromkeys(_BLAS_VARIABLES, "1"))  # before numpy is loaded
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends its workers
-    signal.signal(signal.SIGTERM, _dismissed)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End this process when the one that started it is gone, be it killed: nobody would ever send it anything again."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 @contextmanager
