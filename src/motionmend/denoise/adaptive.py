@@ -16,6 +16,7 @@ from ..arrays import Bools, Bytes, Floats, Ints
 from ..numerics.coupled import lone_step_variance, smooth_coupled
 from .bursts import long_runs
 from .gap_shares import fillings, mixed, shares, unsure
+from .kept_distances import noise_by_distances
 from .likeliest_gaps import Process
 from .liveliness import LEAST_LIVELY, MOST_LIVELY, liveliness_of, lively_around
 from .local_prior import Prior
@@ -47,8 +48,9 @@ AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
 # Markers go together more than the covariance of second differences has it, more than that of other clips, and err
-# less; but one that goes by its own sample alone is as far off as that is noisy, which then hardly shows.
-DOUBT_OF_MARKERS_ALONE, DOUBT_OF_MARKERS_TAUGHT, MORE_DOUBT = 0.75, 0.9, 0.8
+# less.
+DOUBT_OF_MARKERS_ALONE, DOUBT_OF_MARKERS_TAUGHT = 0.82, 0.95
+ONE_DISTANCE = 0.2  # of its samples, as many as a marker's distances alone say of its noise; all markers' say more
 FEW = 6.0  # frames; a recording of n of them that has no library adds FEW / n to the variance
 # s; a sample is never surer than the mean of those about it for so long: how smooth motion is was itself told in noise
 AVERAGED_ALONE, AVERAGED_TAUGHT = 1.0, 10.0
@@ -188,6 +190,10 @@ def adapt(
         taken_up = weight * variance
         freedom = np.where(weight > 0, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
         square = np.where(weight > 0, np.square(off / louder), 0.0).sum(axis=0)
+        if together > 1:
+            kept, tells = noise_by_distances(measured, present & ~outlier, louder)
+            kept = np.square(next_noise(np.sqrt(kept), ONE_DISTANCE * tells * kept, ONE_DISTANCE * tells))
+            square, freedom = square + tells * kept, freedom + tells
         level = next_noise(level, square, freedom)
         noise = np.maximum(level * louder, least)
         rate = next_rate(outlier, present, rate if turn > 1 else None)
@@ -215,10 +221,7 @@ def adapt(
 
 def _doubted(variance: Floats, noise_var: Floats, fps: float, *, taught: bool, markers: bool, frames: int) -> Floats:
     """(T, C) variance of the errors to be expected, from what it were (T, C) if all of the model were known."""
-    doubt = np.asarray(DOUBT)
-    if markers:
-        own = np.minimum(variance / noise_var, 1.0)  # by how much a value follows its own sample
-        doubt = (DOUBT_OF_MARKERS_TAUGHT if taught else DOUBT_OF_MARKERS_ALONE) + MORE_DOUBT * np.square(own)
+    doubt = DOUBT if not markers else DOUBT_OF_MARKERS_TAUGHT if taught else DOUBT_OF_MARKERS_ALONE
     few = 1.0 if taught else 1.0 + FEW / max(1, frames)
     return np.asarray(doubt * few * variance + noise_var / ((AVERAGED_TAUGHT if taught else AVERAGED_ALONE) * fps))
 
