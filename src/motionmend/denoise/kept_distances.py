@@ -11,7 +11,8 @@ NEAREST = 8  # markers that are tried as partners, by their median distance
 LOOKED_AT = 64  # frames for that
 HALVES = 16  # frames on end; a partner is chosen in every other such stretch and asked in the rest
 FEWEST = 8  # differences that tell anything
-PARTNERS = 4  # that are asked of each half
+PARTNERS = 4  # that are asked of each half, at most
+ALIKE = 1.4  # times the least change of any distance; one that changes more is no distance on the same bone
 QUANTILE = 0.75  # of the differences, by which noise is told: outliers that were overlooked do not reach it
 _FOURTH, _SECOND = 70.0, 6.0  # variance of fourth and second differences of white noise of variance one
 WHITE = 4.0  # power of the share of second differences that fourth ones leave, by which less is believed
@@ -55,21 +56,25 @@ def noise_by_distances(measured: Floats, believed: Bools, loudness: Floats) -> t
         half = np.arange(len(fourth)) // HALVES % 2 == 0
         told, slow, partner = [], [], []
         for chosen in (half, ~half):
-            by = np.argsort(_sizes(fourth[chosen]), axis=1)[:, :PARTNERS]
+            sizes = _sizes(fourth[chosen])
+            by = np.argsort(sizes, axis=1)[:, :PARTNERS]
+            sizes = np.take_along_axis(sizes, by, 1)
+            alike = sizes < ALIKE * sizes[:, :1]
             partner.append(np.take_along_axis(near, by, 1))
-            told.append(np.square(np.take_along_axis(_sizes(fourth[~chosen]), by, 1)))
-            slow.append(np.square(np.take_along_axis(_sizes(second[~chosen]), by, 1)))
+            for found, of in ((told, fourth), (slow, second)):
+                asked = np.take_along_axis(_sizes(of[~chosen]), by, 1)
+                found.append(np.where(alike & np.isfinite(asked), np.square(asked), np.nan))
             weight.reshape(markers, 3)[:] += np.take_along_axis(np.isfinite(fourth[~chosen]).sum(axis=0), by[:, :1], 1)
-    pairs, other = np.hstack(told), np.hstack(partner)
-    known = np.isfinite(pairs).all(axis=1)
-    if not known.any():
-        return variance, np.zeros(columns)
-    share = np.median(pairs[known] / np.maximum(np.hstack(slow)[known], _NOTHING))
-    weight *= np.repeat(known, 3) * min(1.0, float(share)) ** WHITE
-    pairs[~known] = np.median(pairs[known])
-    own = 0.5 * pairs.mean(axis=1)  # as noisy as each other, until others tell more
-    for _ in range(_TURNS):
-        own = np.maximum(own + 0.5 * (pairs - own[:, None] - own[other]).mean(axis=1), _NOTHING)
+        pairs, other = np.hstack(told), np.hstack(partner)
+        known = np.isfinite(pairs).any(axis=1)
+        if not known.any():
+            return variance, np.zeros(columns)
+        share = np.nanmedian(pairs / np.maximum(np.hstack(slow), _NOTHING))
+        weight *= np.repeat(known, 3) * min(1.0, float(share)) ** WHITE
+        pairs[~known] = np.nanmedian(pairs)
+        own = 0.5 * np.nanmean(pairs, axis=1)  # as noisy as each other, until others tell more
+        for _ in range(_TURNS):
+            own = np.maximum(own + 0.5 * np.nanmean(pairs - own[:, None] - own[other], axis=1), _NOTHING)
     return np.repeat(own, 3), weight
 
 

@@ -38,6 +38,7 @@ from .poles import pole_crossings
 from .relabelling import but_for_throughout, relabelled, relabelled_origin, swaps_of, swaps_seen, swaps_told
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .slid import slides
+from .takes import repaired_in_takes
 from .thrown_root import thrown
 from .too_short import FEWEST_FRAMES, as_recorded
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
@@ -97,6 +98,10 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     ------
     MismatchError : the recording is of another kind or channel set.
     """
+    return repaired_in_takes(recording, lambda take: _mended_take(take, known))
+
+
+def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     outcome: Repaired[Recording] = _brought_back(recording, known)
     outcome = as_unsure_as_it_moves(outcome)
     if recording.frames < FEWEST_FRAMES:

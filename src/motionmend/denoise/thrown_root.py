@@ -43,13 +43,20 @@ def thrown(motion: Motion) -> Bools:
     leaps = np.flatnonzero((surprise > far) & (surprise >= before) & (surprise > after)).tolist()
     run_up, free = max(1, round(RUN_UP * motion.fps)), 0
     for start, stop in pairwise(leaps):
-        if start >= free and stop - start <= LONGEST * motion.fps and _closes(place, start, stop, run_up):
+        if start >= free and stop - start <= LONGEST * motion.fps and closes(place, start, stop, run_up):
             found[start:stop, moves], free = True, stop + 1
     return found
 
 
-def _closes(place: Floats, start: int, stop: int, run_up: int) -> bool:
-    """True if a path (T, 3) m goes on after a stretch much as it came, and not within it."""
+def closes(place: Floats, start: int, stop: int, run_up: int) -> bool:
+    """True if a path goes on after a stretch much as it came, and not within it.
+
+    Parameters
+    ----------
+    place : (T, 3) m.
+    start, stop : the stretch's first frame and the one after its last.
+    run_up : frames on either side that tell how fast it moves.
+    """
     last, first = start - 1, stop
     back, on = max(0, last - run_up), min(len(place) - 1, first + run_up)
     speeds = [(place[b] - place[a]) / (b - a) for a, b in ((back, last), (first, on)) if b > a]
