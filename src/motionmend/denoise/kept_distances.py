@@ -54,9 +54,11 @@ def noise_by_distances(measured: Floats, believed: Bools, loudness: Floats) -> t
         fourth = np.abs(np.diff(apart, n=4, axis=0)) / scale / np.sqrt(_FOURTH)
         second = np.abs(np.diff(apart, n=2, axis=0))[1:-1] / scale / np.sqrt(_SECOND)
         half = np.arange(len(fourth)) // HALVES % 2 == 0
-        told, slow, partner = [], [], []
+        told: list[Floats] = []
+        slow: list[Floats] = []
+        partner: list[Ints] = []
         for chosen in (half, ~half):
-            sizes = _sizes(fourth[chosen])
+            sizes = _sizes(second[chosen])  # slow changes show in these: of two on one bone they are noise alone
             by = np.argsort(sizes, axis=1)[:, :PARTNERS]
             sizes = np.take_along_axis(sizes, by, 1)
             alike = sizes < ALIKE * sizes[:, :1]
