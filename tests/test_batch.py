@@ -130,6 +130,17 @@ def test_an_item_that_cannot_travel_fails_alone() -> None:
     assert outcomes[1].failure is not None
 
 
+def interrupted_in_compiled_code(_: int) -> int:
+    raise SystemError("CPUDispatcher returned a result with an exception set") from KeyboardInterrupt()
+
+
+def test_an_interrupt_that_compiled_code_hands_on_ends_all() -> None:
+    told: list[int] = []
+    with pytest.raises(KeyboardInterrupt):
+        batch.run(interrupted_in_compiled_code, range(3), jobs=1, on_done=lambda o: told.append(o.index))
+    assert told == []
+
+
 def test_nothing_to_do() -> None:
     assert batch.run(square, [], jobs=4) == []
 

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from .errors import MotionMendError, UsageError
+from .errors import MotionMendError, UsageError, interrupt_in
 from .processes import BLAS_VARIABLES, Crew
 
 AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
@@ -263,7 +263,15 @@ def failure(error: Exception) -> Failure:
     Parameters
     ----------
     error : of the package's own kinds, or one that nobody expected.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where that is what the error came of: it fails no item, it ends all.
     """
+    interrupt = interrupt_in(error)
+    if interrupt is not None:
+        raise interrupt
     kind = type(error).__name__
     line = " ".join(str(error).split())
     if not isinstance(error, MotionMendError):

@@ -26,3 +26,18 @@ def counted(number: int, noun: str) -> str:
     noun : one of them; an s makes it several.
     """
     return f"{number} {noun}{'s'[: number != 1]}"
+
+
+def interrupt_in(error: BaseException) -> KeyboardInterrupt | None:
+    """Ctrl-C that came upon compiled code, which hands it on as the cause of an error of its own; None if it was none.
+
+    Parameters
+    ----------
+    error : whatever was raised.
+    """
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, KeyboardInterrupt):
+            return cause
+        cause = cause.__cause__
+    return None

@@ -140,12 +140,15 @@ def test_a_file_that_is_not_there_is_1_and_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("handed_on", [False, True])
 def test_an_interrupt_is_130_and_one_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    handed_on: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     from motionmend import io
 
     def interrupted(*_: object, **__: object) -> None:
+        if handed_on:  # as compiled code does
+            raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
         raise KeyboardInterrupt
 
     (tmp_path / "a.amc").touch()

@@ -10,7 +10,7 @@ from inspect import cleandoc
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, Any
 
-from ..errors import MotionMendError, UsageError
+from ..errors import MotionMendError, UsageError, interrupt_in
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -101,7 +101,10 @@ def _run(arguments: list[str]) -> int:
         with redirect_stdout(sys.stderr):
             command(*bound.args, **bound.kwargs)
         return BAD_USAGE
-    code: Any = command(*bound.args, **bound.kwargs)
+    try:
+        code: Any = command(*bound.args, **bound.kwargs)
+    except SystemError as error:
+        raise interrupt_in(error) or error from None
     return int(code or 0)
 
 
