@@ -10,7 +10,8 @@ from motionmend import samples
 from motionmend.bodies.motion import Motion
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.errors import MismatchError
-from motionmend.evaluate import compare_skeletons
+from motionmend.evaluate import compare, compare_skeletons
+from skeletons import turned_otherwise
 
 
 @pytest.fixture(scope="module")
@@ -101,3 +102,13 @@ def test_what_is_no_body_is_refused(walk: Motion) -> None:
     )
     with pytest.raises(MismatchError, match="same channels or joints"):
         compare_skeletons(walk, Motion(one, np.zeros((walk.frames, 1)), walk.fps))
+
+
+def test_the_same_turned_in_another_order_is_the_same_and_not_compared_by_name(walk: Motion) -> None:
+    other = turned_otherwise(walk, [walk.skeleton.names.index(name) for name in ("root", "lhumerus", "rfemur")])
+    with pytest.raises(MismatchError, match="another order of rotations mean another thing: root, rfemur, lhumerus"):
+        compare(walk, other)
+    found = compare_skeletons(walk, other)
+    assert found.joints.mean_cm == pytest.approx(0.0, abs=1e-9)
+    assert found.rms_deg == pytest.approx(0.0, abs=1e-5)
+    assert "another order" in found.joints.notes[0]

@@ -1,5 +1,6 @@
 """A body as a tree of one-DOF joints."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -70,6 +71,26 @@ class Skeleton:
     def dofs_of(self, joint: int) -> Ints:
         """Rows of the DOF table that move `joint`, in chain order."""
         return np.flatnonzero(self.dof_joint == joint).astype(np.int64)
+
+
+def turned_in_other_order(skeleton: Skeleton, names: Sequence[str]) -> Ints:
+    """Joints whose rotations follow each other otherwise than among other channels' names: their angles mean another
+    thing, though they are called the same.
+
+    Parameters
+    ----------
+    skeleton : D degrees of freedom.
+    names : channels of another skeleton, in its order; those that it has not do not matter.
+
+    Returns
+    -------
+    (N,) joints.
+    """
+    place = {name: k for k, name in enumerate(names)}
+    there = np.array([place.get(name, -1) for name in skeleton.dof_names], dtype=np.int64)
+    turns = (skeleton.dof_kind == ROTATION) & (there >= 0)
+    back = (np.diff(there[turns]) < 0) & (np.diff(skeleton.dof_joint[turns]) == 0)
+    return np.unique(skeleton.dof_joint[turns][1:][back])
 
 
 def forward(skeleton: Skeleton, q: Floats) -> tuple[Floats, Floats]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -12,6 +12,9 @@ from ..errors import UsageError, counted
 from .inputs import Refusal, gather
 from .options import WORKING, AsJson, Rate, SkeletonFile, Working
 from .output import Done, work
+
+if TYPE_CHECKING:
+    from ..bodies.motion import Motion
 
 WORST = 5  # channels and joints listed for people; JSON has them all
 
@@ -86,11 +89,19 @@ def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
     truth = read(pair.truth, fps=fps, skeleton=skeleton)
     other = read(pair.other, fps=fps, skeleton=skeleton)
     guesses = tuple(dict.fromkeys((*truth.guesses, *other.guesses)))
-    if isinstance(truth, Motion) and isinstance(other, Motion) and sorted(truth.channels) != sorted(other.channels):
+    if isinstance(truth, Motion) and isinstance(other, Motion) and _mean_other_things(truth, other):
         return told(pair.truth, pair.other, compare_skeletons(truth, other).to_json(), guesses)
     found = compare(truth, other).to_json()
     facts = {"input": pair.other, "truth": pair.truth, **found, "guesses": guesses}
     return Done(facts, _table(facts), guesses=guesses)
+
+
+def _mean_other_things(truth: "Motion", other: "Motion") -> bool:
+    """True if angles cannot be compared by their channels' names."""
+    from ..bodies.skeleton import turned_in_other_order
+
+    same = sorted(truth.channels) == sorted(other.channels)
+    return not same or len(turned_in_other_order(truth.skeleton, other.channels)) > 0
 
 
 def _table(facts: Mapping[str, Any]) -> str:

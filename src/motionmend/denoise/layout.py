@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Floats, frozen
 from ..bodies.motion import Markers, Motion
-from ..bodies.skeleton import ROTATION, Skeleton
+from ..bodies.skeleton import ROTATION, Skeleton, turned_in_other_order
 from ..errors import MismatchError
 from .cloud import Anchors, bare_name, distance_change, learn_anchors, righting
 from .joints import middle, own_middle, unit
@@ -74,6 +74,12 @@ class Sketch:
             raise MismatchError(
                 f"all clips need the same channels, this one {' and '.join(found)}: "
                 "fit clips of one skeleton or marker set"
+            )
+        if other.skeleton is not None and len(otherwise := turned_in_other_order(other.skeleton, self.names)):
+            turned = _few([other.skeleton.names[joint] for joint in otherwise])
+            raise MismatchError(
+                f"all clips need their joints to turn in the same order, in this one others do so: {turned}; "
+                "fit clips of one kind"
             )
         frames, changes = other.frames, other.changes
         if other.names != self.names:

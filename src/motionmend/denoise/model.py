@@ -22,6 +22,7 @@ from .library import Library
 from .likeliest_gaps import process_of
 from .marker_library import MarkerLibrary
 from .mend_recording import Knowledge, mend_alone, mend_recording
+from .other_order import by_what_is_meant
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
 from .repair import repair_channels
@@ -173,7 +174,10 @@ class DenoiserModel:
             outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
-                outcome = but_for_rest_pose(partial(self._by_example, method=method, robust=robust), recording)
+                by_example = partial(self._by_example, method=method, robust=robust)
+                outcome = but_for_rest_pose(
+                    lambda rest: by_what_is_meant(by_example, rest, self.layout.names), recording
+                )
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome

@@ -42,6 +42,8 @@ class SkeletonComparison:
 def compare_skeletons(truth: Motion, other: Motion) -> SkeletonComparison:
     """Compare joint angles whose channels cannot be matched by name, as an .amc and the .bvh made of it.
 
+    Or whose channels mean another thing, because joints turn in another order.
+
     Where more than half of the joints have the same names, these are compared, else the joints of `LANDMARKS`, found
     by names and by the shape of the skeleton.
 
@@ -67,7 +69,9 @@ def compare_skeletons(truth: Motion, other: Motion) -> SkeletonComparison:
     found = compare_joints(
         _postures(truth, names, true_at[:, ours]), _postures(other, names, other_at[:, theirs]), align=None
     )
-    said = f"channels have other names: joints of the same name are compared, {len(ours)} of {len(true_at[0])}"
+    same = sorted(truth.channels) == sorted(other.channels)
+    why = "joints turn in another order" if same else "channels have other names"
+    said = f"{why}: joints of the same name are compared, {len(ours)} of {len(true_at[0])}"
     if truth.frames != other.frames or abs(truth.fps - other.fps) > RATE_TOLERANCE * truth.fps:
         return SkeletonComparison(_noting(found, said, "rms_deg is null: frames or rates differ"), None, None)
     if not _rest_alike(truth.skeleton, other.skeleton, ours, theirs):
