@@ -175,6 +175,36 @@ def test_markers_that_a_library_lost_are_left_out_but_not_so_many_that_nothing_c
     assert len(_most_known(known, np.arange(10))) == kept
 
 
+def test_a_limb_seen_for_a_moment_goes_with_the_body():
+    """Of twelve frames together too little is known to say how steady two markers are; the body walks on by 5 m."""
+    truth = _body(3)
+    gappy = truth.copy()
+    gappy[12:, 4:] = np.nan
+    found = fill_gaps(gappy, FPS)
+    away = np.linalg.norm(found.values - truth, axis=2)[12:, 4:8]
+    assert np.nanmedian(away) < 0.15
+    assert np.nanmax(away) < 0.5
+
+
+def test_who_is_hidden_whole_is_not_led_by_somebody_else():
+    first, second = _body(4), np.array([0.0, 2.0, 0.0]) + _body(9)[::-1]  # they walk past each other
+    gappy = np.concatenate([first, second], axis=1)
+    gappy[150:180, 12:] = np.nan
+    alone = second.copy()
+    alone[150:180] = np.nan
+    both, own = fill_gaps(gappy, FPS), fill_gaps(alone, FPS)
+    off = [
+        _rms(values, second, np.s_[150:180])
+        for values in (
+            both.values[:, 12:],
+            own.values,
+            spline(alone.reshape(len(alone), -1), FPS).values.reshape(alone.shape),
+        )
+    ]
+    assert off[0] < 1.2 * off[1]
+    assert off[0] < 1.5 * off[2]
+
+
 def test_a_gap_at_an_end_and_frames_without_any_marker(rng):
     truth = _body(7)
     cut = truth.copy()

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 from threadpoolctl import threadpool_limits
 
 from ..arrays import Bools, Floats, Ints, runs
@@ -25,8 +26,11 @@ from .moved_gaps import beyond_normal
 from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, within, without
 
 LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
+FEWER_FRAMES = 3  # the same, where no other marker was seen with it for longer
 NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
 SHORTEST_PART = 0.15  # s
+ONE_BODY = 0.1  # m; links of markers whose distances change by less make a body: another's are no guides
+FEW = 0.03  # m; fewer guides than a frame has anchors, none steadier than this, lead astray
 LEAST_UNSTEADY = 1e-5  # m; a marker may be in a file twice, in one place
 UNSURE = 0.015  # m; a part less sure than this is looked at from a second frame
 STEADY = 12  # anchors of that frame
@@ -103,6 +107,7 @@ class _Work:
     time: Floats  # (T,)
     fps: float
     unsteady: Floats  # (M, M)
+    body: Ints  # (M,), alike for markers of one body
     examples: Floats  # (E, M, 3)
     clip: Ints  # (E,)
     tuned: dict[tuple[int, ...], Floats] = field(default_factory=dict)
@@ -111,6 +116,10 @@ class _Work:
 
 def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | None) -> _Work:
     unsteady = unsteadiness(positions, LEAST_FRAMES)
+    lone = ~np.isfinite(unsteady).any(axis=1)
+    if lone.any():
+        fewer = unsteadiness(positions, FEWER_FRAMES)
+        unsteady = np.where(lone[:, None] | lone, fewer, unsteady)
     examples, clip = np.empty((0, *positions.shape[1:])), np.empty(0, dtype=np.int64)
     if library is not None:
         examples, clip = examples_like(library, positions, EXAMPLES)
@@ -118,13 +127,15 @@ def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | N
             taught = unsteadiness(examples, LEAST_FRAMES)
             unsteady = np.where(np.isfinite(unsteady), unsteady, taught)
     std = np.full(seen.shape, np.nan)
-    return _Work(positions.copy(), seen, std, np.arange(len(seen)) / fps, fps, unsteady, examples, clip)
+    body = connected_components(unsteady < ONE_BODY, directed=False)[1].astype(np.int64)
+    return _Work(positions.copy(), seen, std, np.arange(len(seen)) / fps, fps, unsteady, body, examples, clip)
 
 
 def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
     unsteady = work.unsteady[marker]
     order = np.argsort(unsteady, kind="stable")
     order = order[np.isfinite(unsteady[order])]
+    order = order[np.equal(work.body[order], work.body[marker])]
     near = order[:NEAR]
     parts = _parts_of_gap(work.seen[start:stop, near], max(2, round(SHORTEST_PART * work.fps)))
     worth = np.maximum(unsteady[near], LEAST_UNSTEADY) ** -2.0
@@ -139,6 +150,8 @@ def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
 
 def _fill_part(work: _Work, marker: int, order: Ints, gap: tuple[int, int], frames: Ints, done: Bools) -> None:
     guides, usable = _guides(work, marker, order, gap, frames, done)
+    if 0 < len(guides) < ANCHORS and work.unsteady[marker, guides].min() > FEW:
+        guides, usable = _guides(work, marker, order[:0], gap, frames, done)
     own = np.flatnonzero(usable & work.seen[:, marker])
     if len(own) == 0 and len(work.examples) == 0:
         return
