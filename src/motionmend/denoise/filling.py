@@ -116,7 +116,7 @@ class _Work:
 
 def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | None) -> _Work:
     unsteady = unsteadiness(positions, LEAST_FRAMES)
-    lone = ~np.isfinite(unsteady).any(axis=1)
+    lone: Bools = np.asarray(~np.isfinite(unsteady).any(axis=1))
     if lone.any():
         fewer = unsteadiness(positions, FEWER_FRAMES)
         unsteady = np.where(lone[:, None] | lone, fewer, unsteady)
