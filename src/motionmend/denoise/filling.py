@@ -116,16 +116,16 @@ class _Work:
 
 def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | None) -> _Work:
     unsteady = unsteadiness(positions, LEAST_FRAMES)
-    lone: Bools = np.asarray(~np.isfinite(unsteady).any(axis=1))
-    if lone.any():
-        fewer = unsteadiness(positions, FEWER_FRAMES)
-        unsteady = np.where(lone[:, None] | lone, fewer, unsteady)
     examples, clip = np.empty((0, *positions.shape[1:])), np.empty(0, dtype=np.int64)
     if library is not None:
         examples, clip = examples_like(library, positions, EXAMPLES)
         if len(examples):
             taught = unsteadiness(examples, LEAST_FRAMES)
             unsteady = np.where(np.isfinite(unsteady), unsteady, taught)
+    lone: Bools = np.asarray(~np.isfinite(unsteady).any(axis=1))
+    if lone.any():
+        fewer = unsteadiness(positions, FEWER_FRAMES)
+        unsteady = np.where(lone[:, None] | lone, fewer, unsteady)
     std = np.full(seen.shape, np.nan)
     body = connected_components(unsteady < ONE_BODY, directed=False)[1].astype(np.int64)
     return _Work(positions.copy(), seen, std, np.arange(len(seen)) / fps, fps, unsteady, body, examples, clip)
