@@ -236,6 +236,25 @@ def test_places_below_the_root_replace_or_add(tmp_path):
         np.testing.assert_allclose(numbers_in(tmp_path / "again.bvh"), wanted, rtol=0, atol=1e-9)
 
 
+def test_what_is_supposed_of_many_joints_is_said_in_one_line(tmp_path):
+    channels = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+    joints, row = "", "0 80 0 0 0 0"
+    for joint in range(7):
+        joints += f"JOINT J{joint} {{ OFFSET 0 0 10\n{channels}\n"
+        row += f" 0 0 10.{joint} 0 0 0"
+    text = f"HIERARCHY\nROOT Hips {{ OFFSET 0 0 0\n{channels}\n{joints}End Site {{ OFFSET 0 0 5 }}\n" + "}" * 8
+    motion = read_text(tmp_path, f"{text}\nMOTION\nFrames: 2\nFrame Time: 0.0333333\n{row}\n{row}\n")
+    said = [guess for guess in motion.guesses if "OFFSET" in guess]
+    assert len(said) == 1
+    assert "joints J0, J1, J2, J3 and 3 more replace their OFFSET" in said[0]
+
+
+@pytest.mark.parametrize("spelt", ["-nan(ind)", "nan(snan)", "-1.#IND", "1.#QNAN00"])
+def test_what_windows_writes_for_no_number_is_a_gap(tmp_path, spelt):
+    motion = read_text(tmp_path, TEXT.replace("1.5 2.5", f"{spelt} {spelt}"))
+    assert np.isnan(motion.q).sum() == 2
+
+
 def test_a_root_with_an_offset_adds_and_says_so(tmp_path):
     motion = read_text(tmp_path, TEXT.replace("OFFSET 0.0 0.0 0.0", "OFFSET 0.0 5.0 0.0"))
     assert positions(motion.skeleton, motion.q)[0, 0].tolist() == pytest.approx([0, 0.95, 0])

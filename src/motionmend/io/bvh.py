@@ -20,6 +20,7 @@ from .text import LARGEST, Text, finite, open_text, shown
 
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "inch"), (0.0254 / 0.45, "inch / 0.45, as CMU's data"))
 RATES = (24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
+NAMED = 4  # joints in one guess
 WRITTEN = 1 << 10  # frames that are text at a time
 LONGEST_HEADING = 1 << 12  # characters from MOTION to the frame time
 MOTION = re.compile(r"^[ \t]*MOTION\s+Frames\s*:\s*(\S+)\s+Frame\s*Time\s*:\s*(\S+)", re.MULTILINE | re.IGNORECASE)
@@ -162,12 +163,14 @@ def _values(text: Text, after: int, frames: int, width: int, line: int) -> Float
     number = line
     for piece in text.pieces(after):
         try:
-            parsed.append(np.array([float(word) for word in piece.split()]))
-            broken = "_" in piece or bool((np.abs(parsed[-1]) > LARGEST).any())
+            numbers = np.array([float(word) for word in piece.split()])
+            told = "_" not in piece and not (np.abs(numbers) > LARGEST).any()
         except ValueError:
-            broken = True
-        if broken:
+            told = False
+        if not told:
             _complain([piece], number, text.path)
+            numbers = np.array([finite(word) for word in piece.split()])
+        parsed.append(numbers)
         number += piece.count("\n")
     values = np.concatenate(parsed) if parsed else np.empty(0)
     if len(values) % width:
@@ -205,7 +208,8 @@ def _rest_values(skeleton: Skeleton, q: Floats, turns: Bools) -> tuple[Floats, l
     Some programs write a joint's place relative to its parent, some how far it has left its OFFSET.
     """
     shift = np.zeros(q.shape[1])
-    guesses = []
+    guesses: list[str] = []
+    told: dict[str, list[str]] = {}
     if np.any(skeleton.offsets[0] != 0) and np.any(skeleton.dof_kind[skeleton.dofs_of(0)] != ROTATION):
         guesses.append(f"the positions of the root {skeleton.names[0]} add to its OFFSET, which is not zero")
     for joint in range(1, len(skeleton.names)):
@@ -215,6 +219,10 @@ def _rest_values(skeleton: Skeleton, q: Floats, turns: Bools) -> tuple[Floats, l
             continue
         near = replaces(q[:, rows], offset)
         shift[rows] = offset if near else 0.0
-        how = "replace its OFFSET, near which they start" if near else "add to its OFFSET, far from which they start"
-        guesses.append(f"the positions of joint {skeleton.names[joint]} {how}")
+        how = "replace {} OFFSET, near which they start" if near else "add to {} OFFSET, far from which they start"
+        told.setdefault(how, []).append(skeleton.names[joint])
+    for how, names in told.items():
+        joints = f"joint {names[0]}" if len(names) == 1 else f"joints {', '.join(names[:NAMED])}"
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        guesses.append(f"the positions of {joints}{more} {how.format('its' if len(names) == 1 else 'their')}")
     return shift, guesses

@@ -1,6 +1,7 @@
 """Text files and the words in them."""
 
 import codecs
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from ..errors import FileError
 
 LARGEST = 1e9  # in any unit of length or angle; what is larger is damage, and its square may have no end
 ABSURD = 1e30  # the same where clocks may stand as well, which count in ticks of 100 ns
+_NO_NUMBER = re.compile(r"[-+]?(?:nan\(\w*\)|1\.#(?:IND|[QS]NAN)\w*)", re.IGNORECASE)
 PIECE = 1 << 22  # bytes of a long text that are in memory at a time
 
 
@@ -112,13 +114,13 @@ def shown(token: str) -> str:
 
 
 def finite(token: str) -> float:
-    """The number `token` spells; NaN for `nan`.
+    """The number `token` spells; NaN for `nan`, and for what Windows programs write instead, `-nan(ind)` or `-1.#IND`.
 
     Raises
     ------
     ValueError : for anything else, also for `inf`, beyond `LARGEST` and for Python's own `1_000`.
     """
-    value = float(token)
+    value = float("nan" if _NO_NUMBER.fullmatch(token) else token)
     if abs(value) > LARGEST or "_" in token:
         raise ValueError(token)
     return value
