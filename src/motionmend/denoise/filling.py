@@ -344,8 +344,11 @@ def _calibrate(work: _Work) -> None:
     for marker, start, stop in moved:
         _fill_gap(trial, marker, start, stop)
         hidden = start + np.flatnonzero(work.seen[start:stop, marker])
-        errors.append((trial.places - work.places)[hidden, marker] / trial.std[hidden, marker, None])
-    work.std *= _excess(errors)
+        found = (trial.places - work.places)[hidden, marker] / trial.std[hidden, marker, None]
+        if len(found := found[np.isfinite(found).all(axis=1)]):  # of what is left nothing may be told
+            errors.append(found)
+    if errors:
+        work.std *= _excess(errors)
 
 
 def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:
