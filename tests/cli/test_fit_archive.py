@@ -17,6 +17,7 @@ from motionmend.batch import workers
 from motionmend.cli import archive
 from motionmend.io import read, write
 from motionmend.models import load_model
+from skeletons import turned_otherwise
 
 CLIPS = 72
 SETTINGS = ["--window", "8", "--fps", "30"]
@@ -84,6 +85,19 @@ def test_it_is_the_model_of_all_clips_at_once(folder: Path, alone: Path) -> None
     np.testing.assert_allclose(model.library.bends, whole.library.bends, rtol=1e-6, atol=1e-9)
     np.testing.assert_array_equal(model.library.exemplars, whole.library.exemplars)
     np.testing.assert_allclose(model.dynamics.mean, whole.dynamics.mean, rtol=1e-6, atol=1e-9)
+
+
+def test_the_clip_that_turns_in_another_order_is_named_and_left_out(cli: Command, tmp_path: Path) -> None:
+    for number in range(3):
+        motion = samples.clip("walk", seconds=3.0, fps=30.0, seed=number)
+        joint = motion.skeleton.names.index("lhumerus")
+        write(tmp_path / f"{number}.amc", turned_otherwise(motion, [joint]) if number == 1 else motion)
+    ran = cli("fit", "denoiser", tmp_path, "-o", tmp_path / "m.mend", "--jobs", "1", *SETTINGS)
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "1.amc" in ran.failures[0]
+    assert "others do so: lhumerus" in ran.failures[0]
+    assert len(load_model(tmp_path / "m.mend").clips) == 2
 
 
 @pytest.mark.slow

@@ -121,8 +121,7 @@ def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
     found = Survey({}, {})
     for item, clip in _clips(chunk, reading, failures):
         one = sketch(clip)
-        key = (one.kind, *sorted(one.names))
-        found = found + Survey({key: Alike(one, (item,))}, dict.fromkeys(clip.guesses, (item.path,)))
+        found = found + Survey({one.common: Alike(one, (item,))}, dict.fromkeys(clip.guesses, (item.path,)))
     return Part(found if found.groups else None, tuple(failures))
 
 

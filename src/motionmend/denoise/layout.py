@@ -91,6 +91,17 @@ class Sketch:
             frames = replace(frames, items=tuple(frame @ upright.T for frame in frames.items))
         return replace(self, frames=self.frames + frames, changes=self.changes + changes)
 
+    @property
+    def common(self) -> tuple[str, ...]:
+        """What clips that go together have in common: kind, channels in whatever order, rotations in theirs."""
+        found = (self.kind, *sorted(self.names))
+        if (body := self.skeleton) is None:
+            return found
+        turns = (
+            [self.names[r] for r in body.dofs_of(j) if body.dof_kind[r] == ROTATION] for j in range(len(body.names))
+        )
+        return (*found, *sorted(" before ".join(names) for names in turns if len(names) > 1))
+
     def layout(self) -> Layout:
         """The layout the clips have in common."""
         if self.skeleton is not None:
