@@ -131,12 +131,12 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
     if still.any():
         said.append(
             f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were taken "
-            f"as missing: {_named(outcome.recording, still)}"
+            f"as missing: {named(outcome.recording, still)}"
         )
     if away.any():
         said.append(
             f"{int(away.sum())} samples of {_what(outcome.recording)} were taken as missing: "
-            f"{_named(outcome.recording, away)}"
+            f"{named(outcome.recording, away)}"
         )
     return replace(outcome, origin=origin, warnings=tuple(said))
 
@@ -147,7 +147,7 @@ def _what(recording: Motion | Markers) -> str:
     return "markers that leapt away from where those about them have them"
 
 
-def _named(recording: Motion | Markers, samples: Bools) -> str:
+def named(recording: Motion | Markers, samples: Bools) -> str:
     """The names of the channels that have any of these samples (T, C), the first of them."""
     names = [recording.channels[c] for c in np.flatnonzero(samples.any(axis=0))]
     return f"{', '.join(names[:SAID])}{', ...' if len(names) > SAID else ''}"

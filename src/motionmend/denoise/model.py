@@ -17,6 +17,7 @@ from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .filtered import channelwise
+from .frozen import but_for_frozen
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .likeliest_gaps import process_of
@@ -175,9 +176,9 @@ class DenoiserModel:
         else:
             with threadpool_limits(1, user_api="blas"):
                 by_example = partial(self._by_example, method=method, robust=robust)
-                outcome = but_for_rest_pose(
-                    lambda rest: by_what_is_meant(by_example, rest, self.layout.names), recording
-                )
+                meant = partial(by_what_is_meant, by_example, names=self.layout.names)
+                taught = partial(but_for_rest_pose, meant)
+                outcome = but_for_frozen(taught, recording) if method == "adaptive" else taught(recording)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
@@ -270,7 +271,8 @@ def repair_without_model(recording: Recording, method: str = "adaptive") -> Repa
     """
     if method not in MODEL_FREE_METHODS:
         raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(MODEL_FREE_METHODS)}")
-    return but_for_rest_pose(partial(_by_itself, method=method), recording)
+    by_itself = partial(but_for_rest_pose, partial(_by_itself, method=method))
+    return but_for_frozen(by_itself, recording) if method == "adaptive" else by_itself(recording)
 
 
 def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:
