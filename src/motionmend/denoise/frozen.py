@@ -4,16 +4,15 @@ What rests repeats itself as well where digits are few, a joint at its limit for
 long as they like. But rests begin and end alone, and nobody leaves one by a leap to where the motion would have been.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints, runs
-from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ..arrays import Bools, Floats, Ints, runs
+from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION
 from .digits import coarseness
-from .held import named, without
 from .joints import CENTIMETRES, unit
 
 TOGETHER = 3  # markers or joints that leap from the same run; a foot and its toes, a hand and its thumb rest together
@@ -27,7 +26,6 @@ FINEST = 1e-6  # degrees or cm; single precision is as coarse
 OFTEN = 0.3  # runs for each step that moves: who repeats itself so often is drawn so, or slower than the recording
 RESTS = 0.2  # s; who rests for as long without a leap may have rested here, too
 FAST, AT_MOST = 0.99, 2.0  # of its steps, and times as fast, on the whole way from where it froze to where it goes on
-SAID = 6  # stretches that a warning names at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,32 +44,6 @@ class _Runs:
     out: Floats
 
 
-def but_for_frozen(repair: Callable[[Recording], Repaired[Recording]], recording: Recording) -> Repaired[Recording]:
-    """Repair a recording with what froze taken as missing.
-
-    Parameters
-    ----------
-    repair : of a whole recording.
-    recording : motion or markers.
-
-    Returns
-    -------
-    Frozen samples were recorded, so that they are repaired, or left open, and said.
-    """
-    still = frozen(recording)
-    if not still.any():
-        return repair(recording)
-    outcome: Repaired[Recording] = repair(without(recording, still))
-    origin: Bytes = np.where(still & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(
-        np.uint8
-    )
-    said = (
-        f"{int(still.sum())} samples were frozen and taken as missing, {_frames(np.asarray(still.any(axis=1)))}: they "
-        f"repeat each other to the last digit, and then leap to where the motion goes on: {named(recording, still)}"
-    )
-    return replace(outcome, origin=origin, warnings=(*outcome.warnings, said))
-
-
 def frozen(recording: Motion | Markers) -> Bools:
     """Samples that are frozen.
 
@@ -85,7 +57,7 @@ def frozen(recording: Motion | Markers) -> Bools:
     unless the motion leaps there, too; where it leaps only there, the last is.
     """
     found: Bools = np.zeros((recording.frames, len(recording.channels)), dtype=np.bool_)
-    parts = [(columns, _runs(values, step, recording.fps)) for columns, values, step in _parts(recording)]
+    parts = [(columns, _runs(values, step, recording.fps)) for columns, values, step in parts_of(recording)]
     if not parts:
         return found
     start, stop, into, out = (
@@ -110,7 +82,7 @@ def frozen(recording: Motion | Markers) -> Bools:
     return found if holds >= 0 else np.zeros_like(found)  # who holds poses more often without a leap is drawn
 
 
-def _parts(recording: Motion | Markers) -> Iterator[tuple[Ints, Floats, float]]:
+def parts_of(recording: Motion | Markers) -> Iterator[tuple[Ints, Floats, float]]:
     """What moves as one: its channels that ever move (N,), their samples (T, N) degrees or cm, the step of its digits.
 
     One at a time, for a recording may be long.
@@ -139,7 +111,7 @@ def _runs(values: Floats, coarse: float, fps: float) -> _Runs:
     inside = (start > 0) & (stop < len(far))
     start, stop = start[inside], stop[inside]
     honest = moving[1:] & moving[:-1]
-    if len(start) > OFTEN * moving.sum() or not honest.any():
+    if repeats_throughout(same, moving) or not honest.any():
         start = stop = start[:0]
     if not len(start):
         return _Runs(start, stop, np.empty(0), np.empty(0))
@@ -162,9 +134,6 @@ def _runs(values: Floats, coarse: float, fps: float) -> _Runs:
     return _Runs(start, stop, into * told, out * told)
 
 
-def _frames(frames: Bools) -> str:
-    """The stretches of frames (T,), the first of them."""
-    stretches = runs(frames)
-    told = [f"{start} to {stop - 1}" if stop - start > 1 else f"{start}" for start, stop in stretches[:SAID]]
-    one = len(stretches) == 1 and stretches[0][1] - stretches[0][0] == 1
-    return f"frame{'' if one else 's'} {', '.join(told)}{', ...' if len(stretches) > SAID else ''}"
+def repeats_throughout(same: Bools, moving: Bools) -> bool:
+    """True for a part that is drawn so or slower than the recording, by which of its steps (T - 1,) repeat and move."""
+    return bool(len(runs(same)) > OFTEN * moving.sum())

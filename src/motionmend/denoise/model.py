@@ -17,10 +17,10 @@ from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
 from .dynamics import Dynamics, fit_dynamics, smooth_with
 from .filtered import channelwise
-from .frozen import but_for_frozen
 from .layout import Layout, learn_layout, own_layout
 from .library import Library
 from .likeliest_gaps import process_of
+from .lost_capture import but_for_lost_capture
 from .marker_library import MarkerLibrary
 from .mend_recording import Knowledge, mend_alone, mend_recording
 from .other_order import by_what_is_meant
@@ -178,7 +178,7 @@ class DenoiserModel:
                 by_example = partial(self._by_example, method=method, robust=robust)
                 meant = partial(by_what_is_meant, by_example, names=self.layout.names)
                 taught = partial(but_for_rest_pose, meant)
-                outcome = but_for_frozen(taught, recording) if method == "adaptive" else taught(recording)
+                outcome = but_for_lost_capture(taught, recording) if method == "adaptive" else taught(recording)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
@@ -272,7 +272,7 @@ def repair_without_model(recording: Recording, method: str = "adaptive") -> Repa
     if method not in MODEL_FREE_METHODS:
         raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(MODEL_FREE_METHODS)}")
     by_itself = partial(but_for_rest_pose, partial(_by_itself, method=method))
-    return but_for_frozen(by_itself, recording) if method == "adaptive" else by_itself(recording)
+    return but_for_lost_capture(by_itself, recording) if method == "adaptive" else by_itself(recording)
 
 
 def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:
