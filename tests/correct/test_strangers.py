@@ -216,3 +216,38 @@ def test_what_is_repeated_whole_is_seen(model: CorrectorModel) -> None:
     found = model.correct(recording(given, state=True)).reliability
     assert found is not None
     assert (found > 0.5).mean() > 0.95
+
+
+@pytest.mark.parametrize("ahead", [None, 0])
+def test_what_never_moves_has_not_stopped(model: CorrectorModel, ahead: int | None) -> None:
+    """Legs of who sits, given alike to the last digit in all frames."""
+    true = truth("reach", 91, 4.0)
+    legs = [model.names.index(f"{joint}{side}") for side in ("Left", "Right") for joint in ("Knee", "Ankle", "Foot")]
+    true[:, legs] = true[0, legs]
+    given = sensed(true, 91)
+    given[:, legs] = given[0, legs]
+    found = model.correct(recording(given, state=True), look_ahead=ahead)
+    assert found.reliability is not None
+    assert (found.reliability[:, legs] > 0.9).all()
+    assert np.linalg.norm(found.positions - true, axis=2)[:, legs].mean() < 0.03
+
+
+def sitting(positions: Floats, names: tuple[str, ...]) -> Floats:
+    """Positions (T, J, 3) with legs that lie ahead of the hips."""
+    sat = positions.copy()
+    for side in ("Left", "Right"):
+        for joint, place in (("Knee", [0.0, -0.05, 0.42]), ("Ankle", [0.0, -0.45, 0.45]), ("Foot", [0.0, -0.5, 0.58])):
+            sat[:, names.index(f"{joint}{side}")] = sat[:, names.index(f"Hip{side}")] + place
+    return sat
+
+
+@pytest.mark.parametrize("ahead", [None, 0])
+def test_limbs_that_were_never_seen_are_unsure_and_named(model: CorrectorModel, ahead: int | None) -> None:
+    true = sitting(truth("reach", 92, 3.0), model.names)
+    given = sensed(true, 92)
+    legs = [model.names.index(f"{joint}Left") for joint in ("Knee", "Ankle", "Foot")]
+    given[:, legs] = np.nan
+    found = model.correct(recording(given), look_ahead=ahead)
+    assert found.std is not None
+    assert (found.std[30:, legs] > 0.1).all()
+    assert any(one.startswith("KneeLeft, AnkleLeft, FootLeft are in no frame") for one in found.source.warnings)  # type: ignore[attr-defined]

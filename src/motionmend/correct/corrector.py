@@ -330,12 +330,13 @@ class CorrectorModel:
             sights.append(state.sight)
             found += [] if one is None else [one]
         found += self.rest(state)[1]
+        positions = np.stack([one.positions for one in found])
         return replace(
             postures,
-            positions=np.stack([one.positions for one in found]),
+            positions=positions,
             std=np.stack([one.std for one in found]),
             reliability=np.stack([one.reliability for one in found]),
-            source=noted(postures.source, sights, state.kin),
+            source=noted(postures, positions, sights, state.kin),
         )
 
     @property

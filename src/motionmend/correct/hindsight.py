@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Floats
+from ..kernels.following import MET_SECONDS, UNMET
 from ..numerics import factors as process
 from ..numerics.factors import Belief, Factors
 from .reliability import chain_backward
@@ -38,6 +39,7 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
     """
     trust = trusted(sights, failing)
     own = _own_shapes(sights, trust)
+    noise = factors.noise + UNMET**2 * np.exp(-met_in_all(trust, gaps_between(sights)) / MET_SECONDS)
     values = less_own(factors, sights, own)
     gaps = gaps_between(sights)
     beliefs: list[Belief] = []
@@ -56,8 +58,15 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
         there, cov = process.expected(factors, later)
         share = trust[t][:, None]
         posture[t] = share * values[t] + (1.0 - share) * there
-        std[t] = (1.0 - trust[t]) * np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + factors.noise)
+        std[t] = (1.0 - trust[t]) * np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + noise)
     return posture + factors.mean + own, std
+
+
+def met_in_all(trust: Floats, gaps: Floats) -> Floats:
+    """(J,) s for which joints are seen going well in all of a recording, by trust (T, J) and the gaps (T,) between
+    its frames in s."""
+    passed = np.where(np.isfinite(gaps), gaps, 0.0)
+    return np.asarray((trust * passed[:, None]).sum(axis=0))
 
 
 def trusted(sights: Sequence[Sight], failing: Floats) -> Floats:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bytes, frozen
+from ..arrays import Bytes, Floats, frozen
+from ..bodies.postures import Postures
 from .watching import Sight
 
 REFUSED, SWAPPED = 1, 2
@@ -28,11 +29,12 @@ class Noted:
     warnings: tuple[str, ...] = ()
 
 
-def noted(source: Any, sights: Sequence[Sight], kin: float) -> Noted:
-    """What the sights of a recording's frames say of them.
+def noted(postures: Postures, corrected: Floats, sights: Sequence[Sight], kin: float) -> Noted:
+    """What a recording and the sights of its frames say of it.
 
     Parameters
     ----------
+    postures, corrected : as the sensor gave it, and (T, J, 3) m what came of it.
     kin : probability that the sensor is the one that was learned from.
     """
     flags = [REFUSED * one.refused + SWAPPED * bool(one.swapped.any()) for one in sights]
@@ -40,6 +42,15 @@ def noted(source: Any, sights: Sequence[Sight], kin: float) -> Noted:
         f"bones are not as in the recordings that were learned from: another sensor? {100 * kin:.0f} % of the learned "
         "offsets were applied"
     )
-    return Noted(
-        source, frozen(np.array(flags, dtype=np.uint8), np.uint8), warnings=(foreign,) if kin < FOREIGN else ()
-    )
+    warnings = (*((foreign,) if kin < FOREIGN else ()), *_never_seen(postures, corrected))
+    return Noted(postures.source, frozen(np.array(flags, dtype=np.uint8), np.uint8), warnings=warnings)
+
+
+def _never_seen(postures: Postures, corrected: Floats) -> tuple[str, ...]:
+    """A sentence about joints that were filled in every frame."""
+    never = np.asarray(~postures.present.any(axis=0) & np.isfinite(corrected).all(axis=2).any(axis=0))
+    if not never.any():
+        return ()
+    names = ", ".join(name for name, one in zip(postures.names, never, strict=True) if one)
+    said = "in no frame: put where the learned people have them, who may sit, stand or hold them otherwise"
+    return (f"{names} {'are' if never.sum() > 1 else 'is'} {said}",)

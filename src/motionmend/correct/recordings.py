@@ -23,7 +23,7 @@ from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
-from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
+from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of, stirred
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)
@@ -94,7 +94,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
-    source = noted(postures.source, sights, kin)
+    source = noted(postures, settled, sights, kin)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 
 
@@ -175,7 +175,8 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
     watcher = accustomed(watcher, rows)
-    begun = replace(fresh(watcher), upright=upright(rows, watcher.body))
+    stirs = np.asarray(stirred(rows[1:], rows[:-1]).any(axis=0))
+    begun = replace(fresh(watcher), upright=upright(rows, watcher.body), moved=stirs)
     glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures, np.zeros(rows.shape[:2], dtype=np.bool_))
     last = glimpse[-1]
     met = replace(begun.followed, own=last.followed.own, met=last.followed.met)

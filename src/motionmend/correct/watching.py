@@ -52,6 +52,8 @@ class Sight:
     followed : in standard form.
     swapped : (J,) joints whose sides were changed back.
     righted : (J,) joints whose sides, as this frame shows, were confused until now.
+    moved : (J,) joints that the sensor ever had elsewhere than a frame before, or will in this recording: what never
+        moves has not stopped.
     refused : the frame says so little that it was not judged.
     other : somebody else is where a moment ago somebody was.
     """
@@ -68,6 +70,7 @@ class Sight:
     followed: Followed
     swapped: Bools
     righted: Bools
+    moved: Bools
     refused: bool
     other: bool = False
 
@@ -91,6 +94,7 @@ def fresh(watcher: Watcher) -> Sight:
         np.zeros(2),
         np.zeros((2, bones)),
         begin(watcher.factors),
+        np.zeros(joints, dtype=np.bool_),
         np.zeros(joints, dtype=np.bool_),
         np.zeros(joints, dtype=np.bool_),
         False,
@@ -225,7 +229,7 @@ def look(
             rows, states = changed_sides(rows, states, limbs)
             standard = changed(standard, limbs)
             swapped = swapped ^ sides
-    lengths, raw, *signs = kernel.signs(
+    lengths, raw, bone, best_bone, told, repeated = kernel.signs(
         rows,
         sight.rows,
         sight.earlier,
@@ -237,7 +241,9 @@ def look(
         watcher.detector.jerk,
         NO_STATES if states is None else states,
     )
-    followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, raw, *signs)
+    moved = sight.moved | stirred(rows, sight.rows)
+    signs = raw, bone, best_bone, told, repeated & moved
+    followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, *signs)
     anyone = bool(np.count_nonzero(np.isfinite(rows)))
     return Sight(
         turn_up,
@@ -252,6 +258,7 @@ def look(
         followed,
         swapped,
         righted,
+        moved,
         unsure or bool(followed.failing.sum() > len(rows) - 3.0),
         other,
     )
@@ -310,6 +317,12 @@ def look_twice(
         return look(watcher, sight, positions, states, time), None
     seen = look(watcher, sight, np.where(hopped[:, None], np.nan, positions), states, time)
     return seen, Doubt(sight, positions, states, time, hopped)
+
+
+def stirred(rows: Floats, before: Floats) -> Bools:
+    """(..., J) joints that are elsewhere than in the frame before, of positions (..., J, 3), NaN = missing."""
+    apart = rows - before
+    return np.asarray((np.isfinite(apart) & (apart != 0.0)).any(axis=-1))
 
 
 def _place(watcher: Watcher, sight: Sight, failing: Floats, rows: Floats) -> Any:

@@ -12,6 +12,7 @@ from .factors import expected, left_out, seen
 HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not explain is learned while it is seen
 DOUBT_SECONDS = 1.5  # the same for a joint out of place of which nothing else is wrong: it may be this sensor's way
 STRANGER = 0.05  # standard metres, of a joint's place in people and sensors not met yet, beside the factors' noise
+UNMET = 0.12  # the same of a joint that was never seen going well: it may be in a posture that nobody showed
 MET_SECONDS = 0.5  # how long a joint is a stranger
 SETTLED = 0.02  # change of the probability to fail below which nothing is weighed again
 ROUNDS = 2  # of weighing the joints by what the others say
@@ -120,7 +121,8 @@ def follow(
             shape = good * values[j, d] if present[j] else 0.0
             posture[j, d] = shape + failing[j] * there[j, d] + mean[j, d] + own[j, d]
             ours[j, d] = own[j, d] + (gain * (values[j, d] - there[j, d]) if present[j] else 0.0)
-        unsure = (there_cov[j, 0, 0] + there_cov[j, 1, 1] + there_cov[j, 2, 2]) / 3.0 + own_variance[j]
+        unsure = (there_cov[j, 0, 0] + there_cov[j, 1, 1] + there_cov[j, 2, 2]) / 3.0 + noise[j]
+        unsure += UNMET**2 * exp(-met[j] / MET_SECONDS)
         std[j] = failing[j] * sqrt(unsure)
         known[j] = met[j] + passed * good
     return after_mean, after_cov, ours, failing, forecast, jerk, posture, std, known
