@@ -6,6 +6,7 @@ The sensor is made from the samples: a walk's joints at 30 Hz, each off by a bia
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -309,3 +310,32 @@ def test_a_record_that_cannot_be_written_takes_its_output_along(
     ran = cli("correct", tmp_path / "a.csv", "-m", taught / "m.mend", "-o", tmp_path / "out" / "o.csv")
     assert ran.code == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("units", "said"), [(1000.0, "is it millimetres?"), (100.0, "is it centimetres?")])
+@pytest.mark.parametrize("away", [0.0, 2.5])
+def test_a_table_in_other_units_fails_in_one_line(
+    cli: Command, taught: Path, tmp_path: Path, units: float, said: str, away: float
+) -> None:
+    """Wherever the body is."""
+    postures = sensed(samples.clip("walk", seconds=3.0, seed=3), 3)
+    where = (postures.positions + np.array([0.0, 0.0, away])) * units
+    write_joint_table(tmp_path / "wrong.csv", replace(postures, positions=where))
+    for command in ("correct", "pipeline"):
+        ran = cli(command, tmp_path / "wrong.csv", "-m", taught / "m.mend", "-o", tmp_path / "out.csv", "--jobs", "1")
+        assert ran.code == 1
+        (line,) = ran.failures
+        assert "wrong.csv" in line
+        assert said in line
+        assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_recording_of_which_nothing_can_be_corrected_fails(cli: Command, taught: Path, tmp_path: Path) -> None:
+    """Somebody a kilometre away."""
+    postures = sensed(samples.clip("walk", seconds=3.0, seed=3), 3)
+    write_joint_table(tmp_path / "far.csv", replace(postures, positions=postures.positions + np.array([0.0, 0.0, 1e3])))
+    ran = cli("correct", tmp_path / "far.csv", "-m", taught / "m.mend", "-o", tmp_path / "out.csv", "--jobs", "1")
+    assert ran.code == 1
+    (line,) = ran.failures
+    assert "far.csv" in line
+    assert not (tmp_path / "out.csv").exists()

@@ -11,7 +11,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from .. import __version__
-from ..errors import UsageError, counted
+from ..errors import FileError, UsageError, counted
 from .inputs import Input, Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing
 from .output import Done
@@ -152,9 +152,11 @@ class Correction:
         assert self.model is not None
         start = perf_counter()
         sensor = read_postures(job.source, fps=self.fps)
+        refuse_other_units(job.source, sensor)
         was_read = perf_counter()
         corrected = self.model.correct(sensor, self.online, self.method, self._ahead(sensor))
         corrected = empty_where_empty(sensor, corrected)
+        refuse_nobody(job.source, corrected)
         seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         return self._save(job, sensor, corrected, warnings, seconds)
@@ -235,6 +237,37 @@ class Correction:
             f"reliability {mean if mean is not None else 'unknown'}: {job.target}"
         )
         return Done(said, line=line, warnings=warnings, guesses=sensor.guesses)
+
+
+def refuse_other_units(source: Path, sensor: "Postures") -> None:
+    """Whether a recording may be in metres is asked of the size of the body.
+
+    Raises
+    ------
+    FileError : nobody is so large.
+    """
+    from ..io.kinect_table import LARGEST_BODY, size_of_body, unit_of_body
+
+    size = size_of_body(sensor.positions)
+    if size > LARGEST_BODY:
+        raise FileError(
+            f"{source}: metres were wanted, came a body that is {size:.4g} large: is it {unit_of_body(size)[1]}? "
+            "Convert it"
+        )
+
+
+def refuse_nobody(source: Path, corrected: "Postures") -> None:
+    """A recording of which nothing could be corrected is a failed input.
+
+    Raises
+    ------
+    FileError : no joint of it has a position.
+    """
+    if not corrected.present.any():
+        raise FileError(
+            f"{source}: nobody is where a sensor can see anybody, in any of {counted(corrected.frames, 'frame')}: "
+            "check the unit (metres) and the axes"
+        )
 
 
 def empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":

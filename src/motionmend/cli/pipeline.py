@@ -180,15 +180,17 @@ class Chain:
         from ..bodies.posed_skeleton import motion_of
         from ..io.sensor import read_postures
         from ..io.sensor_source import warnings_of
-        from .correct import empty_where_empty, rate_of
+        from .correct import empty_where_empty, rate_of, refuse_nobody, refuse_other_units
 
         assert self.correction is not None
         assert self.correction.model is not None
         start = perf_counter()
         sensor = read_postures(take.job.source, fps=self.fps)
+        refuse_other_units(take.job.source, sensor)
         was_read = perf_counter()
         corrected = self.correction.model.correct(sensor, online=self.correction.online, method=self.correction.method)
         corrected = empty_where_empty(sensor, corrected)
+        refuse_nobody(take.job.source, corrected)
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
         result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected

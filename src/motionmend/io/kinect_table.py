@@ -21,7 +21,7 @@ from .sensor_source import SensorSource, even_times, seconds_of, states_of, with
 WANTED = "a table of Kinect joints with x, y, z and state"
 _BY_COUNT = {20: KINECT20, 25: KINECT25, 32: AZURE32}
 _KIND = {20: "Kinect v1 joints", 25: "Kinect v2 joints", 32: "Azure Kinect joints"}
-_LARGEST = 4.0  # m that a body with its arms stretched out may measure along an axis
+LARGEST_BODY = 4.0  # m that a body with its arms stretched out may measure along an axis
 _SURELY = 0.98  # names are believed when they make the body so much smaller than the SDK's order does
 
 
@@ -91,15 +91,30 @@ def titles_of_kinect(titles: Sequence[str]) -> bool:
 
 def in_metres(positions: Floats) -> tuple[Floats, tuple[str, ...]]:
     """Positions (T, J, 3) in metres, and a sentence when the file must have another unit, as no body is so large."""
-    there = np.isfinite(positions).all(axis=2).sum(axis=1) >= positions.shape[1] // 2
-    if not there.any():
+    size = size_of_body(positions)
+    if size <= LARGEST_BODY:
         return positions, ()
-    lowest, highest = np.nanmin(positions[there], axis=1), np.nanmax(positions[there], axis=1)
-    size = float(np.median((highest - lowest).max(axis=1)))
-    if size <= _LARGEST:
-        return positions, ()
-    metres, unit = (0.01, "centimetres") if size <= 100 * _LARGEST else (0.001, "millimetres")
+    metres, unit = unit_of_body(size)
     return positions * metres, (f"the body is {size:.0f} units large: positions were taken as {unit}",)
+
+
+def size_of_body(positions: Floats) -> float:
+    """How large along an axis the body is in the median frame that shows half of its joints; 0 where none does.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) in any unit, NaN = missing.
+    """
+    there = np.isfinite(positions).all(axis=2).sum(axis=1) >= max(positions.shape[1] // 2, 1)
+    if not there.any():
+        return 0.0
+    lowest, highest = np.nanmin(positions[there], axis=1), np.nanmax(positions[there], axis=1)
+    return float(np.median((highest - lowest).max(axis=1)))
+
+
+def unit_of_body(size: float) -> tuple[float, str]:
+    """The unit in m, and its name, in which a body must be given that is so large that it cannot be metres."""
+    return (0.01, "centimetres") if size <= 100 * LARGEST_BODY else (0.001, "millimetres")
 
 
 def _titled(titles: Sequence[str]) -> _Layout | None:
