@@ -127,6 +127,39 @@ def test_the_body_seen_longest_is_taken_from_azure_bodies(tmp_path: Path) -> Non
     assert any("took 2" in guess for guess in found.guesses)
 
 
+@pytest.mark.parametrize("kind", ["ntu", "azure"])
+def test_who_is_numbered_anew_is_one_person(tmp_path: Path, kind: str) -> None:
+    """Also after a moment out of sight, and beside somebody else who is there for longer than each part."""
+    joints = KINECT25 if kind == "ntu" else AZURE32
+    whole, frames = standing(joints, 60, 1), 60
+    whole[20:25] = np.nan
+    spans = {1: slice(0, 20), 2: slice(25, 40), 3: slice(40, 60)}
+    parts = {one: np.full_like(whole, np.nan) for one in spans}
+    for one, span in spans.items():
+        parts[one][span] = whole[span]
+    other = standing(joints, 60, 2) + np.array([1.5, 0.0, 0.0])
+    other[40:] = np.nan
+    bodies = {9: other, **parts}
+    if kind == "ntu":
+        states = np.full(whole.shape[:2], 2.0)
+        found = read_postures(
+            ntu(tmp_path / "a.skeleton", {str(k): (one, states) for k, one in bodies.items()}, frames)
+        )
+    else:
+        found = read_postures(azure(tmp_path / "a.json", bodies, [33_333 * t for t in range(frames)]))
+    np.testing.assert_allclose(found.positions, whole, atol=1e-12)
+    assert any("1, 2, 3 for one person" in guess for guess in found.guesses)
+    assert any("2 people" in guess and "55 of 60" in guess for guess in found.guesses)
+
+
+def test_who_comes_elsewhere_is_somebody_else(tmp_path: Path) -> None:
+    first, second = standing(AZURE32, 30, 1), standing(AZURE32, 30, 1) + np.array([1.0, 0.0, 0.0])
+    first[18:], second[:18] = np.nan, np.nan
+    found = read_postures(azure(tmp_path / "a.json", {1: first, 2: second}, [33_333 * t for t in range(30)]))
+    np.testing.assert_allclose(found.positions, first, atol=1e-12)
+    assert any("2 bodies: took 1" in guess for guess in found.guesses)
+
+
 @pytest.mark.parametrize("wrapped", [False, True])
 def test_confidences_of_azure_recorders_are_states(tmp_path: Path, wrapped: bool) -> None:
     path = azure(tmp_path / "a.json", {1: standing(AZURE32, 3, 1)}, [33_333 * t for t in range(3)])

@@ -7,17 +7,17 @@ microsoft/Azure-Kinect-Samples, body-tracking-samples/offline_processor.
 
 import json
 import os
-from collections import Counter
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Bytes
+from ..arrays import Bytes, Floats
 from ..bodies.joint_sets import AZURE32
 from ..bodies.postures import Postures
 from ..errors import FileError, counted
 from .number_rows import unpacked
-from .sensor_source import SensorSource, even_times, seconds_of, seen_longest, spread_states, with_absent
+from .sensor_source import SensorSource, even_times, seconds_of, spread_states, with_absent
+from .several_bodies import Track, one_person
 
 WANTED = "Azure Kinect bodies in JSON"
 _MM = 1e-3
@@ -25,7 +25,7 @@ _CONFIDENCES = ("joint_confidences", "joint_confidence_levels", "confidence_leve
 
 
 def read_azure(path: str | os.PathLike[str], fps: float | None = None) -> Postures:
-    """Read the body that is seen longest; frames without it are empty.
+    """Read the person who is seen longest; frames without them are empty.
 
     Parameters
     ----------
@@ -68,30 +68,30 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
     }
     if not found:
         raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(len(frames), 'frame')}")
-    chosen, said = seen_longest(Counter(body for body, _ in found), len(frames))
-    positions = np.full((len(frames), len(names), 3), np.nan)
-    confidence = np.zeros((len(frames), len(names)))
-    stated = False
-    for (body, frame), one in found.items():
-        if body != chosen:
-            continue
-        values = np.array(one["joint_positions"], dtype=np.float64)
-        if values.shape != positions.shape[1:]:
-            raise FileError(f"{name}: wanted {len(names)} joints in frame {frame}, came {values.shape}; repair it")
-        positions[frame] = values * _MM
-        levels = next((one[key] for key in _CONFIDENCES if key in one), None)
-        if levels is not None:
-            confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
-            stated = True
-    state: Bytes | None = np.clip(confidence, 0, 2).astype(np.uint8) if stated else None
-    positions = with_absent(positions, state)
     warnings: tuple[str, ...] = ()
+    guesses: tuple[str, ...] = ()
     if all("timestamp_usec" in one for one in frames):
         stamps = np.array([one["timestamp_usec"] for one in frames], dtype=np.float64)
         times, warnings = stamps * 1e-6, _falling(stamps)
     else:
-        times, guessed = even_times(len(frames), fps)
-        said = (*guessed, *said)
+        times, guesses = even_times(len(frames), fps)
+    places = {key: _places(one, len(names), key[1], name) for key, one in found.items()}
+    bodies = {one: np.array([frame for body, frame in found if body == one]) for one, _ in found}
+    tracks = {one: Track(at, np.stack([places[one, frame] for frame in at])) for one, at in bodies.items()}
+    chosen, said = one_person(tracks, times)
+    positions = np.full((len(frames), len(names), 3), np.nan)
+    confidence = np.zeros((len(frames), len(names)))
+    stated = False
+    for body in chosen:
+        for frame in tracks[body].frames:
+            positions[frame] = places[body, frame]
+            one = found[body, frame]
+            levels = next((one[key] for key in _CONFIDENCES if key in one), None)
+            if levels is not None:
+                confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
+                stated = True
+    state: Bytes | None = np.clip(confidence, 0, 2).astype(np.uint8) if stated else None
+    positions = with_absent(positions, state)
     skipped = [int(one["num_bodies"]) - len(one["bodies"]) for one in frames if "num_bodies" in one]
     if any(skipped):
         warnings = (*warnings, f"{sum(map(bool, skipped))} frames hold fewer bodies than they promise")
@@ -101,8 +101,16 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         times,
         state=spread_states(np.isfinite(positions[:, :, 0]), state),
         source=SensorSource("Azure Kinect joints", warnings),
-        guesses=said,
+        guesses=(*guesses, *said),
     )
+
+
+def _places(body: dict[str, Any], joints: int, frame: int, name: str) -> Floats:
+    """(J, 3) m of a body in a frame."""
+    values = np.array(body["joint_positions"], dtype=np.float64)
+    if values.shape != (joints, 3):
+        raise FileError(f"{name}: wanted {joints} joints in frame {frame}, came {values.shape}; repair it")
+    return np.asarray(values * _MM)
 
 
 def _falling(stamps: "np.ndarray[Any, np.dtype[np.float64]]") -> tuple[str, ...]:

@@ -6,22 +6,23 @@ a line of twelve: x y z (m), depth x y, colour x y, quaternion w x y z, tracking
 """
 
 import os
-from collections import Counter
 
 import numpy as np
 
+from ..arrays import Floats
 from ..bodies.joint_sets import KINECT25
 from ..bodies.postures import NOT_TRACKED, Postures
 from ..errors import FileError, counted
 from .columns import lines_of
 from .number_rows import unpacked
-from .sensor_source import SensorSource, even_times, seen_longest, spread_states, states_of, with_absent
+from .sensor_source import SensorSource, even_times, spread_states, states_of, with_absent
+from .several_bodies import Track, one_person
 
 WANTED = "an NTU .skeleton file"
 
 
 def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures:
-    """Read the body that is seen longest; frames without it are empty.
+    """Read the person who is seen longest; frames without them are empty.
 
     Parameters
     ----------
@@ -61,17 +62,17 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
     warnings = (f"{len(words) - place} numbers behind the last frame were not read",) if place < len(words) else ()
     if not found:
         raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(frames, 'frame')}")
-    chosen, said = seen_longest(Counter(one for one, _ in found), frames)
+    times, guesses = even_times(frames, fps)
+    bodies = {one: np.array([frame for body, frame in found if body == one]) for one, _ in found}
+    rows = {key: _numbers(numbers, key[1], name) for key, numbers in found.items()}
+    tracks = {one: Track(at, np.stack([rows[one, frame][:, :3] for frame in at])) for one, at in bodies.items()}
+    chosen, said = one_person(tracks, times)
     values = np.full((frames, len(KINECT25.names), 12), np.nan)
-    for (one, frame), numbers in found.items():
-        if one == chosen:
-            try:
-                values[frame] = np.array(numbers, dtype=np.float64).reshape(-1, 12)
-            except ValueError:
-                raise FileError(f"{name}: a word among the joints of frame {frame} is no number; repair it") from None
+    for one in chosen:
+        for frame in tracks[one].frames:
+            values[frame] = rows[one, frame]
     state, wrong = states_of(np.where(np.isnan(values[:, :, 11]), NOT_TRACKED, values[:, :, 11]))
     positions = with_absent(values[:, :, :3], state)
-    times, guesses = even_times(frames, fps)
     return Postures(
         KINECT25.names,
         positions,
@@ -80,3 +81,11 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
         source=SensorSource("Kinect v2 joints (NTU)", (*warnings, *wrong)),
         guesses=(*guesses, *said),
     )
+
+
+def _numbers(words: list[str], frame: int, name: str) -> Floats:
+    """(25, 12) of a body in a frame."""
+    try:
+        return np.array(words, dtype=np.float64).reshape(-1, 12)
+    except ValueError:
+        raise FileError(f"{name}: a word among the joints of frame {frame} is no number; repair it") from None

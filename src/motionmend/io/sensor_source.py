@@ -1,13 +1,12 @@
-"""What every reader of sensor skeletons needs beside the rows: times in seconds, absent joints, one body of several."""
+"""What every reader of sensor skeletons needs beside the rows: times in seconds, absent joints."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.postures import NOT_TRACKED
-from ..errors import UsageError, counted
+from ..errors import UsageError
 from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
@@ -97,23 +96,6 @@ def states_of(values: Floats) -> tuple[Bytes, tuple[str, ...]]:
     wrong = int((~right).sum())
     said = (f"{wrong} tracking states are none of 0, 1, 2: taken as not tracked",) if wrong else ()
     return np.where(right, values, NOT_TRACKED).astype(np.uint8), said
-
-
-def seen_longest(frames_of: Mapping[object, int], total: int) -> tuple[object, tuple[str, ...]]:
-    """The body that is in most frames (the first of several), and a sentence when there are others.
-
-    Parameters
-    ----------
-    frames_of : by body, in how many frames it is, in the order in which they appear.
-    total : frames of the recording.
-    """
-    best = max(frames_of, key=lambda body: frames_of[body])
-    if len(frames_of) == 1:
-        return best, ()
-    said = (
-        f"{len(frames_of)} bodies: took {best}, which is seen longest ({frames_of[best]} of {counted(total, 'frame')})"
-    )
-    return best, (said,)
 
 
 def spread_states(present: Bools, state: Bytes | None) -> Bytes | None:
