@@ -417,6 +417,27 @@ def test_sides_exchanged_throughout_or_mostly_are_put_right(
     assert found.reliability[spell][:, joints].max() < 0.5
 
 
+@pytest.mark.parametrize("ahead", [None, 0])
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [("", "left and right of the whole body"), ("Wrist", "WristLeft, HandLeft, WristRight, HandRight")],
+)
+def test_what_was_exchanged_throughout_is_said(model: CorrectorModel, ahead: int | None, parts: str, said: str) -> None:
+    """A mirrored recording is changed as one whose names are wrong; for a while sides are confused without a word."""
+    raw = recording(sensed(truth("walk", 35, 2.0), 35), state=True)
+    joints = [
+        k for k, name in enumerate(NAMES) if name.startswith((parts, "Hand")) and name.endswith(("Left", "Right"))
+    ]
+    for spell, frames in ((slice(None), raw.frames), (slice(10, 30), 0)):
+        given = raw.positions.copy()
+        given[spell, joints] = raw.positions[spell][:, mirrored(NAMES)[joints]]
+        found = model.correct(raw.with_positions(given), look_ahead=ahead).source.warnings  # type: ignore[attr-defined]
+        if frames:
+            assert any(said in one and f"in {frames} of {frames} frames" in one for one in found)
+        else:
+            assert found == ()
+
+
 def test_who_turns_the_back_at_first_is_not_said_to_have_been_confused_before(model: CorrectorModel) -> None:
     """A first frame can be exchanged, but righted only are sides that earlier frames got wrong."""
     raw = recording(sensed(truth("walk", 35, 0.2), 35), state=True)

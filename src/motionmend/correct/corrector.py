@@ -336,7 +336,7 @@ class CorrectorModel:
             positions=positions,
             std=np.stack([one.std for one in found]),
             reliability=np.stack([one.reliability for one in found]),
-            source=noted(postures, positions, sights, state.kin),
+            source=noted(state.joining, postures, positions, sights, state.kin),
         )
 
     @property

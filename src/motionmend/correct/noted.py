@@ -7,11 +7,15 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bytes, Floats, frozen
+from ..bodies.joint_sets import mirrored
 from ..bodies.postures import Postures
+from ..errors import counted
+from .joining import Joining
 from .watching import Sight
 
 REFUSED, SWAPPED = 1, 2
 FOREIGN = 0.5  # probability of being the sensor that was learned from below which it is said that it is another
+MOSTLY = 0.5  # of the frames; sides that are confused for longer are said to be
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +33,12 @@ class Noted:
     warnings: tuple[str, ...] = ()
 
 
-def noted(postures: Postures, corrected: Floats, sights: Sequence[Sight], kin: float) -> Noted:
+def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Sequence[Sight], kin: float) -> Noted:
     """What a recording and the sights of its frames say of it.
 
     Parameters
     ----------
+    joining : of the recording's joints and the model's.
     postures, corrected : as the sensor gave it, and (T, J, 3) m what came of it.
     kin : probability that the sensor is the one that was learned from.
     """
@@ -42,8 +47,24 @@ def noted(postures: Postures, corrected: Floats, sights: Sequence[Sight], kin: f
         f"bones are not as in the recordings that were learned from: another sensor? {100 * kin:.0f} % of the learned "
         "offsets were applied"
     )
-    warnings = (*((foreign,) if kin < FOREIGN else ()), *_never_seen(postures, corrected))
+    warnings = (*((foreign,) if kin < FOREIGN else ()), *_exchanged(joining, sights), *_never_seen(postures, corrected))
     return Noted(postures.source, frozen(np.array(flags, dtype=np.uint8), np.uint8), warnings=warnings)
+
+
+def _exchanged(joining: Joining, sights: Sequence[Sight]) -> tuple[str, ...]:
+    """A sentence about joints whose sides were changed back in more than half of the frames that show somebody."""
+    changed = np.stack([one.swapped for one in sights if np.isfinite(one.rows).any()] or [sights[0].swapped])
+    often = changed.mean(axis=0) > MOSTLY
+    names = [joining.names[joining.to_model[k]] for k in np.flatnonzero(often & (joining.to_model >= 0))]
+    if not names:
+        return ()
+    sided = mirrored(joining.names)[joining.to_model[joining.common]] != joining.to_model[joining.common]
+    whose = ", ".join(names) if len(names) < sided.sum() else "the whole body"
+    frames = int(changed[:, often].any(axis=1).sum())
+    return (
+        f"left and right of {whose} were changed back in {frames} of {counted(len(changed), 'frame')}: "
+        "is the recording mirrored, or do its names mean the other side?",
+    )
 
 
 def _never_seen(postures: Postures, corrected: Floats) -> tuple[str, ...]:

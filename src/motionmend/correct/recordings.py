@@ -94,7 +94,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
-    source = noted(postures, settled, sights, kin)
+    source = noted(joining, postures, settled, sights, kin)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 
 
