@@ -112,3 +112,13 @@ def test_case_and_punctuation_do_not_count_but_order_does() -> None:
 def test_what_is_missing_from_a_trunk_is_stepped_over() -> None:
     names = ["Head", "LShoulder", "Pelvis", "Marker"]
     np.testing.assert_array_equal(parents(names), [2, 2, -1, -1])
+
+
+def test_names_of_nuitrack_mean_the_same_with_and_without_their_prefix() -> None:
+    limbs = ("COLLAR", "SHOULDER", "ELBOW", "HIP", "KNEE", "ANKLE", "FOOT")
+    names = [f"{side}_{joint}" for side in ("LEFT", "RIGHT") for joint in limbs]
+    names += ["HEAD", "NECK", "TORSO", "WAIST"]
+    prefixed = [f"JOINT_{name}" for name in names]
+    assert meanings(prefixed) == meanings(names)
+    assert {"head", "neck", "l_shoulder", "r_knee", "l_foot"} <= set(meanings(prefixed))
+    np.testing.assert_array_equal(parents(prefixed), parents(names))

@@ -4,6 +4,7 @@ import csv
 import gzip
 import json
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 from sensor_files import azure, ntu, places_of, standing, table, uiprmd
 
+from motionmend.arrays import Floats
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UIPRMD22, UTDMHAD20, JointSet
 from motionmend.bodies.postures import Postures
 from motionmend.errors import FileError, UsageError
@@ -243,6 +245,53 @@ def test_a_trc_of_pose2sim_gives_its_own_times(tmp_path: Path) -> None:
     assert found.names == ("Hip", "RHip", "RKnee")
     np.testing.assert_allclose(found.times, 0.5 + np.arange(4) / 60, atol=1e-6)
     np.testing.assert_allclose(found.positions, places[:, :3], atol=1e-6)
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_dropped_frames_of_a_trc_take_their_time(tmp_path: Path, missing: bool) -> None:
+    """Where a time is missing the rate counts."""
+    steps = np.array([0, 1, 3, 4, 154, 155])
+    lines = ["DataRate\tNumFrames\tUnits", "30\t6\tm", "Frame#\tTime\tHip\t\t\tKnee", ""]
+    for t, step in enumerate(steps):
+        time = "" if missing and t == 3 else f"{step / 30:.6f}"
+        lines.append(f"{t + 1}\t{time}\t0.1\t0.9\t2.0\t0.1\t{0.4 + t / 100}\t2.0")
+    (tmp_path / "a.trc").write_text("\n".join(lines) + "\n")
+    found = read_postures(tmp_path / "a.trc")
+    np.testing.assert_allclose(found.times, np.arange(6) / 30 if missing else steps / 30, atol=1e-6)
+    assert any("DataRate says" in guess for guess in found.guesses) == missing
+
+
+def joints_over_time(path: Path, times: Sequence[float], places: Floats) -> Path:
+    """A table of joints."""
+    write_joint_table(path, Postures(KINECT25.names, places, np.array(times)))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("times", "kept", "said"),
+    [
+        ([2.0, 2.0, 2.0], [0.0, 1 / 30, 2 / 30], "the times do not rise: took 30 Hz"),
+        ([0.0, 0.1, 0.1], [0.0, 0.1, 0.1], "1 of 3 times are those of the row before"),
+        ([0.0, 0.1, 0.05], [0.0, 0.1, 0.05], "the time goes back 1 times"),
+        ([0.0, 0.1, 0.2], [0.0, 0.1, 0.2], None),
+    ],
+)
+def test_times_of_a_table_that_do_not_rise_are_told(
+    tmp_path: Path, times: list[float], kept: list[float], said: str | None
+) -> None:
+    found = read_postures(joints_over_time(tmp_path / "a.csv", times, standing(KINECT25, 3)))
+    np.testing.assert_allclose(found.times, kept)
+    warned = warnings_of(found.source)
+    assert warned == () if said is None else any(said in one for one in warned)
+
+
+def test_joints_of_a_table_that_are_at_the_sensor_are_missing(tmp_path: Path) -> None:
+    places = standing(KINECT25, 4)
+    places[1:3, 5] = 0.0
+    found = read_postures(joints_over_time(tmp_path / "a.csv", [0.0, 0.1, 0.2, 0.3], places))
+    assert found.present.sum() == 4 * 25 - 2
+    assert not found.present[1:3, 5].any()
+    assert any("2 positions at exactly (0, 0, 0)" in guess for guess in found.guesses)
 
 
 def what_is_said_of(path: Path) -> tuple[str, ...]:

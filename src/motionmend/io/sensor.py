@@ -13,7 +13,7 @@ from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
 from .kinect_table import layout_without_titles, titles_of_kinect
 from .number_rows import split_cells
-from .sensor_source import SensorSource
+from .sensor_source import SensorSource, even_times, with_absent
 
 SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
 _HEAD = 1 << 16  # bytes that hold the first row of every format
@@ -146,23 +146,46 @@ def _read(file: Path, kind: str, fps: float | None) -> Postures:
     if kind == "joints":
         from .joint_table import read_joint_table
 
-        return _with_kind(read_joint_table(file), "table of joints")
-    return _with_kind(_of_trc(file, fps), "joints in a TRC file")
+        return _with_kind(_of_table(read_joint_table(file)), "table of joints", fps)
+    return _with_kind(_of_trc(file, fps), "joints in a TRC file", fps)
+
+
+def _of_table(postures: Postures) -> Postures:
+    """A table of joints without those that are at the sensor itself, as recorders write what they do not see."""
+    positions = with_absent(postures.positions, postures.state)
+    zeros = int((postures.present & ~np.isfinite(positions).all(axis=2)).sum())
+    said = (f"{counted(zeros, 'position')} at exactly (0, 0, 0), or of nobody, taken as missing",) if zeros else ()
+    return replace(postures, positions=positions, guesses=(*postures.guesses, *said))
 
 
 def _of_trc(file: Path, fps: float | None) -> Postures:
+    """The joints of a TRC file at its own times; where it lacks them, at those of its rate."""
     from .trc import TrcSource, read_trc
 
     markers = read_trc(file, fps)
-    start = markers.source.start if isinstance(markers.source, TrcSource) else 0.0
-    times = start + np.arange(markers.frames) / markers.fps
-    return Postures(markers.names, markers.positions, times, guesses=markers.guesses)
+    assert isinstance(markers.source, TrcSource)
+    even, own = markers.source.start + np.arange(markers.frames) / markers.fps, markers.source.times
+    known = bool(np.isfinite(own).all())
+    rest = tuple(one for one in markers.guesses if not one.startswith("DataRate says"))  # it is not what counts
+    return Postures(
+        markers.names, markers.positions, own if known else even, guesses=rest if known else markers.guesses
+    )
 
 
-def _with_kind(postures: Postures, kind: str) -> Postures:
-    """With a source; a sentence that the file may be cut off is a warning and no guess."""
+def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
+    """With a source; that a file may be cut off, or its times do not rise, is a warning and no guess."""
     cut = tuple(guess for guess in postures.guesses if "cut off" in guess or "goes back" in guess)
     rest = tuple(guess for guess in postures.guesses if guess not in cut)
+    steps = np.diff(postures.times)
+    if len(steps) and not (steps > 0).any():
+        times, (said,) = even_times(postures.frames, fps)
+        still = said.replace("the file has no times", "the times do not rise")
+        return replace(postures, times=times, source=SensorSource(kind, (*cut, still)), guesses=rest)
+    same, back = int((steps == 0).sum()), int((steps < 0).sum())
+    if back and not any("goes back" in one for one in cut):
+        cut = (*cut, f"the time goes back {back} times: rows are kept in the order of the file")
+    if same:
+        cut = (*cut, f"{same} of {postures.frames} times are those of the row before")
     return replace(postures, source=SensorSource(kind, cut), guesses=rest)
 
 

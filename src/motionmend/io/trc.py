@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, frozen
 from ..bodies.motion import Markers
 from ..errors import FileError, counted
 from .atomic import atomic
@@ -34,14 +34,16 @@ _KEYS = (
 _WANTED = "a TRC file"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TrcSource:
-    """What a TRC file says beside names and positions: its header, unit, first frame number and time (s)."""
+    """What a TRC file says beside names and positions: its header, unit, first frame number and time (s), and the time
+    (T,) of each frame in s, as it says."""
 
     header: dict[str, str]
     metres: float
     first_frame: int
     start: float
+    times: Floats
 
 
 def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
@@ -84,7 +86,8 @@ def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     first = int(rows[0, 0]) if np.isfinite(rows[0, 0]) else 1
     start = float(rows[0, 1]) if np.isfinite(rows[0, 1]) else 0.0
     said = (*guesses, *rate_guess, *unit_guess, *void_guesses, *((up_guess,) if up_guess else ()))
-    return Markers(tuple(names), positions, rate, up=up, source=TrcSource(header, metres, first, start), guesses=said)
+    source = TrcSource(header, metres, first, start, frozen(rows[:, 1]))
+    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=said)
 
 
 def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
@@ -100,7 +103,7 @@ def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
         raise FileError(f"{path}: a TRC file cannot hold the marker name {wrong!r}; rename it")
     if not markers.names or not markers.frames:
         raise FileError(f"{path}: a TRC file needs markers and frames, came {len(markers.names)} and {markers.frames}")
-    fresh = TrcSource({"Units": "mm"}, 0.001, 1, 0.0)
+    fresh = TrcSource({"Units": "mm"}, 0.001, 1, 0.0, np.zeros(0))
     source = markers.source if isinstance(markers.source, TrcSource) else fresh
     rate = f"{markers.fps:.9g}"
     header = {"CameraRate": rate, "OrigDataRate": rate, "OrigDataStartFrame": "1", "OrigNumFrames": markers.frames}
