@@ -140,12 +140,14 @@ def chance_after(evidence, forecast):
     return 1.0 / (1.0 + np.exp(-(np.log(forecast / (1.0 - forecast)) + evidence)))
 
 
-def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told, repeated):
+def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told, repeated, leaps):
     """One frame of a posture followed through failures; every group is judged by a belief that has not seen it."""
-    from motionmend.kernels.following import DOUBT_SECONDS, HOLD_SECONDS, MET_SECONDS, ROUNDS, SETTLED, STRANGER
+    from motionmend.kernels.following import DOUBT_SECONDS, HOLD_SECONDS, MET_SECONDS, ROUNDS, SETTLED, STRANGER, UNMET
 
     mean, loadings, noise = factors
     own, failed, jerky, met = before
+    gone, back, leapt = leaps
+    since = np.where(back, np.inf, np.where(gone & (failed < 0.5), 0.0, leapt + seconds))
     joints, count = len(mean), loadings.shape[2]
     present = np.isfinite(standard).all(axis=1)
     values = np.where(present[:, None], standard, mean) - mean - own
@@ -163,15 +165,19 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     def evidence(features):
         return np.where(repeated, 8.0, np.clip(features @ weights[:-1] + weights[-1], -8.0, 8.0))
 
+    def with_leaps(features):
+        return np.minimum(evidence(features) + 6.0 * np.exp(-since / 3.0), 8.0)
+
     first = away(np.zeros(joints))
     features = np.column_stack([first, first, bone, best_bone, np.log1p(np.maximum(raw, jerk)), told])
     forecast = chain_ahead(failed, seconds, lasting)
-    failing = chance_after(evidence(features), forecast)
+    failing = chance_after(with_leaps(features), forecast)
     for _ in range(ROUNDS):
         trust = np.where(present & (1.0 - failing > 0.02), 1.0 - failing, 0.0)
         after = factors_seen(loadings, *belief, values, trust / variance)
         features[:, 0] = away(trust / variance)
-        judged, failing = failing, chance_after(evidence(features), forecast)
+        since = np.where(features[:, 0] < np.log1p(2.0), np.inf, since)
+        judged, failing = failing, chance_after(with_leaps(features), forecast)
         if np.abs(failing - judged).max() < SETTLED:
             break
     there = loadings @ after[0][:count]
@@ -183,10 +189,10 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     steady = 1.0 / (1.0 + np.exp(evidence(blind)))
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
     hold, doubt = 1.0 - np.exp(-passed / HOLD_SECONDS), 1.0 - np.exp(-passed / DOUBT_SECONDS)
-    gain = np.where(good > 0.5, good * hold, np.where(steady > 0.8, doubt, 0.0))
+    gain = np.where(good > 0.5, good * hold, np.where((steady > 0.8) & (6.0 * np.exp(-since / 3.0) < 1.0), doubt, 0.0))
     ours = own + gain[:, None] * np.where(present[:, None], values - there, 0.0)
-    std = failing * np.sqrt(spread + variance)
-    return *after, ours, failing, forecast, jerk, posture, std, met + passed * good
+    std = failing * np.sqrt(spread + noise + UNMET**2 * np.exp(-met / MET_SECONDS))
+    return *after, ours, failing, forecast, jerk, posture, std, met + passed * good, since
 
 
 # ---- kernels/sighting.py ---------------------------------------------------------
@@ -266,6 +272,17 @@ def strayed(rows, before, seconds, reach):
         return np.zeros(len(rows), dtype=bool)
     far = np.linalg.norm(step - np.median(step[known], axis=0), axis=1)
     return np.nan_to_num(far) > 0.4 + 6.0 * max(seconds, 0.0) + reach
+
+
+def leaps(rows, before, earlier, seconds, mirror):
+    """Who is farther than any gets from where they were and went, but for sides that changed places."""
+    from motionmend.kernels.sighting import BESIDE, HOP, SHARPEST
+
+    least = HOP + 0.5 * SHARPEST * max(seconds, 0.0) ** 2
+    stayed, went = np.linalg.norm(rows - before, axis=1), np.linalg.norm(rows - 2 * before + earlier, axis=1)
+    over, back = np.linalg.norm(rows - before[mirror], axis=1), np.linalg.norm(rows[mirror] - before, axis=1)
+    exchanged = (mirror != np.arange(len(rows))) & (np.maximum(over, back) < BESIDE * stayed)
+    return (np.minimum(stayed, went) > least) & ~exchanged
 
 
 def hopped(rows, before, earlier, seconds, mirror):

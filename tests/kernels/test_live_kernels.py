@@ -55,12 +55,30 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     place_cov = np.stack([row @ belief[1][:4, :4] @ row.T for row in loadings])
     seconds = 0.0 if seed == 3 else 1 / 30
     repeated = np.arange(JOINTS) == 5
+    leaps = (
+        rng.uniform(size=JOINTS) < 0.3,
+        rng.uniform(size=JOINTS) < 0.2,
+        np.where(rng.uniform(size=JOINTS) < 0.5, np.inf, rng.uniform(0.0, 8.0, JOINTS)),
+    )
+    standard[9] += 0.3
     got = kernel.follow(
         mean, loadings, noise, weights, lasting, *before, *belief, place, place_cov,
-        standard, seconds, raw, bone, best, told, repeated,
+        standard, seconds, raw, bone, best, told, repeated, *leaps,
     )  # fmt: skip
     wanted = naive.follow(
-        (mean, loadings, noise), weights, lasting, before, belief, standard, seconds, raw, bone, best, told, repeated
+        (mean, loadings, noise),
+        weights,
+        lasting,
+        before,
+        belief,
+        standard,
+        seconds,
+        raw,
+        bone,
+        best,
+        told,
+        repeated,
+        leaps,
     )
     same(got, wanted, rtol=1e-5, atol=1e-6)
     assert got[3][7] == 1.0
@@ -96,6 +114,7 @@ def test_who_hops_is_told_as_by_the_twin(seed: int, far: float, seconds: float) 
     rows[some[5:8]] = before[mirror[some[5:8]]]
     told = rows, before, earlier, seconds, mirror
     np.testing.assert_array_equal(sighting.hopped(*told), naive.hopped(*told))
+    np.testing.assert_array_equal(sighting.leaps(*told), naive.leaps(*told))
 
 
 def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:

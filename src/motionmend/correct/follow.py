@@ -32,6 +32,7 @@ class Followed:
     posture : (J, 3) with the joints that fail where they are expected.
     std : (J,) of a coordinate of `posture`.
     met : (J,) s, how long the joint was seen going well.
+    leapt : (J,) s since it left where it went well as no joint moves; infinite = it did not, or is back.
     """
 
     belief: Belief
@@ -42,6 +43,7 @@ class Followed:
     posture: Floats
     std: Floats
     met: Floats
+    leapt: Floats
 
 
 def begin(factors: Factors) -> Followed:
@@ -57,6 +59,7 @@ def begin(factors: Factors) -> Followed:
         factors.mean,
         zero,
         zero,
+        np.full(count, np.inf),
     )
 
 
@@ -73,6 +76,8 @@ def follow(
     best_bone: Floats,
     told: Floats,
     repeated: Bools,
+    gone: Bools,
+    back: Bools,
 ) -> Followed:
     """One frame on.
 
@@ -86,8 +91,9 @@ def follow(
     bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
     told : (J, 3) one where the sensor says inferred, not tracked, tracked.
     repeated : (J,) where it says what it said before.
+    gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
     """
-    mean, cov, own, failing, chance, jerk, posture, std, met = kernel.follow(
+    mean, cov, own, failing, chance, jerk, posture, std, met, leapt = kernel.follow(
         factors.mean,
         factors.loadings,
         factors.noise,
@@ -107,5 +113,8 @@ def follow(
         best_bone,
         told,
         repeated,
+        gone,
+        back,
+        before.leapt,
     )
-    return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, met)
+    return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, met, leapt)

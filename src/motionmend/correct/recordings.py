@@ -14,6 +14,7 @@ from .classic import FILTERS, LEARNERS, Samples
 from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
+from .leaps import leaps_again
 from .limits import Hinges, hinges_of
 from .normalise import Placement, placed, upright
 from .noted import noted
@@ -159,12 +160,13 @@ def _watched(
 ) -> list[Sight]:
     """The frames looked at with the sides of joints (T, J) changed back that are known to be confused."""
     sights: list[Sight] = []
+    again = leaps_again(rows, postures.times, watcher.body.mirror)
     for t, row in enumerate(rows):
         told = None if postures.state is None else joining.states(postures.state[t])
         if confused[t].any():
             row = np.where(confused[t][:, None], row[watcher.body.mirror], row)
             told = None if told is None else np.where(confused[t], told[watcher.body.mirror], told)
-        sight = look(watcher, sight, row, told, float(postures.times[t]))
+        sight = look(watcher, sight, row, told, float(postures.times[t]), again[t])
         sights.append(sight)
     return sights
 

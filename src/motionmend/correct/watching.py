@@ -12,6 +12,7 @@ from ..numerics import factors as process
 from ..numerics.factors import Factors
 from .anatomy import Anatomy
 from .follow import Followed, begin, follow
+from .leaps import left_behind
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
 from .sides import changed, confused_limbs, confused_until_now, faces_away, gone_along, trunk_turned
@@ -163,6 +164,7 @@ def look(
     positions: Floats,
     states: Bytes | None,
     time: float,
+    again: Bools | None = None,
 ) -> Sight:
     """One frame on.
 
@@ -171,6 +173,7 @@ def look(
     positions : (J, 3) m of `believable`, in the sensor's axes by the model's joints, NaN = missing.
     states : (J,) or None.
     time : s.
+    again : (J,) joints that will leap again within a few seconds; None = what comes is not known.
     """
     body = watcher.body
     rows, turn_up = positions, sight.upright
@@ -242,7 +245,12 @@ def look(
         NO_STATES if states is None else states,
     )
     moved = sight.moved | stirred(rows, sight.rows)
-    signs = raw, bone, best_bone, told, repeated & moved
+    leaps = none, none
+    hop = kernel.leaps(rows, sight.rows, sight.earlier, seconds, body.mirror) & ~righted
+    if away <= PATIENCE and np.count_nonzero(hop):
+        last = sight.placement.inward(sight.rows[None])[0]
+        leaps = left_behind(known, standard, last, hop, before.failing, body.mirror, again)
+    signs = raw, bone, best_bone, told, repeated & moved, *leaps
     followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, *signs)
     anyone = bool(np.count_nonzero(np.isfinite(rows)))
     return Sight(

@@ -16,6 +16,8 @@ UNMET = 0.12  # the same of a joint that was never seen going well: it may be in
 MET_SECONDS = 0.5  # how long a joint is a stranger
 SETTLED = 0.02  # change of the probability to fail below which nothing is weighed again
 ROUNDS = 2  # of weighing the joints by what the others say
+LEAPT, LEAPT_SECONDS = 6.0, 3.0  # evidence that a joint that leapt away from where it went well fails, and how it fades
+RETURNED = 2.0  # standard deviations from where it is expected: a joint that leapt is back
 MOST = 8.0  # logarithm of the likelihood ratio that one frame can give
 
 
@@ -41,6 +43,9 @@ def follow(
     best_bone: Floats,
     told: Floats,
     repeated: Bools,
+    gone: Bools,
+    back: Bools,
+    leapt: Floats,
 ) -> Any:
     """One frame of `correct.follow.follow`: failing (section 4.4) as a hidden Markov chain, the factors by Kalman.
 
@@ -59,11 +64,13 @@ def follow(
     bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
     told : (J, 3) one where the sensor says inferred, not tracked, tracked.
     repeated : (J,) where it says what it said before: it does not see the joint.
+    gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
+    leapt : (J,) s since the joint left so where it went well, infinite = never, or it is back.
 
     Returns
     -------
     mean (2K,), covariance (2K, 2K), own (J, 3), failing (J,), its forecast (J,), jerk (J,), posture (J, 3), std (J,),
-    met (J,).
+    met (J,), leapt (J,).
     """
     joints = mean.shape[0]
     present = np.empty(joints, dtype=np.bool_)
@@ -79,7 +86,14 @@ def follow(
         jerk[j] = raw[j] + (jerky[j] - raw[j]) * fade
         own_variance[j] = noise[j] + stranger * exp(-met[j] / MET_SECONDS)
     away, _ = left_out(rest, place_cov, own_variance, nothing)
+    since, left = np.empty(joints), np.zeros(joints)
     for j in range(joints):
+        since[j] = leapt[j] + seconds
+        if back[j]:
+            since[j] = np.inf
+        elif gone[j] and failed[j] < 0.5:
+            since[j] = 0.0
+        left[j] = LEAPT * exp(-since[j] / LEAPT_SECONDS)
         features[j, 0] = features[j, 1] = log1p(away[j])
         features[j, 2], features[j, 3] = bone[j], best_bone[j]
         features[j, 4] = log1p(max(raw[j], jerk[j]))
@@ -89,7 +103,7 @@ def follow(
     forecast, failing = np.empty(joints), np.empty(joints)
     for j in range(joints):
         forecast[j] = min(max(failed[j] * (1.0 - out) + (1.0 - failed[j]) * into, 1e-6), 1.0 - 1e-6)
-    _judge(features, weights, forecast, repeated, failing)
+    _judge(features, weights, forecast, repeated, left, failing)
     after_mean, after_cov, there, there_cov = belief_mean, belief_cov, place, place_cov
     for _ in range(ROUNDS):
         for j in range(joints):
@@ -103,7 +117,9 @@ def follow(
         away, _ = left_out(rest, there_cov, own_variance, precision)
         for j in range(joints):
             features[j, 0] = log1p(away[j])
-        if _judge(features, weights, forecast, repeated, failing) < SETTLED:
+            if away[j] < RETURNED:
+                since[j], left[j] = np.inf, 0.0
+        if _judge(features, weights, forecast, repeated, left, failing) < SETTLED:
             break
     posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
@@ -115,7 +131,7 @@ def follow(
         gain = 0.0
         if good > 0.5:
             gain = good * hold
-        elif _steady(features[j], weights) > 0.8 and not repeated[j]:
+        elif _steady(features[j], weights) > 0.8 and not repeated[j] and left[j] < 1.0:
             gain = doubt
         for d in range(3):
             shape = good * values[j, d] if present[j] else 0.0
@@ -125,15 +141,18 @@ def follow(
         unsure += UNMET**2 * exp(-met[j] / MET_SECONDS)
         std[j] = failing[j] * sqrt(unsure)
         known[j] = met[j] + passed * good
-    return after_mean, after_cov, ours, failing, forecast, jerk, posture, std, known
+    return after_mean, after_cov, ours, failing, forecast, jerk, posture, std, known, since
 
 
 @compiled
-def _judge(features: Floats, weights: Floats, forecast: Floats, repeated: Bools, failing: Floats) -> float:
-    """The probability to fail (J,) in place, by the evidence and what was forecast; the largest change of it."""
+def _judge(
+    features: Floats, weights: Floats, forecast: Floats, repeated: Bools, left: Floats, failing: Floats
+) -> float:
+    """The probability to fail (J,) in place, by the evidence, that of having left where it was well (J,), and what was
+    forecast; the largest change of it."""
     most = 0.0
     for j in range(features.shape[0]):
-        evidence = MOST if repeated[j] else _evidence(features[j], weights, False)
+        evidence = MOST if repeated[j] else min(_evidence(features[j], weights, False) + left[j], MOST)
         now = _chance(evidence + log(forecast[j] / (1.0 - forecast[j])))
         most = max(most, abs(now - failing[j]))
         failing[j] = now

@@ -494,3 +494,27 @@ def hopped(rows: Floats, before: Floats, earlier: Floats, seconds: float, mirror
         taken = beside_stayed < BESIDE**2 * went or beside_went < BESIDE**2 * went
         found[j] = isfinite(stayed + went) and not taken
     return found
+
+
+@compiled
+def leaps(rows: Floats, before: Floats, earlier: Floats, seconds: float, mirror: Ints) -> Bools:
+    """(J,) which joints are farther than any gets from where they were and from where they went, and not for having
+    changed places with their other side.
+
+    Parameters
+    ----------
+    rows, before, earlier, seconds, mirror : as of `hopped`.
+    """
+    found = np.zeros(rows.shape[0], dtype=np.bool_)
+    least = HOP + 0.5 * SHARPEST * max(seconds, 0.0) ** 2
+    for j in range(rows.shape[0]):
+        there = mirror[j]
+        stayed, went, over, back = 0.0, 0.0, 0.0, 0.0
+        for d in range(3):
+            stayed += (rows[j, d] - before[j, d]) ** 2
+            went += (rows[j, d] - 2.0 * before[j, d] + earlier[j, d]) ** 2
+            over += (rows[j, d] - before[there, d]) ** 2
+            back += (rows[there, d] - before[j, d]) ** 2
+        exchanged = there != j and max(over, back) < BESIDE**2 * stayed
+        found[j] = min(stayed, went) > least**2 and isfinite(stayed + went) and not exchanged
+    return found
