@@ -65,6 +65,7 @@ def test_a_limb_on_its_other_side_is_not_believed_as_long_as_it_is_there(model: 
 def test_who_leaps_again_is_told_within_seconds() -> None:
     times = np.arange(240) / 30.0
     rows = np.zeros((240, len(NAMES), 3)) + np.arange(len(NAMES))[:, None]
+    rows += 0.001 * np.sin(times)[:, None, None]
     (hand,) = limb("Hand")
     rows[20:40, hand] += 0.5
     rows[40:, hand] += 0.1
@@ -72,5 +73,8 @@ def test_who_leaps_again_is_told_within_seconds() -> None:
     assert found[20, hand]  # 40 follows
     assert not found[40:, hand].any()
     assert not np.delete(found, hand, axis=1).any()
+    slow = np.repeat(rows[::3], 3, axis=0)  # 0.35 m are no leap where a posture takes three frames
+    slow[:, hand] = np.repeat(0.2 * np.arange(80), 3)[:, None]
+    assert not leaps_again(slow, times, MIRROR).any()
     rows[40:220, hand] += 0.4
     assert not leaps_again(rows, times, MIRROR)[20, hand]  # 220 is too late

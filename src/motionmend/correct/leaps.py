@@ -68,8 +68,19 @@ def leaps_again(rows: Floats, times: Floats, mirror: Ints) -> Bools:
     """
     found = np.zeros(rows.shape[:2], dtype=np.bool_)
     last = np.full(rows.shape[1], np.inf)  # when each leaps next
-    for t in range(len(rows) - 1, 1, -1):
-        found[t] = last - times[t] < LONGEST
-        leapt = kernel.leaps(rows[t], rows[t - 1], rows[t - 2], times[t] - times[t - 1], mirror)
-        last = np.where(leapt, times[t], last)
+    new = np.append(0, 1 + np.flatnonzero(stirred(rows[1:], rows[:-1]).any(axis=1)))  # a slow sensor repeats postures
+    until = np.append(new[1:], len(rows))
+    for k in range(len(new) - 1, -1, -1):
+        t = new[k]
+        found[t : until[k]] = last - times[t] < LONGEST
+        if k > 1:
+            before, earlier = new[k - 1], new[k - 2]
+            leapt = kernel.leaps(rows[t], rows[before], rows[earlier], times[t] - times[before], mirror)
+            last = np.where(leapt, times[t], last)
     return found
+
+
+def stirred(rows: Floats, before: Floats) -> Bools:
+    """(..., J) joints that are elsewhere than in the frame before, of positions (..., J, 3), NaN = missing."""
+    apart = rows - before
+    return np.asarray((np.isfinite(apart) & (apart != 0.0)).any(axis=-1))

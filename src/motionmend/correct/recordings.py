@@ -14,7 +14,7 @@ from .classic import FILTERS, LEARNERS, Samples
 from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
-from .leaps import leaps_again
+from .leaps import leaps_again, stirred
 from .limits import Hinges, hinges_of
 from .normalise import Placement, placed, upright
 from .noted import noted
@@ -24,7 +24,7 @@ from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
-from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of, stirred
+from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)

@@ -12,7 +12,7 @@ from ..numerics import factors as process
 from ..numerics.factors import Factors
 from .anatomy import Anatomy
 from .follow import Followed, begin, follow
-from .leaps import left_behind
+from .leaps import left_behind, stirred
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
 from .sides import changed, confused_limbs, confused_until_now, faces_away, gone_along, trunk_turned
@@ -55,6 +55,7 @@ class Sight:
     righted : (J,) joints whose sides, as this frame shows, were confused until now.
     moved : (J,) joints that the sensor ever had elsewhere than a frame before, or will in this recording: what never
         moves has not stopped.
+    stale : s, for which the sensor has said this posture, all joints alike: a slow one says each several times.
     refused : the frame says so little that it was not judged.
     other : somebody else is where a moment ago somebody was.
     """
@@ -72,6 +73,7 @@ class Sight:
     swapped: Bools
     righted: Bools
     moved: Bools
+    stale: float
     refused: bool
     other: bool = False
 
@@ -98,6 +100,7 @@ def fresh(watcher: Watcher) -> Sight:
         np.zeros(joints, dtype=np.bool_),
         np.zeros(joints, dtype=np.bool_),
         np.zeros(joints, dtype=np.bool_),
+        0.0,
         False,
     )
 
@@ -244,9 +247,10 @@ def look(
         watcher.detector.jerk,
         NO_STATES if states is None else states,
     )
-    moved = sight.moved | stirred(rows, sight.rows)
     leaps = none, none
-    hop = kernel.leaps(rows, sight.rows, sight.earlier, seconds, body.mirror) & ~righted
+    stirs = stirred(rows, sight.rows)
+    moved = sight.moved | stirs
+    hop = kernel.leaps(rows, sight.rows, sight.earlier, seconds + sight.stale, body.mirror) & ~righted
     if away <= PATIENCE and np.count_nonzero(hop):
         last = sight.placement.inward(sight.rows[None])[0]
         leaps = left_behind(known, standard, last, hop, before.failing, body.mirror, again)
@@ -267,6 +271,7 @@ def look(
         swapped,
         righted,
         moved,
+        0.0 if np.count_nonzero(stirs) else sight.stale + seconds,
         unsure or bool(followed.failing.sum() > len(rows) - 3.0),
         other,
     )
@@ -325,12 +330,6 @@ def look_twice(
         return look(watcher, sight, positions, states, time), None
     seen = look(watcher, sight, np.where(hopped[:, None], np.nan, positions), states, time)
     return seen, Doubt(sight, positions, states, time, hopped)
-
-
-def stirred(rows: Floats, before: Floats) -> Bools:
-    """(..., J) joints that are elsewhere than in the frame before, of positions (..., J, 3), NaN = missing."""
-    apart = rows - before
-    return np.asarray((np.isfinite(apart) & (apart != 0.0)).any(axis=-1))
 
 
 def _place(watcher: Watcher, sight: Sight, failing: Floats, rows: Floats) -> Any:
