@@ -24,6 +24,7 @@ from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
+from .trembling import calmed
 from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
 
 PAPER = ("paper", "exact", "adaptive")
@@ -78,7 +79,8 @@ class Knowledge:
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
     """Followed through failures, seen again from the end, moved by the learned offsets, settled."""
     thrown = thrown_and_back(postures.positions, postures.times, mirrored(postures.names))
-    postures = postures.with_positions(np.where(thrown[..., None], np.nan, postures.positions))
+    calm = calmed(np.where(thrown[..., None], np.nan, postures.positions), postures.times)
+    postures = postures.with_positions(calm.positions)
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
@@ -95,6 +97,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
+    std = np.sqrt(std**2 + calm.variance)
     source = noted(joining, postures, settled, sights, kin)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 

@@ -1,0 +1,76 @@
+"""Joints that tremble throughout a recording: calmed before they are looked at, for their mean is good.
+
+A sensor may see a joint worse than all others and still about where it is. Frame by frame that looks like failing; in a
+recording as a whole it is white noise, which differences of a high order tell from motion: those of white noise grow
+with the order, those of motion fall. As the noise is known, Stein's estimate of the risk says how far to smooth.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Floats
+from .settling import smoothed
+
+LEAST, TIMES = 0.006, 3.0  # m, and times as much as the median joint: less noise is left as it is
+WHITE = 0.8  # of what differences of the third order say those of the fourth do, where it is noise
+FEWEST = 30  # frames that tell
+WEIGHTS = 4.0 ** np.arange(-1, 6)  # of second differences, at 30 Hz
+USUAL = 2.366  # median of chi2(3)
+FAR = 4.0  # standard deviations of the noise beyond which a place counts no more
+
+
+@dataclass(frozen=True, eq=False)
+class Calmed:
+    """Positions (T, J, 3) in m, and the variance (J,) in m² of a coordinate that the noise leaves in them."""
+
+    positions: Floats
+    variance: Floats
+
+
+def calmed(positions: Floats, times: Floats) -> Calmed:
+    """A recording with joints that tremble throughout made calm.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) m, NaN = missing.
+    times : (T,) s.
+    """
+    found, left = np.array(positions), np.zeros(positions.shape[1])
+    noise = _noise(positions)
+    known = noise[np.isfinite(noise)]
+    if len(known):
+        for j in np.flatnonzero(noise > max(LEAST, TIMES * float(np.median(known)))):
+            found[:, [j]], left[j] = _least_risk(positions[:, [j]], times, float(noise[j]) ** 2)
+    return Calmed(found, left)
+
+
+def _noise(positions: Floats) -> Floats:
+    """(J,) m, standard deviation of a coordinate's white noise; 0 where what is quick is motion, NaN where few frames
+    tell."""
+    third, fourth = np.diff(positions, 3, axis=0), np.diff(positions, 4, axis=0)
+    sizes = [np.square(one).sum(axis=2) / (USUAL * scale) for one, scale in ((third, 20.0), (fourth, 70.0))]
+    enough: Bools = np.isfinite(sizes[1]).sum(axis=0) >= FEWEST
+    found = np.full(positions.shape[1], np.nan)
+    for j in np.flatnonzero(enough):
+        by_third, by_fourth = (float(np.sqrt(np.nanmedian(one[:, j]))) for one in sizes)
+        found[j] = by_fourth if by_fourth > WHITE * by_third else 0.0
+    return found
+
+
+def _least_risk(positions: Floats, times: Floats, variance: float) -> tuple[Floats, float]:
+    """Positions (T, 1, 3) smoothed as far as their noise, of this variance in m², makes worth while, and what is left
+    of it."""
+    steps = np.diff(times)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    angles = np.linspace(0.0, np.pi, 257)
+    best, least, left = positions, variance, variance
+    for weight in WEIGHTS if usual > 0 else ():
+        passed = 1.0 / (1.0 + weight * (1.0 / (30.0 * usual)) ** 4 * (2.0 - 2.0 * np.cos(angles)) ** 2)
+        calm = smoothed(positions, times, float(weight))
+        rest = np.square(positions - calm).sum(axis=2)
+        rest = np.minimum(rest[np.isfinite(rest)], 3.0 * FAR**2 * variance)
+        risk = float(rest.mean()) / 3.0 - variance + 2.0 * variance * float(passed.mean())
+        if risk < least:
+            best, least, left = calm, risk, variance * float(np.square(passed).mean())
+    return best, left
