@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 from commands import Command
 
+from motionmend import samples
 from motionmend.bodies.motion import Motion
 from motionmend.bodies.performer import LANDMARKS
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.rig import motion_landmarks
 from motionmend.io import read, write
 from motionmend.io.joint_table import write_joint_table
+from skeletons import turned_otherwise
 
 
 def test_a_recording_is_itself(cli: Command, library: Path) -> None:
@@ -28,6 +30,18 @@ def test_the_text_holds_the_main_numbers(cli: Command, library: Path) -> None:
     assert f"{facts['mean_cm']:.3g} cm" in ran.out
     assert f"{facts['missing']['samples']} samples" in ran.out
     assert "body angles" not in ran.out
+
+
+def test_the_same_motion_in_another_order_of_rotations_is_the_same(cli: Command, tmp_path: Path) -> None:
+    motion = samples.clip("walk", seconds=1.0, fps=30.0, seed=2)
+    joints = [motion.skeleton.names.index(name) for name in ("lhumerus", "rfemur")]
+    write(tmp_path / "one.amc", motion)
+    write(tmp_path / "other.amc", turned_otherwise(motion, joints))
+    ran = cli("compare", tmp_path / "one.amc", tmp_path / "other.amc", "--json")
+    found = json.loads(ran.out)
+    assert found["mean_cm"] < 1e-3
+    assert found["rms_deg"] < 1e-2
+    assert any("another order" in note for note in found["notes"])
 
 
 def test_two_folders_are_compared_file_by_file(cli: Command, takes: Path, tmp_path: Path) -> None:

@@ -106,8 +106,7 @@ def test_what_is_no_body_is_refused(walk: Motion) -> None:
 
 def test_the_same_turned_in_another_order_is_the_same_and_not_compared_by_name(walk: Motion) -> None:
     other = turned_otherwise(walk, [walk.skeleton.names.index(name) for name in ("root", "lhumerus", "rfemur")])
-    with pytest.raises(MismatchError, match="another order of rotations mean another thing: root, rfemur, lhumerus"):
-        compare(walk, other)
+    assert compare(walk, other).mean_cm > 1.0
     found = compare_skeletons(walk, other)
     assert found.joints.mean_cm == pytest.approx(0.0, abs=1e-9)
     assert found.rms_deg == pytest.approx(0.0, abs=1e-5)

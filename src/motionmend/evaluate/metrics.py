@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.feet import contacts, foot_joints, foot_markers, skate_during
 from ..bodies.motion import Markers, Motion
-from ..bodies.skeleton import ROTATION, positions, turned_in_other_order, wrapped
+from ..bodies.skeleton import ROTATION, positions, wrapped
 from ..errors import MismatchError
 from .axes import Carrying, carrying
 
@@ -82,7 +82,8 @@ def compare(truth: Motion | Markers, other: Motion | Markers) -> Comparison:
     Parameters
     ----------
     truth, other : T frames of the same channels at the same rate. Joint positions of both are computed with the
-        truth's skeleton.
+        truth's skeleton: where joints turn in another order (`bodies.skeleton.turned_in_other_order`),
+        `compare_skeletons` tells what is meant.
 
     Returns
     -------
@@ -91,8 +92,7 @@ def compare(truth: Motion | Markers, other: Motion | Markers) -> Comparison:
     Raises
     ------
     MismatchError
-        Different kinds, frame counts, rates or names, or joints that turn in another order (`compare_skeletons`
-        compares those).
+        Different kinds, frame counts, rates or names.
     """
     if type(truth) is not type(other):
         raise MismatchError(f"a comparison needs two recordings of one kind, came {_kind(truth)} and {_kind(other)}")
@@ -102,9 +102,6 @@ def compare(truth: Motion | Markers, other: Motion | Markers) -> Comparison:
         raise MismatchError(f"a comparison needs the truth's rate, {truth.fps:g} Hz, came {other.fps:g} Hz")
     if isinstance(truth, Motion):
         assert isinstance(other, Motion)
-        if len(otherwise := turned_in_other_order(truth.skeleton, other.channels)):
-            names = _few([truth.skeleton.names[j] for j in otherwise])
-            raise MismatchError(f"angles in another order of rotations mean another thing: {names}")
         return _compare_motions(truth, other)
     assert isinstance(other, Markers)
     return _compare_markers(truth, other)
