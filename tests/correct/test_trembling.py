@@ -51,7 +51,7 @@ def test_noise_is_known_and_motion_is_none(seed: int) -> None:
 def test_who_shakes_for_a_while_or_is_hardly_seen_is_left_as_it_is() -> None:
     given = truth("walk", 114, 4.0)
     hand, times = NAMES.index("HandLeft"), np.arange(len(given)) / 30.0
-    given[30:60, hand] += 0.05 * np.random.default_rng(0).normal(size=(30, 3))
+    given[20:, hand] += 0.05 * np.random.default_rng(0).normal(size=(len(given) - 20, 3))
     np.testing.assert_array_equal(calmed(given, times).positions, given)
     few = given[:20] + 0.05 * np.random.default_rng(0).normal(size=given[:20].shape)
     np.testing.assert_array_equal(calmed(few, times[:20]).positions, few)

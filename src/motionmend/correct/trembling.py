@@ -17,6 +17,8 @@ WHITE = 0.8  # of what differences of the third order say those of the fourth do
 FEWEST = 30  # frames that tell
 WEIGHTS = 4.0 ** np.arange(-1, 6)  # of second differences, at 30 Hz
 USUAL = 2.366  # median of chi2(3)
+CALMEST = (0.1, 0.584), (0.2, 1.005), (0.3, 1.424)  # quantiles of the same
+THROUGHOUT = 0.7  # of the noise that the calmest frames show as well: who fails for a while shakes then, and not else
 FAR = 4.0  # standard deviations of the noise beyond which a place counts no more
 
 
@@ -54,7 +56,8 @@ def _noise(positions: Floats) -> Floats:
     found = np.full(positions.shape[1], np.nan)
     for j in np.flatnonzero(enough):
         by_third, by_fourth = (float(np.sqrt(np.nanmedian(one[:, j]))) for one in sizes)
-        found[j] = by_fourth if by_fourth > WHITE * by_third else 0.0
+        calmest = min(float(np.nanquantile(sizes[1][:, j], share)) * USUAL / size for share, size in CALMEST)
+        found[j] = by_fourth if by_fourth > WHITE * by_third and calmest > (THROUGHOUT * by_fourth) ** 2 else 0.0
     return found
 
 
