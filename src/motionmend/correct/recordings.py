@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import mirrored
 from ..bodies.postures import Postures
+from ..kernels.sighting import LENGTH, SHARE
 from ..numerics.local_gp import Mixture
 from .classic import FILTERS, LEARNERS, Samples
 from .energy import Weights
@@ -16,7 +17,7 @@ from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
 from .leaps import leaps_again, stirred
 from .limits import Hinges, hinges_of
-from .normalise import Placement, placed, upright
+from .normalise import Placement, bone_lengths, placed, upright
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
@@ -79,7 +80,9 @@ class Knowledge:
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
     """Followed through failures, seen again from the end, moved by the learned offsets, settled."""
     thrown = thrown_and_back(postures.positions, postures.times, mirrored(postures.names))
-    calm = calmed(np.where(thrown[..., None], np.nan, postures.positions), postures.times)
+    given = np.where(thrown[..., None], np.nan, postures.positions)
+    calm = calmed(given, postures.times)
+    calm = calm.only(_with_bones(knowledge.watcher, postures.names, calm.positions), given)
     postures = postures.with_positions(calm.positions)
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
@@ -172,6 +175,21 @@ def _watched(
         sight = look(watcher, sight, row, told, float(postures.times[t]), again[t])
         sights.append(sight)
     return sights
+
+
+def _with_bones(watcher: Watcher, names: Sequence[str], positions: Floats) -> Bools:
+    """(J,) joints of a recording (T, J, 3) none of whose bones is, in the median, too short to be anybody's: noise
+    makes bones longer, failing draws joints in."""
+    joining, body, usual = joined(names, watcher.body), watcher.body, watcher.standard.lengths
+    rows = rows_of(joining.to_model, positions)
+    found = np.ones(len(names), dtype=np.bool_)
+    lengths = [one[np.isfinite(one)] for one in bone_lengths(rows, body).T]
+    middle = np.array([np.median(one) if len(one) else np.nan for one in lengths])
+    size = float(np.nanmedian(middle / usual)) if np.isfinite(middle).any() else 1.0
+    off = size * usual - middle > size * (SHARE * usual + LENGTH)
+    ends = joining.to_model[body.bones[off].ravel()]
+    found[ends[ends >= 0]] = False
+    return found
 
 
 def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight]]:

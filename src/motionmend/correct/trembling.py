@@ -29,6 +29,10 @@ class Calmed:
     positions: Floats
     variance: Floats
 
+    def only(self, joints: Bools, given: Floats) -> "Calmed":
+        """The same for joints (J,) alone, all others as they were given (T, J, 3)."""
+        return Calmed(np.where(joints[:, None], self.positions, given), np.where(joints, self.variance, 0.0))
+
 
 def calmed(positions: Floats, times: Floats) -> Calmed:
     """A recording with joints that tremble throughout made calm.
