@@ -147,7 +147,7 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     mean, loadings, noise = factors
     own, failed, jerky, met = before
     gone, back, leapt = leaps
-    since = np.where(back, np.inf, np.where(gone & (failed < 0.5), 0.0, leapt + seconds))
+    since = np.where(back, 9.0, np.where(gone & (failed < 0.5), 0.0, leapt + seconds))
     joints, count = len(mean), loadings.shape[2]
     present = np.isfinite(standard).all(axis=1)
     values = np.where(present[:, None], standard, mean) - mean - own
@@ -166,7 +166,12 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
         return np.where(repeated, 8.0, np.clip(features @ weights[:-1] + weights[-1], -8.0, 8.0))
 
     def with_leaps(features):
-        return np.minimum(evidence(features) + 6.0 * np.exp(-since / 3.0), 8.0)
+        left = 6.0 * np.exp(-since / 3.0)
+        found = np.minimum(evidence(features) + left, 8.0)
+        blind, capped = features.copy(), features.copy()
+        blind[:, :2], capped[:, :2] = 1.0, np.minimum(features[:, :2], 1.8)
+        calm = (1.0 / (1.0 + np.exp(evidence(blind))) > 0.8) & (left == 0.0) & (met > 1.0) & ~repeated
+        return np.where(calm, np.minimum(found, evidence(capped)), found)
 
     first = away(np.zeros(joints))
     features = np.column_stack([first, first, bone, best_bone, np.log1p(np.maximum(raw, jerk)), told])

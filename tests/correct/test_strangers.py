@@ -37,6 +37,15 @@ def test_who_was_taught_one_movement_makes_no_other_worse(taught: str, count: in
         assert error(little.correct(raw), true) < error(raw, true)
 
 
+@pytest.mark.parametrize("seed", [40, 41])
+def test_limbs_that_go_quickly_where_none_was_taught_are_not_thrown_away(seed: int) -> None:
+    """A library without lively motions is no reason to doubt what a sensor sees going well."""
+    calm = Corrector(points=100).fit([pair(action, one, 3.0) for one in range(6) for action in ("walk", "reach")])
+    true = truth("jump", seed, 3.0)
+    raw = recording(sensed(true, seed))
+    assert error(calm.correct(raw), true) < error(raw, true)
+
+
 def test_limbs_of_a_restless_sensor_are_found_failing_too() -> None:
     """Bones and jerk that are usual there hide what would be evidence elsewhere."""
     noise, names = 0.02, ("walk", "reach", "jump", "run")

@@ -17,7 +17,11 @@ MET_SECONDS = 0.5  # how long a joint is a stranger
 SETTLED = 0.02  # change of the probability to fail below which nothing is weighed again
 ROUNDS = 2  # of weighing the joints by what the others say
 LEAPT, LEAPT_SECONDS = 6.0, 3.0  # evidence that a joint that leapt away from where it went well fails, and how it fades
+FORGIVEN = 3.0  # of those times after which a leap hardly counts: as one does that seems to lead back
 RETURNED = 2.0  # standard deviations from where it is expected: a joint that leapt is back
+# A joint that was well for a while, did not leap, and of which nothing but its place is wrong, so surely, went there;
+# more strangeness than that, as a feature, says no more.
+KNOWN_SECONDS, CALM, CAP = 1.0, 0.8, 1.8
 MOST = 8.0  # logarithm of the likelihood ratio that one frame can give
 
 
@@ -90,7 +94,7 @@ def follow(
     for j in range(joints):
         since[j] = leapt[j] + seconds
         if back[j]:
-            since[j] = np.inf
+            since[j] = FORGIVEN * LEAPT_SECONDS
         elif gone[j] and failed[j] < 0.5:
             since[j] = 0.0
         left[j] = LEAPT * exp(-since[j] / LEAPT_SECONDS)
@@ -103,7 +107,7 @@ def follow(
     forecast, failing = np.empty(joints), np.empty(joints)
     for j in range(joints):
         forecast[j] = min(max(failed[j] * (1.0 - out) + (1.0 - failed[j]) * into, 1e-6), 1.0 - 1e-6)
-    _judge(features, weights, forecast, repeated, left, failing)
+    _judge(features, weights, forecast, repeated, left, met, failing)
     after_mean, after_cov, there, there_cov = belief_mean, belief_cov, place, place_cov
     for _ in range(ROUNDS):
         for j in range(joints):
@@ -119,7 +123,7 @@ def follow(
             features[j, 0] = log1p(away[j])
             if away[j] < RETURNED:
                 since[j], left[j] = np.inf, 0.0
-        if _judge(features, weights, forecast, repeated, left, failing) < SETTLED:
+        if _judge(features, weights, forecast, repeated, left, met, failing) < SETTLED:
             break
     posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
@@ -146,13 +150,15 @@ def follow(
 
 @compiled
 def _judge(
-    features: Floats, weights: Floats, forecast: Floats, repeated: Bools, left: Floats, failing: Floats
+    features: Floats, weights: Floats, forecast: Floats, repeated: Bools, left: Floats, met: Floats, failing: Floats
 ) -> float:
-    """The probability to fail (J,) in place, by the evidence, that of having left where it was well (J,), and what was
-    forecast; the largest change of it."""
+    """The probability to fail (J,) in place, by the evidence, that of having left where it was well (J,), the time for
+    which it was met (J,) in s, and what was forecast; the largest change of it."""
     most = 0.0
     for j in range(features.shape[0]):
         evidence = MOST if repeated[j] else min(_evidence(features[j], weights, False) + left[j], MOST)
+        if not repeated[j] and left[j] == 0.0 and met[j] > KNOWN_SECONDS and _steady(features[j], weights) > CALM:
+            evidence = min(evidence, _capped(features[j], weights))
         now = _chance(evidence + log(forecast[j] / (1.0 - forecast[j])))
         most = max(most, abs(now - failing[j]))
         failing[j] = now
@@ -171,6 +177,16 @@ def _evidence(features: Floats, weights: Floats, blind: bool) -> float:
     total = weights[-1]
     for f in range(features.shape[0]):
         total += weights[f] * (1.0 if blind and f < 2 else features[f])
+    held: float = min(max(total, -MOST), MOST)
+    return held
+
+
+@compiled
+def _capped(features: Floats, weights: Floats) -> float:
+    """The same with a place that is at most so far off that a joint may have gone there."""
+    total = weights[-1]
+    for f in range(features.shape[0]):
+        total += weights[f] * (min(features[f], CAP) if f < 2 else features[f])
     held: float = min(max(total, -MOST), MOST)
     return held
 
