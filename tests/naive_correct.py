@@ -281,7 +281,7 @@ def strayed(rows, before, seconds, reach):
 
 def leaps(rows, before, earlier, seconds, mirror):
     """Who is farther than any gets from where they were and went, but for sides that changed places."""
-    from motionmend.kernels.sighting import BESIDE, HOP, SHARPEST
+    from motionmend.kernels.hops import BESIDE, HOP, SHARPEST
 
     least = HOP + 0.5 * SHARPEST * max(seconds, 0.0) ** 2
     stayed, went = np.linalg.norm(rows - before, axis=1), np.linalg.norm(rows - 2 * before + earlier, axis=1)

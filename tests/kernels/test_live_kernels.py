@@ -9,7 +9,7 @@ import naive_correct as naive
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, proportions, shapes, sighting
+from motionmend.kernels import bones, hops, proportions, shapes, sighting
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -113,8 +113,8 @@ def test_who_hops_is_told_as_by_the_twin(seed: int, far: float, seconds: float) 
     rows[some[:5]] += far * rng.normal(size=(5, 3))
     rows[some[5:8]] = before[mirror[some[5:8]]]
     told = rows, before, earlier, seconds, mirror
-    np.testing.assert_array_equal(sighting.hopped(*told), naive.hopped(*told))
-    np.testing.assert_array_equal(sighting.leaps(*told), naive.leaps(*told))
+    np.testing.assert_array_equal(hops.hopped(*told), naive.hopped(*told))
+    np.testing.assert_array_equal(hops.leaps(*told), naive.leaps(*told))
 
 
 def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:

@@ -104,7 +104,9 @@ def _run(arguments: list[str]) -> int:
     try:
         code: Any = command(*bound.args, **bound.kwargs)
     except SystemError as error:
-        raise interrupt_in(error) or error from None
+        if (interrupt := interrupt_in(error)) is None:
+            raise
+        raise interrupt from None
     return int(code or 0)
 
 

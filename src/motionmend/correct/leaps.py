@@ -9,7 +9,7 @@ from the wrong place.
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
-from ..kernels import sighting as kernel
+from ..kernels import hops
 from ..kernels.following import STRANGER
 from ..numerics import factors as process
 from ..numerics.factors import Factors
@@ -75,7 +75,7 @@ def leaps_again(rows: Floats, times: Floats, mirror: Ints) -> Bools:
         found[t : until[k]] = last - times[t] < LONGEST
         if k > 1:
             before, earlier = new[k - 1], new[k - 2]
-            leapt = kernel.leaps(rows[t], rows[before], rows[earlier], times[t] - times[before], mirror)
+            leapt = hops.leaps(rows[t], rows[before], rows[earlier], times[t] - times[before], mirror)
             last = np.where(leapt, times[t], last)
     return found
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
-from ..kernels.sighting import BESIDE, HOP, SHARPEST
+from ..kernels.hops import BESIDE, HOP, SHARPEST
 
 LONGEST = 2  # frames away
 SECOND, OFTEN = 1.0, 3  # s and frames: who is away in more of them shakes

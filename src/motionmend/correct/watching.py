@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
-from ..kernels import proportions
+from ..kernels import hops, proportions
 from ..kernels import sighting as kernel
 from ..numerics import factors as process
 from ..numerics.factors import Factors
@@ -250,7 +250,7 @@ def look(
     leaps = none, none
     stirs = stirred(rows, sight.rows)
     moved = sight.moved | stirs
-    hop = kernel.leaps(rows, sight.rows, sight.earlier, seconds + sight.stale, body.mirror) & ~righted
+    hop = hops.leaps(rows, sight.rows, sight.earlier, seconds + sight.stale, body.mirror) & ~righted
     if away <= PATIENCE and np.count_nonzero(hop):
         last = sight.placement.inward(sight.rows[None])[0]
         leaps = left_behind(known, standard, last, hop, before.failing, body.mirror, again)
@@ -324,7 +324,7 @@ def look_twice(
     if sight.upright is None or seconds > PATIENCE:
         return look(watcher, sight, positions, states, time), None
     rows = positions @ sight.upright.T
-    hopped = kernel.hopped(rows, sight.rows, sight.earlier, seconds, watcher.body.mirror)
+    hopped = hops.hopped(rows, sight.rows, sight.earlier, seconds, watcher.body.mirror)
     hopped &= sight.followed.failing < 0.5  # who fails is not believed anyway, and shakes
     if not hopped.any() or hopped.sum() > MOST_HOP * len(rows):
         return look(watcher, sight, positions, states, time), None

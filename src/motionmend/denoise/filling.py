@@ -30,7 +30,7 @@ FEWER_FRAMES = 3  # the same, where no other marker was seen with it for longer
 NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
 SHORTEST_PART = 0.15  # s
 ONE_BODY = 0.1  # m; links of markers whose distances change by less make a body: another's are no guides
-FEW = 0.03  # m; fewer guides than a frame has anchors, none steadier than this, lead astray
+LEADS = 0.03  # m; guides fewer than a frame's anchors, none of them as steady as this, lead astray
 LEAST_UNSTEADY = 1e-5  # m; a marker may be in a file twice, in one place
 UNSURE = 0.015  # m; a part less sure than this is looked at from a second frame
 STEADY = 12  # anchors of that frame
@@ -150,7 +150,7 @@ def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
 
 def _fill_part(work: _Work, marker: int, order: Ints, gap: tuple[int, int], frames: Ints, done: Bools) -> None:
     guides, usable = _guides(work, marker, order, gap, frames, done)
-    if 0 < len(guides) < ANCHORS and work.unsteady[marker, guides].min() > FEW:
+    if 0 < len(guides) < ANCHORS and work.unsteady[marker, guides].min() > LEADS:
         guides, usable = _guides(work, marker, order[:0], gap, frames, done)
     own = np.flatnonzero(usable & work.seen[:, marker])
     if len(own) == 0 and len(work.examples) == 0:

@@ -4,6 +4,7 @@ What was held, or fell to a constant, is smooth and cannot be told from motion b
 same twice: where a channel is noisy, a run of equal samples tells nothing, and is filled like a gap.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -117,7 +118,7 @@ def without(recording: Recording, still: Bools) -> Recording:
 
 
 def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Recording]:
-    """The repair of a recording `without` these samples (T, C): they were recorded, so they are repaired, and said.
+    """The repair of a recording `without` these samples (T, C): `recorded_but_lost`, and said.
 
     Parameters
     ----------
@@ -125,9 +126,7 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
     still : samples that were held.
     away : samples of markers that were `displaced`, or of a root that was `thrown`.
     """
-    lost = still | away
-    origin: Bytes = np.where(lost & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(np.uint8)
-    said = list(outcome.warnings)
+    said = []
     if still.any():
         said.append(
             f"{int(still.sum())} samples repeat the one before to the last digit, which noise does not, and were taken "
@@ -138,7 +137,20 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
             f"{int(away.sum())} samples of {_what(outcome.recording)} were taken as missing: "
             f"{named(outcome.recording, away)}"
         )
-    return replace(outcome, origin=origin, warnings=tuple(said))
+    return recorded_but_lost(outcome, still | away, said)
+
+
+def recorded_but_lost(outcome: Repaired[Recording], lost: Bools, said: Sequence[str]) -> Repaired[Recording]:
+    """The repair of a recording `without` samples that it has: they were recorded, so they are repaired, not filled.
+
+    Parameters
+    ----------
+    outcome : of the recording without them.
+    lost : (T, C) these samples.
+    said : a sentence for each kind of them, after those of the repair.
+    """
+    origin: Bytes = np.where(lost & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(np.uint8)
+    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *said))
 
 
 def _what(recording: Motion | Markers) -> str:

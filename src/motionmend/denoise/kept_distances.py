@@ -1,7 +1,5 @@
 """Noise of markers, told by distances that hardly change: however fast a body moves, skin keeps its markers apart."""
 
-import warnings
-
 import numpy as np
 from scipy.special import ndtri
 
@@ -46,49 +44,55 @@ def noise_by_distances(measured: Floats, believed: Bools, loudness: Floats) -> t
         return variance, weight
     places = np.where(believed, measured, np.nan).reshape(frames, markers, 3)
     louder = np.square(loudness).reshape(frames, markers, 3).mean(axis=2)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of markers that are never seen together
-        near = _nearest(places)
-        apart = np.linalg.norm(places[:, :, None] - places[:, near], axis=-1)
-        scale = np.sqrt(0.5 * (louder[:, :, None] + louder[:, near]))[2:-2]
-        fourth = np.abs(np.diff(apart, n=4, axis=0)) / scale / np.sqrt(_FOURTH)
-        second = np.abs(np.diff(apart, n=2, axis=0))[1:-1] / scale / np.sqrt(_SECOND)
-        half = np.arange(len(fourth)) // HALVES % 2 == 0
-        told: list[Floats] = []
-        slow: list[Floats] = []
-        partner: list[Ints] = []
-        for chosen in (half, ~half):
-            sizes = _sizes(second[chosen])  # slow changes show in these: of two on one bone they are noise alone
-            by = np.argsort(sizes, axis=1)[:, :PARTNERS]
-            sizes = np.take_along_axis(sizes, by, 1)
-            alike = sizes < ALIKE * sizes[:, :1]
-            partner.append(np.take_along_axis(near, by, 1))
-            for found, of in ((told, fourth), (slow, second)):
-                asked = np.take_along_axis(_sizes(of[~chosen]), by, 1)
-                found.append(np.where(alike & np.isfinite(asked), np.square(asked), np.nan))
-            weight.reshape(markers, 3)[:] += np.take_along_axis(np.isfinite(fourth[~chosen]).sum(axis=0), by[:, :1], 1)
-        pairs, other = np.hstack(told), np.hstack(partner)
-        known = np.isfinite(pairs).any(axis=1)
-        if not known.any():
-            return variance, np.zeros(columns)
-        share = np.nanmedian(pairs / np.maximum(np.hstack(slow), _NOTHING))
-        weight *= np.repeat(known, 3) * min(1.0, float(share)) ** WHITE
-        pairs[~known] = np.nanmedian(pairs)
-        own = 0.5 * np.nanmean(pairs, axis=1)  # as noisy as each other, until others tell more
-        for _ in range(_TURNS):
-            own = np.maximum(own + 0.5 * np.nanmean(pairs - own[:, None] - own[other], axis=1), _NOTHING)
+    near = _nearest(places)
+    apart = np.linalg.norm(places[:, :, None] - places[:, near], axis=-1)
+    scale = np.sqrt(0.5 * (louder[:, :, None] + louder[:, near]))[2:-2]
+    fourth = np.abs(np.diff(apart, n=4, axis=0)) / scale / np.sqrt(_FOURTH)
+    second = np.abs(np.diff(apart, n=2, axis=0))[1:-1] / scale / np.sqrt(_SECOND)
+    half = np.arange(len(fourth)) // HALVES % 2 == 0
+    parts = half, ~half
+    swift, slow = ([_sizes(one[part]) for part in parts] for one in (fourth, second))
+    told: list[Floats] = []
+    slowly: list[Floats] = []
+    partner: list[Ints] = []
+    for chosen, asked in ((0, 1), (1, 0)):
+        # slow changes show in second differences: of two on one bone they are noise alone
+        by = np.argsort(slow[chosen], axis=1)[:, :PARTNERS]
+        sizes = np.take_along_axis(slow[chosen], by, 1)
+        alike = sizes < ALIKE * sizes[:, :1]
+        partner.append(np.take_along_axis(near, by, 1))
+        for found, of in ((told, swift), (slowly, slow)):
+            size = np.take_along_axis(of[asked], by, 1)
+            found.append(np.where(alike & np.isfinite(size), np.square(size), np.nan))
+        seen = np.isfinite(fourth[parts[asked]]).sum(axis=0)
+        weight.reshape(markers, 3)[:] += np.take_along_axis(seen, by[:, :1], 1)
+    pairs, other = np.hstack(told), np.hstack(partner)
+    known = np.isfinite(pairs).any(axis=1)
+    if not known.any():
+        return variance, np.zeros(columns)
+    share = np.nanmedian(pairs / np.maximum(np.hstack(slowly), _NOTHING))
+    weight *= np.repeat(known, 3) * min(1.0, float(share)) ** WHITE
+    pairs[~known] = np.nanmedian(pairs)
+    own = 0.5 * np.nanmean(pairs, axis=1)  # as noisy as each other, until others tell more
+    for _ in range(_TURNS):
+        own = np.maximum(own + 0.5 * np.nanmean(pairs - own[:, None] - own[other], axis=1), _NOTHING)
     return np.repeat(own, 3), weight
 
 
 def _nearest(places: Floats) -> Ints:
-    """(M, K) the markers that each is nearest to."""
+    """(M, K) the markers that each is nearest to, by the median of some frames."""
     some = places[np.unique(np.linspace(0, len(places) - 1, LOOKED_AT).astype(int))]
-    apart = np.nanmedian(np.linalg.norm(some[:, :, None] - some[:, None], axis=-1), axis=0)
+    away = np.linalg.norm(some[:, :, None] - some[:, None], axis=-1)
+    together = np.isfinite(away).any(axis=0)
+    apart = np.full(together.shape, np.inf)
+    apart[together] = np.nanmedian(away[:, together], axis=0)
     np.fill_diagonal(apart, np.inf)
-    return np.argsort(np.where(np.isfinite(apart), apart, np.inf), axis=1)[:, : min(NEAREST, len(apart) - 1)]
+    return np.argsort(apart, axis=1)[:, : min(NEAREST, len(apart) - 1)]
 
 
 def _sizes(differences: Floats) -> Floats:
     """(M, K) deviation of noise by a quantile of scaled differences (N, M, K); infinite where too few tell."""
     enough = np.isfinite(differences).sum(axis=0) >= FEWEST
-    return np.where(enough, np.nanquantile(differences, QUANTILE, axis=0) / ndtri(0.5 + 0.5 * QUANTILE), np.inf)
+    found = np.full(enough.shape, np.inf)
+    found[enough] = np.nanquantile(differences[:, enough], QUANTILE, axis=0) / ndtri(0.5 + 0.5 * QUANTILE)
+    return found

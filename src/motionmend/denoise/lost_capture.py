@@ -1,15 +1,12 @@
 """What capture lost and wrote all the same: frozen frames, and joints that fell to 0. It is repaired as if missing."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
-import numpy as np
-
-from ..arrays import Bools, Bytes, runs
-from ..bodies.motion import Origin, Recording, Repaired
+from ..arrays import Bools, runs
+from ..bodies.motion import Recording, Repaired
 from .dropped import dropped
 from .frozen import frozen
-from .held import named, without
+from .held import named, recorded_but_lost, without
 
 SAID = 6  # stretches that a warning names at most
 
@@ -33,9 +30,7 @@ def but_for_lost_capture(
     lost = fallen | still
     if not lost.any():
         return repair(recording)
-    outcome: Repaired[Recording] = repair(without(recording, lost))
-    origin: Bytes = np.where(lost & (outcome.origin == Origin.FILLED), Origin.REPAIRED, outcome.origin).astype(np.uint8)
-    said = list(outcome.warnings)
+    said = []
     if still.any():
         said.append(
             f"{int(still.sum())} samples were frozen and taken as missing, {_frames(still)}: they repeat each other to "
@@ -46,7 +41,7 @@ def but_for_lost_capture(
             f"{int(fallen.sum())} samples fell to exactly 0 and were taken as missing, {_frames(fallen)}: their joints "
             f"leap there and back: {named(recording, fallen)}"
         )
-    return replace(outcome, origin=origin, warnings=tuple(said))
+    return recorded_but_lost(repair(without(recording, lost)), lost, said)
 
 
 def _frames(samples: Bools) -> str:

@@ -82,7 +82,7 @@ def first_frames(recording: Motion | Markers) -> Ints:
     """
     surprise = np.concatenate([_surprise(recording, part) for part in pieces(recording.frames)])
     told = np.isfinite(surprise)
-    if told.sum() < SEEN:
+    if not told.any():
         return np.zeros(0, dtype=np.int64)
     surprise = np.where(told, surprise, 0.0)
     far = max(LEAST, HARDEST / recording.fps**2, LEAPS * float(np.median(surprise[told])))
@@ -140,8 +140,11 @@ def _but_for_those_that_close(recording: Motion | Markers, cuts: list[int], reac
     for start, stop in pairwise(cuts):
         if start in kept and stop - start <= LONGEST * recording.fps:
             around = slice(max(0, start - reach - 1), min(recording.frames, stop + reach + 1))
-            place = np.median(np.nan_to_num(_places(recording, around)), axis=1)
-            if closes(place, start - around.start, stop - around.start, reach):
+            places = _places(recording, around)
+            seen = np.isfinite(places).all(axis=(0, 2))
+            if seen.sum() < SEEN:
+                continue
+            if closes(np.median(places[:, seen], axis=1), start - around.start, stop - around.start, reach):
                 kept = [cut for cut in kept if cut not in (start, stop)]
     return kept
 

@@ -160,13 +160,13 @@ def _of_table(postures: Postures) -> Postures:
 
 def _of_trc(file: Path, fps: float | None) -> Postures:
     """The joints of a TRC file at its own times; where it lacks them, at those of its rate."""
-    from .trc import TrcSource, read_trc
+    from .trc import STATED, TrcSource, read_trc
 
     markers = read_trc(file, fps)
     assert isinstance(markers.source, TrcSource)
     even, own = markers.source.start + np.arange(markers.frames) / markers.fps, markers.source.times
     known = bool(np.isfinite(own).all())
-    rest = tuple(one for one in markers.guesses if not one.startswith("DataRate says"))  # it is not what counts
+    rest = tuple(one for one in markers.guesses if not one.startswith(STATED))  # it is not what counts
     return Postures(
         markers.names, markers.positions, own if known else even, guesses=rest if known else markers.guesses
     )
@@ -178,9 +178,8 @@ def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
     rest = tuple(guess for guess in postures.guesses if guess not in cut)
     steps = np.diff(postures.times)
     if len(steps) and not (steps > 0).any():
-        times, (said,) = even_times(postures.frames, fps)
-        still = said.replace("the file has no times", "the times do not rise")
-        return replace(postures, times=times, source=SensorSource(kind, (*cut, still)), guesses=rest)
+        times, said = even_times(postures.frames, fps, why="the times do not rise")
+        return replace(postures, times=times, source=SensorSource(kind, (*cut, *said)), guesses=rest)
     same, back = int((steps == 0).sum()), int((steps < 0).sum())
     if back and not any("goes back" in one for one in cut):
         cut = (*cut, f"the time goes back {back} times: rows are kept in the order of the file")

@@ -62,8 +62,8 @@ def seconds_of(stamps: Floats) -> tuple[Floats, tuple[str, ...], tuple[str, ...]
     return stamps * _UNITS[unit], guessed, tuple(warnings)
 
 
-def even_times(frames: int, fps: float | None) -> tuple[Floats, tuple[str, ...]]:
-    """(T,) s of a file without times, and a sentence about the rate.
+def even_times(frames: int, fps: float | None, why: str = "the file has no times") -> tuple[Floats, tuple[str, ...]]:
+    """(T,) s of a file without times, or for another reason why, and a sentence about the rate.
 
     Raises
     ------
@@ -71,8 +71,8 @@ def even_times(frames: int, fps: float | None) -> tuple[Floats, tuple[str, ...]]
     """
     if fps is not None and not 0 < fps < np.inf:
         raise UsageError(f"a frame rate above 0 Hz is wanted, came {fps}")
-    said = f"the file has no times: took {fps:g} Hz as given" if fps else "the file has no times: took 30 Hz"
-    return np.arange(frames) / (fps or USUAL_FPS), (said,)
+    said = f"took {fps:g} Hz as given" if fps else f"took {USUAL_FPS:g} Hz"
+    return np.arange(frames) / (fps or USUAL_FPS), (f"{why}: {said}",)
 
 
 def with_absent(positions: Floats, state: Bytes | None) -> Floats:

@@ -32,6 +32,7 @@ _KEYS = (
     "OrigNumFrames",
 )
 _WANTED = "a TRC file"
+STATED = "DataRate says"  # begins the guess that takes the header's rate for that of the times
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,5 +191,5 @@ def _rate(
         return fps, (f"the file states no frame rate: took {fps:g} Hz as given",)
     span = rows[-1, 1] - rows[0, 1]
     if len(rows) > 1 and np.isfinite(span) and abs(span * stated - (len(rows) - 1)) > 0.01 * len(rows) + 0.5:
-        return stated, (f"DataRate says {stated:g} Hz, the times span {span:g} s: took {stated:g} Hz",)
+        return stated, (f"{STATED} {stated:g} Hz, the times span {span:g} s: took {stated:g} Hz",)
     return stated, ()

@@ -20,8 +20,6 @@ OPPOSED = -0.5  # cosine between trunk directions of successive frames at which 
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
 ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are rounded
-HOP, SHARPEST = 0.12, 100.0  # m and m/s^2; a sensor's joint is unsteady by less, and no joint turns round more sharply
-BESIDE = 0.5  # of how far off it is: within, it is where its other side should be, and was taken for it
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
 _insert, _middle = rising.insert, rising.middle
@@ -465,56 +463,4 @@ def strayed(rows: Floats, before: Floats, seconds: float, reach: Floats) -> Bool
         for d in range(3):
             square += (rows[j, d] - before[j, d] - middle[d]) ** 2
         found[j] = sqrt(square) > LEAP + FASTEST * max(seconds, 0.0) + reach[j]
-    return found
-
-
-@compiled
-def hopped(rows: Floats, before: Floats, earlier: Floats, seconds: float, mirror: Ints) -> Bools:
-    """(J,) which joints are farther than any gets from where they were and from where they went, and not at their other
-    side's place.
-
-    Parameters
-    ----------
-    rows, before, earlier : (J, 3) m, of this frame and the two before it, NaN = missing.
-    seconds : since the frame before.
-    mirror : (J,) the joint's other side, or itself.
-    """
-    found = np.zeros(rows.shape[0], dtype=np.bool_)
-    least = HOP + 0.5 * SHARPEST * max(seconds, 0.0) ** 2
-    for j in range(rows.shape[0]):
-        there = mirror[j]
-        stayed, went, beside_stayed, beside_went = 0.0, 0.0, 0.0, 0.0
-        for d in range(3):
-            stayed += (rows[j, d] - before[j, d]) ** 2
-            went += (rows[j, d] - 2.0 * before[j, d] + earlier[j, d]) ** 2
-            beside_stayed += (rows[j, d] - before[there, d]) ** 2
-            beside_went += (rows[j, d] - 2.0 * before[there, d] + earlier[there, d]) ** 2
-        if not min(stayed, went) > least**2:  # also where something is missing
-            continue
-        taken = beside_stayed < BESIDE**2 * went or beside_went < BESIDE**2 * went
-        found[j] = isfinite(stayed + went) and not taken
-    return found
-
-
-@compiled
-def leaps(rows: Floats, before: Floats, earlier: Floats, seconds: float, mirror: Ints) -> Bools:
-    """(J,) which joints are farther than any gets from where they were and from where they went, and not for having
-    changed places with their other side.
-
-    Parameters
-    ----------
-    rows, before, earlier, seconds, mirror : as of `hopped`.
-    """
-    found = np.zeros(rows.shape[0], dtype=np.bool_)
-    least = HOP + 0.5 * SHARPEST * max(seconds, 0.0) ** 2
-    for j in range(rows.shape[0]):
-        there = mirror[j]
-        stayed, went, over, back = 0.0, 0.0, 0.0, 0.0
-        for d in range(3):
-            stayed += (rows[j, d] - before[j, d]) ** 2
-            went += (rows[j, d] - 2.0 * before[j, d] + earlier[j, d]) ** 2
-            over += (rows[j, d] - before[there, d]) ** 2
-            back += (rows[there, d] - before[j, d]) ** 2
-        exchanged = there != j and max(over, back) < BESIDE**2 * stayed
-        found[j] = min(stayed, went) > least**2 and isfinite(stayed + went) and not exchanged
     return found
