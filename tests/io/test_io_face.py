@@ -92,7 +92,7 @@ def test_files_keep_their_own_rate(data: Path, name: str) -> None:
 
 def test_what_cannot_be_written_where(tmp_path: Path, rng, data: Path) -> None:
     motion = read(data / "mocap" / "bvh" / "12_01.bvh")
-    for ending in (".c3d", ".trc", ".csv", ".txt", ".zip", ".xyz", ""):
+    for ending in (".c3d", ".trc", ".csv", ".tsv", ".txt", ".zip", ".xyz", ""):
         with pytest.raises(UsageError, match=r"joint angles are written to \.amc or \.bvh"):
             write(tmp_path / f"a{ending}", motion)
     for ending in (".amc", ".bvh", ".txt", ".zip", ".xyz", ""):

@@ -82,10 +82,34 @@ def test_rate_from_the_times_when_the_header_has_none(tmp_path: Path) -> None:
     assert any("100 Hz from the times" in guess for guess in read.guesses)
 
 
-def test_header_and_times_that_differ_are_said(tmp_path: Path) -> None:
+def test_times_count_where_the_header_says_another_rate(tmp_path: Path) -> None:
+    """Who keeps every tenth frame seldom writes the new rate into the header; OpenSim goes by the times."""
     read = read_trc(written(tmp_path, (HEAD + ROWS).replace("\n100\t", "\n25\t")))
-    assert read.fps == 25.0
-    assert any("DataRate says 25 Hz, the times span 0.02 s" in guess for guess in read.guesses)
+    assert read.fps == 100.0
+    assert any("DataRate says 25 Hz, the times span 0.02 s: took 100 Hz" in guess for guess in read.guesses)
+    write_trc(tmp_path / "b.trc", read)
+    again = read_trc(tmp_path / "b.trc")
+    assert again.fps == 100.0
+    assert not any("DataRate" in guess for guess in again.guesses)
+
+
+@pytest.mark.parametrize("times", [("0", "0", "0"), ("0", "0.05", "0.06"), ("", "0.05", "0.1")])
+def test_the_header_counts_where_times_are_no_rate(tmp_path: Path, times: tuple[str, ...]) -> None:
+    rows = ROWS.replace("0.06", times[0]).replace("0.07", times[1]).replace("0.08", times[2])
+    assert read_trc(written(tmp_path, HEAD.replace("\n100\t", "\n250\t") + rows)).fps == 250.0
+
+
+def test_a_part_cut_out_of_a_longer_recording_is_read_and_said(tmp_path: Path) -> None:
+    """Its frames begin later than the header has it, which a file that is cut off at its end does not explain."""
+    read = read_trc(
+        written(
+            tmp_path, (HEAD + ROWS).replace("mm\t100\t7\t3", "mm\t100\t1\t900").replace("\t3\t2\tmm", "\t900\t2\tmm")
+        )
+    )
+    assert read.frames == 3
+    assert any("the header says 900 frames from 1 on, the rows are 7 to 9" in guess for guess in read.guesses)
+    write_trc(tmp_path / "b.trc", read)
+    assert read_trc(tmp_path / "b.trc").frames == 3
 
 
 def test_first_frame_unit_and_original_rate_come_back(tmp_path: Path) -> None:

@@ -41,9 +41,9 @@ def compare(
 ) -> int:
     """Compare recordings with the truth: errors in degrees and centimetres, jitter, bone drift, foot skate.
 
-    Joint angles (.amc, .bvh), markers (.c3d, .trc, .csv), or joints: the tables `track` and `correct` write and what
-    sensors report; of joints also the 95 % quantile and the share farther off than 15 cm. Joint angles whose channels
-    have other names, as an .amc and the .bvh made of it, are compared by the joints both have.
+    Joint angles (.amc, .bvh), markers (.c3d, .trc, .csv, .tsv), or joints: the tables `track` and `correct` write and
+    what sensors report; of joints also the 95 % quantile and the share farther off than 15 cm. Joint angles whose
+    channels have other names, as an .amc and the .bvh made of it, are compared by the joints both have.
 
     What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
     missing angle as the truth's mean over time, or as the channel's others if they err more, and a missing marker as

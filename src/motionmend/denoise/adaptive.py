@@ -20,6 +20,7 @@ from .kept_distances import noise_by_distances
 from .likeliest_gaps import Process
 from .liveliness import LEAST_LIVELY, MOST_LIVELY, liveliness_of, lively_around
 from .local_prior import Prior
+from .moved_away import moved_away
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
 from .passing_noise import loudness
@@ -42,6 +43,7 @@ OUTLIER_SPAN = 80.0  # degrees or cm over which an outlier may lie
 FIRST_RATE, FIRST_HELD = 0.08, 0.12
 UNCOUPLED = 0.1  # share of the covariance of second differences that is not believed
 BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller count as motion
+STILL = 0.1  # times that where it was seen how little a channel moves
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
@@ -121,7 +123,7 @@ def adapt(
     present = np.isfinite(measured)
     nowhere, leaps = np.zeros(measured.shape, dtype=bool), np.zeros(measured.shape)
     vouched = nowhere if vouched is None else vouched
-    calm = _calm(prior.bends, fps)
+    calm = _calm(prior, fps)
     filled = np.where(present, measured, 0.0)
     louder = loudness(measured, fps, together, joints)
     level, rate = first_noise(measured, louder), np.full(channels, FIRST_RATE)
@@ -139,7 +141,7 @@ def adapt(
         nearer = closer(values) if closer is not None and values is not None and turn == 1 else None
         if nearer is not None:
             before, prior = np.diag(calm), nearer
-            calm = _calm(prior.bends, fps)
+            calm = _calm(prior, fps)
             liveliness = np.clip(liveliness * before / np.diag(calm), LEAST_LIVELY, MOST_LIVELY)
         told = _told(measured, outlier, values, values, prior, noise, fps)
         pull = np.zeros(measured.shape) if values is None else _pull(values, calm, np.sqrt(liveliness))
@@ -158,6 +160,9 @@ def adapt(
             vouched,
         )
         if values is not None:
+            moved, moving = moved_away(measured - values, outlier, noise, fps, together)
+            vouched, outlier = vouched | moved, outlier & ~moved
+            mode = np.where(bends_of(moving), len(FACTORS) - 1, mode)
             back = nowhere if as_pose is None else as_pose(measured, outlier, values)
             if own_leaps is not None:
                 own = own_leaps(measured, outlier & ~back, values)
@@ -206,6 +211,7 @@ def adapt(
         np.square(noise),
         fps,
         taught=prior.bases is not None and not prior.own,
+        still=prior.still,
         markers=together > 1,
         frames=int(present.any(axis=1).sum()),
     )
@@ -219,11 +225,16 @@ def adapt(
     )
 
 
-def _doubted(variance: Floats, noise_var: Floats, fps: float, *, taught: bool, markers: bool, frames: int) -> Floats:
+def _doubted(
+    variance: Floats, noise_var: Floats, fps: float, *, taught: bool, still: Bools | None, markers: bool, frames: int
+) -> Floats:
     """(T, C) variance of the errors to be expected, from what it were (T, C) if all of the model were known."""
     doubt = DOUBT if not markers else DOUBT_OF_MARKERS_TAUGHT if taught else DOUBT_OF_MARKERS_ALONE
     few = 1.0 if taught else 1.0 + FEW / max(1, frames)
-    return np.asarray(doubt * few * variance + noise_var / ((AVERAGED_TAUGHT if taught else AVERAGED_ALONE) * fps))
+    averaged = np.full(variance.shape[1], AVERAGED_TAUGHT if taught else AVERAGED_ALONE)
+    if still is not None:
+        averaged[still] = AVERAGED_TAUGHT  # how little those bend at most is taken, doubt and all
+    return np.asarray(doubt * few * variance + noise_var / (averaged * fps))
 
 
 def _told(
@@ -310,10 +321,12 @@ def _in_gaps(
     return mixed(found, counts), unsure(found, counts, variance, sure_here) * beyond, steps
 
 
-def _calm(bends: Floats, fps: float) -> Floats:
+def _calm(prior: Prior, fps: float) -> Floats:
     """(C, C) covariance of second differences in the calm mode: somewhat uncoupled, and nowhere nothing."""
-    least = least_bend(fps) * np.eye(len(bends))
-    return np.asarray((1.0 - UNCOUPLED) * bends + UNCOUPLED * np.diag(np.diag(bends)) + least)
+    bends, least = prior.bends, np.full(len(prior.bends), least_bend(fps))
+    if prior.still is not None:
+        least[prior.still] *= STILL**2
+    return np.asarray((1.0 - UNCOUPLED) * bends + np.diag(UNCOUPLED * np.diag(bends) + least))
 
 
 def least_bend(fps: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Floats, Ints
+from ..arrays import Bools, Floats, Ints
 from ..numerics.ssa import Eigenbases, at_rate
 from .learning import at_rate as series_at_rate
 from .library import Library, typical_bends
@@ -32,12 +32,14 @@ class Prior:
     bases : patterns at that rate; None without a library.
     stride : frames between windows.
     own : the bases were learned from a first repair of the very recording, and share what that missed.
+    still : (C,) True for channels that bend less than what counts as motion elsewhere; None = none does.
     """
 
     bends: Floats
     bases: Eigenbases | None
     stride: int = 1
     own: bool = False
+    still: Bools | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from .adaptive import least_bend
 from .as_pose import smoother_as_pose
+from .barely_moving import most_bends
 from .bursts import long_runs, short_runs
 from .channels import Channels, to_channels
 from .cloud import CENTIMETRES
@@ -48,6 +49,7 @@ from .untaught import with_untaught
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
+MUCH_LESS = 0.1  # of the variance of second differences that a first repair shows: that less is no chance
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 
 
@@ -301,7 +303,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
         first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False)
         rest = unmoved(first)
-        return _own_prior(kept_still(first, rest), recording, known.fps), rest
+        return _calmed(_own_prior(kept_still(first, rest), recording, known.fps), seen, first, recording), rest
 
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
@@ -337,6 +339,20 @@ def _own_prior(first: Mended, recording: Motion | Markers, rate: float) -> Prior
     whole = isinstance(recording, Motion) and bool(np.isfinite(smooth).all())
     own, pace = _own_bases(smooth, recording.fps, rate) if whole else (None, 1)
     return Prior(own_bends(smooth, first.unseen_bends), own, pace, own=True)
+
+
+def _calmed(prior: Prior, seen: Floats, first: Mended, recording: Motion | Markers) -> Prior:
+    """What is known of a recording where some markers hardly move: they bend no more than their slow changes allow."""
+    if not isinstance(recording, Markers):
+        return prior
+    most, found = np.empty(len(prior.bends)), first.found
+    for own in (slice(at, at + 3) for at in range(0, len(most), 3)):
+        believed = (found.origin[:, own] == Origin.MEASURED) & np.isfinite(seen[:, own])
+        most[own] = most_bends(np.where(believed, seen[:, own], found.values[:, own]))
+    still = most < MUCH_LESS * np.diag(prior.bends)
+    scale = np.ones(len(most))
+    scale[still] = np.sqrt(most[still] / np.diag(prior.bends)[still])
+    return replace(prior, bends=prior.bends * np.outer(scale, scale), still=still)
 
 
 def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | None, int]:

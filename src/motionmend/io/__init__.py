@@ -11,9 +11,9 @@ from typing import Any
 from ..bodies.motion import Markers, Motion, Repaired
 from ..errors import FileError, UsageError
 
-READABLE = (".amc", ".bvh", ".c3d", ".trc", ".csv", ".txt", ".zip")
-WRITABLE = (".amc", ".bvh", ".c3d", ".trc", ".csv")
-_OF_MARKERS = (".c3d", ".trc", ".csv")
+READABLE = (".amc", ".bvh", ".c3d", ".trc", ".csv", ".tsv", ".txt", ".zip")
+WRITABLE = (".amc", ".bvh", ".c3d", ".trc", ".csv", ".tsv")
+_OF_MARKERS = (".c3d", ".trc", ".csv", ".tsv")
 _SLOWEST, _FASTEST = 0.1, 1e5  # Hz; nobody is recorded slower or faster, and work at a usual rate would never end
 
 __all__ = ["READABLE", "WRITABLE", "looks_meant", "read", "write"]
@@ -26,7 +26,7 @@ def read(
 
     Parameters
     ----------
-    path : .amc or .bvh (joint angles); .c3d, .trc, .csv, or ACCAD's .txt or .zip (markers).
+    path : .amc or .bvh (joint angles); .c3d, .trc, .csv, Qualisys' .tsv, or ACCAD's .txt or .zip (markers).
     fps : Hz, of a file that carries no rate. One that carries a rate keeps it.
     skeleton : the .asf of an .amc; looked for beside the file when not given.
 
@@ -68,7 +68,7 @@ def read(
 def looks_meant(path: str | os.PathLike[str]) -> bool:
     """Whether a file that nobody named, but that lies in a folder somebody named, is meant as a recording.
 
-    Endings .txt, .zip and .csv are those of many other things: such a file has to start as a recording does. What
+    Endings .txt, .zip, .csv and .tsv are those of many other things: such a file has to start as a recording does. What
     cannot be opened or is a damaged archive is taken for one, so that reading it says what is wrong.
 
     Parameters
@@ -84,6 +84,10 @@ def looks_meant(path: str | os.PathLike[str]) -> bool:
         from .table import starts_as_table
 
         return starts_as_table(path)
+    if ending == ".tsv":
+        from .qualisys import starts_as_qualisys
+
+        return starts_as_qualisys(path)
     return True
 
 
@@ -92,7 +96,7 @@ def write(path: str | os.PathLike[str], recording: Motion | Markers, *, repaired
 
     Parameters
     ----------
-    path : .amc or .bvh for a Motion; .c3d, .trc or .csv for Markers.
+    path : .amc or .bvh for a Motion; .c3d, .trc, .tsv or .csv for Markers.
     recording : a file of the same kind that it came from gives back everything that is not motion.
     repaired : the repair that made it; a C3D file lists what was filled and replaced, a table has its deviations where
         that had them from which the recording came.
@@ -137,6 +141,10 @@ def _read(file: Path, ending: str, fps: float | None, skeleton: str | os.PathLik
         from .trc import read_trc
 
         return read_trc(file, fps)
+    if ending == ".tsv":
+        from .qualisys import read_qualisys
+
+        return read_qualisys(file)
     if ending == ".csv":
         from .table import read_table
 
@@ -155,6 +163,10 @@ def _write_markers(file: Path, ending: str, markers: Markers, repaired: Repaired
         from .trc import write_trc
 
         write_trc(file, markers)
+    elif ending == ".tsv":
+        from .qualisys import write_qualisys
+
+        write_qualisys(file, markers)
     else:
         from .table import write_table
 

@@ -32,7 +32,7 @@ _KEYS = (
     "OrigNumFrames",
 )
 _WANTED = "a TRC file"
-STATED = "DataRate says"  # begins the guess that takes the header's rate for that of the times
+STATED = "DataRate says"  # begins the guess about a header whose rate is not that of the times
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,12 +165,17 @@ def _number(header: dict[str, str], key: str) -> float:
 
 def _promises(header: dict[str, str], rows: Floats, names: Sequence[str], name: str) -> tuple[str, ...]:
     frames, markers = int(_number(header, "NumFrames")), int(_number(header, "NumMarkers"))
-    if frames > len(rows):
+    first, said = _number(header, "OrigDataStartFrame"), []
+    if frames > len(rows) and not (first and rows[0, 0] > first):
         raise FileError(
             f"{name}: the header promises {counted(frames, 'frame')}, the file holds {len(rows)}: it is cut off; "
-            f"get a complete copy"
+            f"get a complete copy, or write {len(rows)} under NumFrames where that is all"
         )
-    said = []
+    if frames > len(rows):
+        said.append(
+            f"the header says {counted(frames, 'frame')} from {first:g} on, the rows are {rows[0, 0]:g} to "
+            f"{rows[-1, 0]:g}: took them for a part that was cut out"
+        )
     if 0 < frames < len(rows):
         said.append(f"the header says {counted(frames, 'frame')}, the file holds {len(rows)}: took them all")
     if markers not in (0, len(names)):
@@ -181,15 +186,19 @@ def _promises(header: dict[str, str], rows: Floats, names: Sequence[str], name: 
 def _rate(
     header: dict[str, str], lines: Sequence[str], rows: Floats, fps: float | None, name: str
 ) -> tuple[float, tuple[str, ...]]:
-    stated = _number(header, "DataRate")
+    stated, spelt = _number(header, "DataRate"), [line.split("\t", 2)[1] for line in lines[: len(rows)]]
     if not stated and len(rows) > 1:
-        rate, said = steady_rate(rows[:, 1], [line.split("\t", 2)[1] for line in lines[: len(rows)]], name)
+        rate, said = steady_rate(rows[:, 1], spelt, name)
         return rate, (f"DataRate is missing: took {rate:g} Hz from the times", *said)
     if not stated:
         if fps is None:
             raise FileError(f"{name}: wanted a DataRate, this TRC file states none; give it with --fps")
         return fps, (f"the file states no frame rate: took {fps:g} Hz as given",)
     span = rows[-1, 1] - rows[0, 1]
-    if len(rows) > 1 and np.isfinite(span) and abs(span * stated - (len(rows) - 1)) > 0.01 * len(rows) + 0.5:
+    if len(rows) < 2 or not np.isfinite(span) or abs(span * stated - (len(rows) - 1)) <= 0.01 * len(rows) + 0.5:
+        return stated, ()
+    try:
+        rate, said = steady_rate(rows[:, 1], spelt, name)
+    except FileError:
         return stated, (f"{STATED} {stated:g} Hz, the times span {span:g} s: took {stated:g} Hz",)
-    return stated, ()
+    return rate, (f"{STATED} {stated:g} Hz, the times span {span:g} s: took {rate:g} Hz, as they do", *said)
