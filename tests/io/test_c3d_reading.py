@@ -67,6 +67,15 @@ def test_markers_of_real_files(data: Path, name: str, markers: int, up: str, sai
     assert 1.0 < np.nanmax(read.positions[0] @ read.up) < 2.5, "metres, and the head is up"
 
 
+@pytest.mark.parametrize("name", ["cmu_02_01", "cmu_05_13"])
+def test_whole_steps_are_said(data: Path, name: str) -> None:
+    """What was an integer comes back as a real number: a file that looks otherwise than it did is said to."""
+    said = [guess for guess in read_c3d(real(data, name)).guesses if "whole steps of" in guess]
+    assert said == (
+        ["the file holds whole steps of 0.0957 mm: what is written of it are real numbers"] * (name == "cmu_05_13")
+    )
+
+
 def test_real_gaps_are_missing(data: Path) -> None:
     read = read_c3d(real(data, "sfu_0018_Moonwalk001"))
     assert (~read.present).mean() == pytest.approx(0.0301, abs=1e-4)

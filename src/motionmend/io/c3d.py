@@ -98,7 +98,11 @@ def read_c3d(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     with np.errstate(invalid="ignore"):
         far = int((np.abs(xyz[:, chosen][missing]) > LARGEST).any(axis=1).sum())
     void = (f"{far} positions beyond {LARGEST:g} were taken as missing",) if far else ()
-    said = (*notes, *unit_guess, *rate_guess, *points.guesses, *renamed, *void, *_repaired_before(layout))
+    step = (
+        f"the file holds whole steps of {layout.scale * metres * 1000.0:.3g} mm: what is written of it are real numbers"
+    )
+    steps = (step,) if layout.integers else ()
+    said = (*notes, *unit_guess, *rate_guess, *points.guesses, *renamed, *void, *steps, *_repaired_before(layout))
     return Markers(
         names=names,
         positions=positions,
