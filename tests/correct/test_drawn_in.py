@@ -1,4 +1,4 @@
-"""Bones tell of limbs drawn in slowly: what is usual does not go along, and most bones tell how restless a sensor is."""
+"""Bones tell of limbs drawn in slowly: what is usual does not go along, and most bones tell of restlessness."""
 
 import numpy as np
 from hypothesis import given, settings
