@@ -193,8 +193,11 @@ def follow(
         features[:, 0] = away(trust / variance)
         since = np.where(features[:, 0] < np.log1p(2.0), np.inf, since)
         beyond = failing_beyond(failing)
-        likely_before = np.maximum(forecast, 0.5 * beyond)
-        judged, failing = failing, chance_after(with_leaps(features, beyond), likely_before)
+        still = (beyond > 0.5) & (failed > 0.5)
+        odds = np.minimum(np.log(failed / (1.0 - failed)), 4.6) - 4.6 * seconds / 5.0
+        likely_before = np.maximum(forecast, np.where(still, 1.0 / (1.0 + np.exp(-odds)), 0.5 * beyond))
+        said = with_leaps(features, beyond)
+        judged, failing = failing, chance_after(np.where(still, np.maximum(said, 0.0), said), likely_before)
         if np.abs(failing - judged).max() < SETTLED:
             break
     there = loadings @ after[0][:count]
@@ -383,6 +386,11 @@ def counted(sums, spread, lengths, failing, bones, usual, seconds):
         [np.nan_to_num(lengths), np.ones(len(share))]
     )
     return after, np.where(known, wide, spread)
+
+
+def unsteadiness(spread, usual, most):
+    """Usual deviations, wider by the variance of the median bone beyond what is usual."""
+    return usual * np.sqrt(max(1.0, np.median(spread / usual) ** 2 - most**2))
 
 
 def likely(usual, size, standard_lengths, twins):

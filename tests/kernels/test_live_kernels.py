@@ -195,6 +195,9 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
     sums, failing = np.stack([0.3 * count, count]), rng.uniform(0.0, 0.6, JOINTS)
     varied = sums, spread, got[0], failing, BODY.bones, rng.uniform(0.05, 0.5, BONES), 1 / 30
     same(proportions.counted(*varied), naive.counted(*varied))
+    for times in (1.0, 9.0):
+        wide = times * spread, varied[5], 2.0
+        same([proportions.unsteadiness(*wide)], [naive.unsteadiness(*wide)])
 
 
 @given(seed=st.integers(0, 99), size=st.floats(0.6, 1.5), far=st.floats(0.0, 0.3))

@@ -148,9 +148,8 @@ def unsteadiness(watcher: Watcher, spread: Floats) -> Floats:
     does not count. Recordings of one sensor differ as well, and that is no reason to overlook failures. The joints'
     second differences are not asked: who moves briskly would teach that failures are usual.
     """
-    usual = watcher.detector.bone_spread
-    wider = float(np.sqrt(max(1.0, float(np.median(spread / usual)) ** 2 - RANGE**2)))
-    return np.asarray(usual * wider)
+    wider: Floats = proportions.unsteadiness(spread, watcher.detector.bone_spread, RANGE)
+    return wider
 
 
 def size_of(watcher: Watcher, lengths: Floats) -> float:

@@ -23,6 +23,7 @@ RETURNED = 2.0  # standard deviations from where it is expected: a joint that le
 # more strangeness than that, as a feature, says no more.
 KNOWN_SECONDS, CALM, CAP = 1.0, 0.8, 1.8
 COUPLED = 0.5  # probability that a joint fails from which a bone that is nobody's leads to one that does
+SURELY, HELD_SECONDS = 4.6, 5.0  # log-odds that one that failed does as long as both do, and in which they are gone
 MOST = 8.0  # logarithm of the likelihood ratio that one frame can give
 
 
@@ -111,8 +112,8 @@ def follow(
     forecast, failing = np.empty(joints), np.empty(joints)
     for j in range(joints):
         forecast[j] = min(max(failed[j] * (1.0 - out) + (1.0 - failed[j]) * into, 1e-6), 1.0 - 1e-6)
-    beyond = np.zeros(joints)
-    _judge(features, weights, forecast, repeated, left, met, beyond, failing)
+    beyond, doubted = np.zeros(joints), SURELY * seconds / HELD_SECONDS
+    _judge(features, weights, forecast, repeated, left, met, beyond, failed, doubted, failing)
     after_mean, after_cov, there, there_cov = belief_mean, belief_cov, place, place_cov
     for _ in range(ROUNDS):
         for j in range(joints):
@@ -129,7 +130,7 @@ def follow(
             if away[j] < RETURNED:
                 since[j], left[j] = np.inf, 0.0
         _failing_beyond(bones, nobodys, failing, beyond)
-        if _judge(features, weights, forecast, repeated, left, met, beyond, failing) < SETTLED:
+        if _judge(features, weights, forecast, repeated, left, met, beyond, failed, doubted, failing) < SETTLED:
             break
     posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
@@ -163,10 +164,13 @@ def _judge(
     left: Floats,
     met: Floats,
     beyond: Floats,
+    failed: Floats,
+    doubted: float,
     failing: Floats,
 ) -> float:
     """The probability to fail (J,) in place, by the evidence, that of having left where it was well (J,), the time for
-    which it was met (J,) in s, how far what is beyond fails (J,), and what was forecast; the largest change of it."""
+    which it was met (J,) in s, how far what is beyond fails (J,), that it failed before (J,), by how much that is
+    `doubted` as log-odds, and what was forecast; the largest change of it."""
     most = 0.0
     for j in range(features.shape[0]):
         evidence = MOST if repeated[j] else min(_evidence(features[j], weights, False) + left[j], MOST)
@@ -174,7 +178,10 @@ def _judge(
         if known and _steady(features[j], weights) > CALM:
             evidence = min(evidence, _capped(features[j], weights))
         odds = log(forecast[j] / (1.0 - forecast[j]))
-        if beyond[j] > 0.0:
+        if beyond[j] > 0.5 and failed[j] > 0.5:  # it did not come back: its bone would be somebody's again
+            still = min(log(failed[j] / max(1.0 - failed[j], 1e-9)), SURELY) - doubted
+            evidence, odds = max(evidence, 0.0), max(odds, still)
+        elif beyond[j] > 0.0:
             odds = max(odds, log(COUPLED * beyond[j] / (1.0 - COUPLED * beyond[j])))
         now = _chance(evidence + odds)
         most = max(most, abs(now - failing[j]))

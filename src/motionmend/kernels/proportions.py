@@ -159,3 +159,18 @@ def counted(
         after[0, b] = sums[0, b] * fade + (share * lengths[b] if share > 0.0 else 0.0)
         after[1, b] = sums[1, b] * fade + share
     return after, wide
+
+
+@compiled
+def unsteadiness(spread: Floats, usual: Floats, most: float) -> Floats:
+    """(B,) usual deviations of bones' lengths, wider by the variance of the median bone beyond `most` times the usual.
+
+    Parameters
+    ----------
+    spread, usual : (B,) deviations, here and usually.
+    """
+    times = np.empty(len(usual))
+    for b in range(len(usual)):
+        _insert(times, b, spread[b] / usual[b])
+    wider = sqrt(max(1.0, _middle(times, len(usual)) ** 2 - most**2)) if len(usual) > 0 else 1.0
+    return usual * wider
