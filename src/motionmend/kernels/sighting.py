@@ -14,10 +14,8 @@ SHARE, LENGTH = 0.3, 0.03  # of a bone's usual length, and standard m: off by bo
 SPREADS = 7.0  # deviations of the logarithm of its length that are the share, where sensors are restless
 SUSPECT = 0.4  # of that: nearer bones only tell by their z-scores, for sensors stretch them
 NOBODYS = 10.0  # by how much more a joint is off none of whose bones are anybody's, as a logarithm of z-scores
-SELDOM, ALL = (
-    2.0,
-    4.0,
-)  # logarithm of z-scores that all bones at a joint seldom have together; how much more beyond counts
+SELDOM = 2.0  # logarithm of z-scores that all of several bones at a joint seldom have together
+ALL = 4.0  # by how much more counts what is beyond
 SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
