@@ -140,13 +140,16 @@ def chance_after(evidence, forecast):
     return 1.0 / (1.0 + np.exp(-(np.log(forecast / (1.0 - forecast)) + evidence)))
 
 
-def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told, repeated, leaps):
+def follow(
+    factors, weights, lasting, before, belief, standard, seconds, raw, bone, best_bone, told, repeated, leaps, apart
+):
     """One frame of a posture followed through failures; every group is judged by a belief that has not seen it."""
     from motionmend.kernels.following import DOUBT_SECONDS, HOLD_SECONDS, MET_SECONDS, ROUNDS, SETTLED, STRANGER, UNMET
 
     mean, loadings, noise = factors
     own, failed, jerky, met = before
     gone, back, leapt = leaps
+    bones, nobodys = apart
     since = np.where(back, 9.0, np.where(gone & (failed < 0.5), 0.0, leapt + seconds))
     joints, count = len(mean), loadings.shape[2]
     present = np.isfinite(standard).all(axis=1)
@@ -165,24 +168,36 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     def evidence(features):
         return np.where(repeated, 8.0, np.clip(features @ weights[:-1] + weights[-1], -8.0, 8.0))
 
-    def with_leaps(features):
+    def failing_beyond(failing):
+        found = np.zeros(joints)
+        np.maximum.at(found, bones[:, 0], nobodys * failing[bones[:, 1]])
+        return found
+
+    def with_leaps(features, beyond):
         left = 6.0 * np.exp(-since / 3.0)
         found = np.minimum(evidence(features) + left, 8.0)
         blind, capped = features.copy(), features.copy()
         blind[:, :2], capped[:, :2] = 1.0, np.minimum(features[:, :2], 1.8)
         calm = (1.0 / (1.0 + np.exp(evidence(blind))) > 0.8) & (left == 0.0) & (met > 1.0) & ~repeated
+        calm &= beyond < 0.5
         return np.where(calm, np.minimum(found, evidence(capped)), found)
 
     first = away(np.zeros(joints))
     features = np.column_stack([first, first, bone, best_bone, np.log1p(np.maximum(raw, jerk)), told])
     forecast = chain_ahead(failed, seconds, lasting)
-    failing = chance_after(with_leaps(features), forecast)
+    beyond = np.zeros(joints)
+    failing = chance_after(with_leaps(features, beyond), forecast)
     for _ in range(ROUNDS):
         trust = np.where(present & (1.0 - failing > 0.02), 1.0 - failing, 0.0)
         after = factors_seen(loadings, *belief, values, trust / variance)
         features[:, 0] = away(trust / variance)
         since = np.where(features[:, 0] < np.log1p(2.0), np.inf, since)
-        judged, failing = failing, chance_after(with_leaps(features), forecast)
+        beyond = failing_beyond(failing)
+        still = (beyond > 0.5) & (failed > 0.5)
+        odds = np.minimum(np.log(failed / (1.0 - failed)), 4.6) - 4.6 * seconds / 5.0
+        likely_before = np.maximum(forecast, np.where(still, 1.0 / (1.0 + np.exp(-odds)), 0.5 * beyond))
+        said = with_leaps(features, beyond)
+        judged, failing = failing, chance_after(np.where(still, np.maximum(said, 0.0), said), likely_before)
         if np.abs(failing - judged).max() < SETTLED:
             break
     there = loadings @ after[0][:count]
@@ -194,7 +209,8 @@ def follow(factors, weights, lasting, before, belief, standard, seconds, raw, bo
     steady = 1.0 / (1.0 + np.exp(evidence(blind)))
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
     hold, doubt = 1.0 - np.exp(-passed / HOLD_SECONDS), 1.0 - np.exp(-passed / DOUBT_SECONDS)
-    gain = np.where(good > 0.5, good * hold, np.where((steady > 0.8) & (6.0 * np.exp(-since / 3.0) < 1.0), doubt, 0.0))
+    calm = (steady > 0.8) & (6.0 * np.exp(-since / 3.0) < 1.0) & (beyond < 0.5)
+    gain = np.where(good > 0.5, good * hold, np.where(calm, doubt, 0.0))
     ours = own + gain[:, None] * np.where(present[:, None], values - there, 0.0)
     std = failing * np.sqrt(spread + noise + UNMET**2 * np.exp(-met / MET_SECONDS))
     return *after, ours, failing, forecast, jerk, posture, std, met + passed * good, since
@@ -340,8 +356,11 @@ def signs(rows, before, earlier, size, usual, bones, twins, spread, jerk, states
     bent = np.linalg.norm(rows - 2.0 * before + earlier, axis=1) / size / jerk
     told = np.column_stack([states == 1, states == 0, states == 2]) if len(states) else np.zeros((len(rows), 3))
     best = np.log1p(np.where(np.isfinite(best), best, 0.0))
+    asked = np.bincount(bones[np.isfinite(longer)].ravel(), minlength=len(rows))
+    best += np.where(asked > 1, 4.0 * np.maximum(best - 2.0, 0.0), 0.0)
+    nobodys = np.clip(odd - 0.4, 0.0, 1.0)
     best += 10.0 * np.clip(np.where(np.isfinite(broken), broken, 0.0) - 0.4, 0.0, 1.0)
-    return lengths, np.nan_to_num(bent), np.log1p(own), best, told, repeated(rows, before, earlier)
+    return lengths, np.nan_to_num(bent), np.log1p(own), best, nobodys, told, repeated(rows, before, earlier)
 
 
 def repeated(rows, before, earlier):
@@ -353,13 +372,25 @@ def repeated(rows, before, earlier):
     return still & (before == earlier).all(axis=1) & (still.sum() < moved) & (rounded <= 0.1 * moved)
 
 
-def counted(sums, lengths, failing, bones):
-    """Trusted lengths summed, many of them fading."""
+def counted(sums, spread, lengths, failing, bones, usual, seconds):
+    """Trusted lengths summed, many of them fading, those far off counting less; and by how much lengths vary."""
     share = (1.0 - failing[bones[:, 0]]) * (1.0 - failing[bones[:, 1]])
     share = np.where(np.isfinite(lengths) & (share > 0.5), share, 0.0)
-    return sums * np.minimum(1.0, 300.0 / np.maximum(sums[1], 1e-9)) + share * np.stack(
+    with np.errstate(invalid="ignore", divide="ignore"):
+        off = np.abs(np.log(np.maximum(lengths, 1e-6) * sums[1] / np.maximum(sums[0], 1e-6)))
+    known = np.isfinite(lengths) & (sums[1] > 0.0)
+    share = share * np.where(known, np.minimum(1.0, 1.5 * np.maximum(spread, usual) / np.maximum(off, 1e-9)), 1.0)
+    grown = np.exp(max(seconds, 0.0) / 1.5)
+    wide = np.where(off > 0.6745 * spread, spread * grown, np.maximum(spread / grown, 0.2 * usual))
+    after = sums * np.minimum(1.0, 300.0 / np.maximum(sums[1], 1e-9)) + share * np.stack(
         [np.nan_to_num(lengths), np.ones(len(share))]
     )
+    return after, np.where(known, wide, spread)
+
+
+def unsteadiness(spread, usual, most):
+    """Usual deviations, wider by the variance of the median bone beyond what is usual."""
+    return usual * np.sqrt(max(1.0, np.median(spread / usual) ** 2 - most**2))
 
 
 def likely(usual, size, standard_lengths, twins):

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motionmend.arrays import Bools, Floats
+from motionmend.bodies.postures import Postures
 from motionmend.correct import Corrector, CorrectorModel, Pair
 from motionmend.correct.pairs import match
 from motionmend.evaluate.sensor_failures import fail
@@ -14,6 +16,7 @@ from motionmend.io.truth import read_truth
 
 LEARNED = ("m01_s04", "m05_s04", "m07_s05", "m01_s05", "m04_s05", "m05_s06", "m09_s06", "m07_s04")
 TESTED = ("m01_s03", "m05_s03", "m07_s03")
+LIMBS = ("LForearm", "LHand"), ("RLowerLeg", "RFoot", "RToes")
 
 
 def paired(folder: Path, stems: tuple[str, ...]) -> list[Pair]:
@@ -85,3 +88,29 @@ def test_a_limb_that_fails_calmly_from_the_first_frame_is_nobodys(model: Correct
     raw, mended, at_once = (np.concatenate(each).mean() for each in (before, after, live))
     assert mended < 0.75 * raw
     assert at_once < 0.75 * raw
+
+
+def drawn_in(sensor: Postures, limb: tuple[str, ...], share: float = 0.9) -> tuple[Postures, Bools]:
+    """A limb drawn to the trunk within 0.8 s, kept there for a second, and given back; where that is 15 cm."""
+    joints = [sensor.names.index(name) for name in limb]
+    middle = sensor.positions[:, [sensor.names.index(name) for name in ("Waist", "Spine", "Chest")]].mean(axis=1)
+    rise = np.clip((sensor.times - sensor.times[0] - 0.8) / 0.8, 0.0, 1.0)
+    fall = np.clip((sensor.times[0] + 3.4 - sensor.times) / 0.8, 0.0, 1.0)
+    way = share * np.minimum(rise**2 * (3.0 - 2.0 * rise), fall**2 * (3.0 - 2.0 * fall))[:, None, None]
+    positions: Floats = np.array(sensor.positions)
+    positions[:, joints] += way * (middle[:, None] - positions[:, joints])
+    off = np.linalg.norm(positions - sensor.positions, axis=2) > 0.15
+    return replace(sensor, positions=positions, state=None), np.asarray(off)
+
+
+@pytest.mark.parametrize("ahead", [None, 0])
+def test_limbs_that_are_drawn_in_slowly_are_mended(model: CorrectorModel, folder: Path, ahead: int | None) -> None:
+    before, after = [], []
+    for one in paired(folder, TESTED):
+        for limb in LIMBS:
+            spoilt, off = drawn_in(one.sensor, limb)
+            there = off & np.isfinite(one.truth.positions).all(axis=2)
+            found = model.correct(spoilt, look_ahead=ahead).positions
+            before.append(np.linalg.norm(spoilt.positions - one.truth.positions, axis=2)[there])
+            after.append(np.linalg.norm(found - one.truth.positions, axis=2)[there])
+    assert np.concatenate(after).mean() < 0.35 * np.concatenate(before).mean()

@@ -61,9 +61,10 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
         np.where(rng.uniform(size=JOINTS) < 0.5, np.inf, rng.uniform(0.0, 8.0, JOINTS)),
     )
     standard[9] += 0.3
+    apart = BODY.bones, np.where(rng.uniform(size=BONES) < 0.3, rng.uniform(size=BONES), 0.0)
     got = kernel.follow(
         mean, loadings, noise, weights, lasting, *before, *belief, place, place_cov,
-        standard, seconds, raw, bone, best, told, repeated, *leaps,
+        standard, seconds, raw, bone, best, told, repeated, *leaps, *apart,
     )  # fmt: skip
     wanted = naive.follow(
         (mean, loadings, noise),
@@ -79,6 +80,7 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
         told,
         repeated,
         leaps,
+        apart,
     )
     same(got, wanted, rtol=1e-5, atol=1e-6)
     assert got[3][7] == 1.0
@@ -187,14 +189,15 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
     every = (rows, before, earlier, 1.2, usual, BODY.bones, BODY.twins, spread, jerk, states)
     got = sighting.signs(*every)
     same(got, naive.signs(*every))
-    assert got[5].sum() == (still if (still, rounded) in ((3, 0), (3, 1)) else 0)
+    assert got[6].sum() == (still if (still, rounded) in ((3, 0), (3, 1)) else 0)
     assert np.isfinite(np.concatenate([one.ravel() for one in got[1:]])).all()
     count = rng.uniform(0, 600, BONES)
     sums, failing = np.stack([0.3 * count, count]), rng.uniform(0.0, 0.6, JOINTS)
-    same(
-        [proportions.counted(sums, got[0], failing, BODY.bones)],
-        [naive.counted(sums, got[0], failing, BODY.bones)],
-    )
+    varied = sums, spread, got[0], failing, BODY.bones, rng.uniform(0.05, 0.5, BONES), 1 / 30
+    same(proportions.counted(*varied), naive.counted(*varied))
+    for times in (1.0, 9.0):
+        wide = times * spread, varied[5], 2.0
+        same([proportions.unsteadiness(*wide)], [naive.unsteadiness(*wide)])
 
 
 @given(seed=st.integers(0, 99), size=st.floats(0.6, 1.5), far=st.floats(0.0, 0.3))

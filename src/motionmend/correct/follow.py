@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, Ints
 from ..kernels import following as kernel
 from ..numerics import factors as model
 from ..numerics.factors import Belief, Factors
@@ -78,6 +78,8 @@ def follow(
     repeated: Bools,
     gone: Bools,
     back: Bools,
+    bones: Ints,
+    nobodys: Floats,
 ) -> Followed:
     """One frame on.
 
@@ -92,6 +94,7 @@ def follow(
     told : (J, 3) one where the sensor says inferred, not tracked, tracked.
     repeated : (J,) where it says what it said before.
     gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
+    bones, nobodys : (B, 2) parent and child, and (B,) how far the bone has a length that is nobody's, 0 to 1.
     """
     mean, cov, own, failing, chance, jerk, posture, std, met, leapt = kernel.follow(
         factors.mean,
@@ -116,5 +119,7 @@ def follow(
         gone,
         back,
         before.leapt,
+        bones,
+        nobodys,
     )
     return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, met, leapt)

@@ -21,6 +21,7 @@ FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
 SPAN = 2.0  # m, between hands: sides of limbs, not of the trunk, are taken for each other as far apart
 PATIENCE = 1.0  # s; after a longer break only the person's size is remembered
+RANGE = 2.0  # times what is usual; bones vary by so much in some recordings of the sensor that was learned from
 MOST_HOP = 1 / 3  # of the joints; when more hop, somebody else may be there
 NO_STATES = np.zeros(0, dtype=np.uint8)
 
@@ -50,6 +51,7 @@ class Sight:
     placement : of this frame alone.
     direction : (2,) where the trunk points from right to left.
     lengths : (2, B) trusted lengths summed in m, and how many.
+    spread : (B,) by how much the logarithm of each bone's length varies.
     followed : in standard form.
     swapped : (J,) joints whose sides were changed back.
     righted : (J,) joints whose sides, as this frame shows, were confused until now.
@@ -69,6 +71,7 @@ class Sight:
     placement: Placement
     direction: Floats
     lengths: Floats
+    spread: Floats
     followed: Followed
     swapped: Bools
     righted: Bools
@@ -96,6 +99,7 @@ def fresh(watcher: Watcher) -> Sight:
         Placement(np.eye(3)[None], np.zeros((1, 3)), np.ones(1)),
         np.zeros(2),
         np.zeros((2, bones)),
+        watcher.detector.bone_spread,
         begin(watcher.factors),
         np.zeros(joints, dtype=np.bool_),
         np.zeros(joints, dtype=np.bool_),
@@ -125,23 +129,27 @@ def acquainted(watcher: Watcher, rows: Floats, sight: Sight) -> Sight:
 def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
     """The watcher used to how unsteady this recording's bones are throughout, when that is more than it was taught.
 
-    Most joints do not fail most of the time, so the median bone at the median frame shows the sensor's own noise. The
-    joints' second differences do not: who moves briskly would teach it that failures are usual.
-
     Parameters
     ----------
-    rows : (T, J, 3) m by the model's joints.
+    rows : (T, J, 3) m by the model's joints, NaN = missing.
     """
-    off = np.log(np.maximum(bone_lengths(rows, watcher.body), 1e-6))
-    wide = [np.median(np.abs(_some(one, np.zeros(1)) - np.median(_some(one, np.zeros(1))))) / 0.6745 for one in off.T]
-    detector = watcher.detector
-    wider = max(1.0, float(np.median(wide / detector.bone_spread)))
-    return replace(watcher, detector=replace(detector, bone_spread=detector.bone_spread * wider))
+    vary = np.array(watcher.detector.bone_spread)
+    for b, off in enumerate(np.log(np.maximum(bone_lengths(rows, watcher.body), 1e-6)).T):
+        known = off[np.isfinite(off)]
+        if len(known):
+            vary[b] = np.median(np.abs(known - np.median(known))) / proportions.MIDDLE
+    return replace(watcher, detector=replace(watcher.detector, bone_spread=unsteadiness(watcher, vary)))
 
 
-def _some(values: Floats, otherwise: Floats) -> Floats:
-    known = values[np.isfinite(values)]
-    return known if len(known) else otherwise
+def unsteadiness(watcher: Watcher, spread: Floats) -> Floats:
+    """(B,) deviation of the logarithm of each bone's length that is usual here, by what it is in this recording (B,).
+
+    Most joints do not fail, so the median bone shows the sensor's own restlessness; that of one limb that is drawn in
+    does not count. Recordings of one sensor differ as well, and that is no reason to overlook failures. The joints'
+    second differences are not asked: who moves briskly would teach that failures are usual.
+    """
+    wider: Floats = proportions.unsteadiness(spread, watcher.detector.bone_spread, RANGE)
+    return wider
 
 
 def size_of(watcher: Watcher, lengths: Floats) -> float:
@@ -235,7 +243,7 @@ def look(
             rows, states = changed_sides(rows, states, limbs)
             standard = changed(standard, limbs)
             swapped = swapped ^ sides
-    lengths, raw, bone, best_bone, told, repeated = kernel.signs(
+    lengths, raw, bone, best_bone, nobodys, told, repeated = kernel.signs(
         rows,
         sight.rows,
         sight.earlier,
@@ -243,7 +251,7 @@ def look(
         proportions.likely(usual, size, watcher.standard.lengths, body.twins),
         body.bones,
         body.twins,
-        watcher.detector.bone_spread,
+        unsteadiness(watcher, sight.spread),
         watcher.detector.jerk,
         NO_STATES if states is None else states,
     )
@@ -254,8 +262,11 @@ def look(
     if away <= PATIENCE and np.count_nonzero(hop):
         last = sight.placement.inward(sight.rows[None])[0]
         leaps = left_behind(known, standard, last, hop, before.failing, body.mirror, again)
-    signs = raw, bone, best_bone, told, repeated & moved, *leaps
+    signs = raw, bone, best_bone, told, repeated & moved, *leaps, body.bones, nobodys
     followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, *signs)
+    lengths, spread = proportions.counted(
+        sight.lengths, sight.spread, lengths, followed.failing, body.bones, watcher.detector.bone_spread, seconds
+    )
     anyone = bool(np.count_nonzero(np.isfinite(rows)))
     return Sight(
         turn_up,
@@ -266,7 +277,8 @@ def look(
         rows if anyone else sight.latest,
         Placement(placed[0][None], placed[1][None], np.array([placed[2]])),
         direction,
-        proportions.counted(sight.lengths, lengths, followed.failing, body.bones),
+        lengths,
+        spread,
         followed,
         swapped,
         righted,

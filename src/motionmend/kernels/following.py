@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, Ints
 from .compile import compiled
 from .factors import expected, left_out, seen
 
-HOLD_SECONDS = 0.4  # how fast the part of a person's shape that factors do not explain is learned while it is seen
+HOLD_SECONDS = 2.0  # in which a person's own shape is learned while it is seen: sooner, what drifts off would be it
 DOUBT_SECONDS = 1.5  # the same for a joint out of place of which nothing else is wrong: it may be this sensor's way
 STRANGER = 0.05  # standard metres, of a joint's place in people and sensors not met yet, beside the factors' noise
 UNMET = 0.12  # the same of a joint that was never seen going well: it may be in a posture that nobody showed
@@ -22,6 +22,8 @@ RETURNED = 2.0  # standard deviations from where it is expected: a joint that le
 # A joint that was well for a while, did not leap, and of which nothing but its place is wrong, so surely, went there;
 # more strangeness than that, as a feature, says no more.
 KNOWN_SECONDS, CALM, CAP = 1.0, 0.8, 1.8
+COUPLED = 0.5  # probability that a joint fails from which a bone that is nobody's leads to one that does
+SURELY, HELD_SECONDS = 4.6, 5.0  # log-odds that one that failed does as long as both do, and in which they are gone
 MOST = 8.0  # logarithm of the likelihood ratio that one frame can give
 
 
@@ -50,6 +52,8 @@ def follow(
     gone: Bools,
     back: Bools,
     leapt: Floats,
+    bones: Ints,
+    nobodys: Floats,
 ) -> Any:
     """One frame of `correct.follow.follow`: failing (section 4.4) as a hidden Markov chain, the factors by Kalman.
 
@@ -70,6 +74,7 @@ def follow(
     repeated : (J,) where it says what it said before: it does not see the joint.
     gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
     leapt : (J,) s since the joint left so where it went well, infinite = never, or it is back.
+    bones, nobodys : (B, 2) parent and child, and (B,) how far the bone has a length that is nobody's, 0 to 1.
 
     Returns
     -------
@@ -107,7 +112,8 @@ def follow(
     forecast, failing = np.empty(joints), np.empty(joints)
     for j in range(joints):
         forecast[j] = min(max(failed[j] * (1.0 - out) + (1.0 - failed[j]) * into, 1e-6), 1.0 - 1e-6)
-    _judge(features, weights, forecast, repeated, left, met, failing)
+    beyond, doubted = np.zeros(joints), SURELY * seconds / HELD_SECONDS
+    _judge(features, weights, forecast, repeated, left, met, beyond, failed, doubted, failing)
     after_mean, after_cov, there, there_cov = belief_mean, belief_cov, place, place_cov
     for _ in range(ROUNDS):
         for j in range(joints):
@@ -123,7 +129,8 @@ def follow(
             features[j, 0] = log1p(away[j])
             if away[j] < RETURNED:
                 since[j], left[j] = np.inf, 0.0
-        if _judge(features, weights, forecast, repeated, left, met, failing) < SETTLED:
+        _failing_beyond(bones, nobodys, failing, beyond)
+        if _judge(features, weights, forecast, repeated, left, met, beyond, failed, doubted, failing) < SETTLED:
             break
     posture, std, ours, known = np.empty((joints, 3)), np.empty(joints), np.empty((joints, 3)), np.empty(joints)
     passed = seconds if seconds > 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
@@ -135,7 +142,7 @@ def follow(
         gain = 0.0
         if good > 0.5:
             gain = good * hold
-        elif _steady(features[j], weights) > 0.8 and not repeated[j] and left[j] < 1.0:
+        elif _steady(features[j], weights) > 0.8 and not repeated[j] and left[j] < 1.0 and beyond[j] < 0.5:
             gain = doubt
         for d in range(3):
             shape = good * values[j, d] if present[j] else 0.0
@@ -150,19 +157,45 @@ def follow(
 
 @compiled
 def _judge(
-    features: Floats, weights: Floats, forecast: Floats, repeated: Bools, left: Floats, met: Floats, failing: Floats
+    features: Floats,
+    weights: Floats,
+    forecast: Floats,
+    repeated: Bools,
+    left: Floats,
+    met: Floats,
+    beyond: Floats,
+    failed: Floats,
+    doubted: float,
+    failing: Floats,
 ) -> float:
     """The probability to fail (J,) in place, by the evidence, that of having left where it was well (J,), the time for
-    which it was met (J,) in s, and what was forecast; the largest change of it."""
+    which it was met (J,) in s, how far what is beyond fails (J,), that it failed before (J,), by how much that is
+    `doubted` as log-odds, and what was forecast; the largest change of it."""
     most = 0.0
     for j in range(features.shape[0]):
         evidence = MOST if repeated[j] else min(_evidence(features[j], weights, False) + left[j], MOST)
-        if not repeated[j] and left[j] == 0.0 and met[j] > KNOWN_SECONDS and _steady(features[j], weights) > CALM:
+        known = met[j] > KNOWN_SECONDS and left[j] == 0.0 and beyond[j] < 0.5 and not repeated[j]
+        if known and _steady(features[j], weights) > CALM:
             evidence = min(evidence, _capped(features[j], weights))
-        now = _chance(evidence + log(forecast[j] / (1.0 - forecast[j])))
+        odds = log(forecast[j] / (1.0 - forecast[j]))
+        if beyond[j] > 0.5 and failed[j] > 0.5:  # it did not come back: its bone would be somebody's again
+            still = min(log(failed[j] / max(1.0 - failed[j], 1e-9)), SURELY) - doubted
+            evidence, odds = max(evidence, 0.0), max(odds, still)
+        elif beyond[j] > 0.0:
+            odds = max(odds, log(COUPLED * beyond[j] / (1.0 - COUPLED * beyond[j])))
+        now = _chance(evidence + odds)
         most = max(most, abs(now - failing[j]))
         failing[j] = now
     return most
+
+
+@compiled
+def _failing_beyond(bones: Ints, nobodys: Floats, failing: Floats, beyond: Floats) -> None:
+    """Into (J,) how far a joint next outward fails and the bone to it is nobody's (B,): then either end is wrong."""
+    beyond[:] = 0.0
+    for b in range(bones.shape[0]):
+        inner, outer = bones[b, 0], bones[b, 1]
+        beyond[inner] = max(beyond[inner], nobodys[b] * failing[outer])
 
 
 @compiled

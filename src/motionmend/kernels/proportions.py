@@ -1,6 +1,7 @@
 """How long a person's bones are by what a sensor shows of them, and whether it is the sensor that was learned from."""
 
 from math import exp, isfinite, log, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,12 @@ from .compile import compiled
 PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
 ENOUGH = 30.0  # frames beyond which a bone's length counts no more for the size
 LONGEST = 300.0  # frames after which older lengths fade
+LONE = (
+    1.5  # deviations from the mean so far beyond which a length counts the less the farther off it is, as in a median
+)
+MIDDLE = 0.6745  # median of the absolute value of a normal variable
+RESTLESS_SECONDS = 1.5  # in which what lengths vary by is believed to have grown, or fallen, by a factor of e
+CALMEST = 0.2  # of what is usual, and no less
 PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
 ODD = 0.05  # standard m; a bone is off by no more than this and its twin, or it is of a limb that fails
 TRUSTED = 3.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
@@ -118,13 +125,52 @@ def length(rows: Floats, one: int, other: int) -> float:
 
 
 @compiled
-def counted(sums: Floats, lengths: Floats, failing: Floats, bones: Ints) -> Floats:
-    """(2, B) sums of trusted lengths in m and how many, this frame's included; of many, old ones fade."""
-    after = np.empty(sums.shape)
+def counted(
+    sums: Floats, spread: Floats, lengths: Floats, failing: Floats, bones: Ints, usual: Floats, seconds: float
+) -> Any:
+    """Trusted lengths, this frame's included, and by how much lengths vary.
+
+    A limb that is drawn in slowly would take its usual lengths along: what is far from the mean so far counts less.
+
+    Parameters
+    ----------
+    sums : (2, B) of trusted lengths in m, and how many; of many, old ones fade.
+    spread : (B,) deviation of the logarithm of lengths, trusted or not: its median follows step by step.
+    lengths : (B,) m of this frame, NaN = missing.
+    failing : (J,) probability that joints fail.
+    bones : (B, 2).
+    usual : (B,) deviation that is usual.
+    seconds : since the frame before.
+
+    Returns
+    -------
+    sums (2, B) and spread (B,) after this frame.
+    """
+    after, wide = np.empty(sums.shape), spread.copy()
+    grown = exp(max(seconds, 0.0) / RESTLESS_SECONDS)
     for b in range(bones.shape[0]):
         share = (1.0 - failing[bones[b, 0]]) * (1.0 - failing[bones[b, 1]])
         share = share if isfinite(lengths[b]) and share > 0.5 else 0.0
+        if isfinite(lengths[b]) and sums[1, b] > 0.0:
+            off = abs(log(max(lengths[b], 1e-6) * sums[1, b] / max(sums[0, b], 1e-6)))
+            wide[b] = spread[b] * grown if off > MIDDLE * spread[b] else max(spread[b] / grown, CALMEST * usual[b])
+            share *= min(1.0, LONE * max(spread[b], usual[b]) / max(off, 1e-9))
         fade = LONGEST / sums[1, b] if sums[1, b] > LONGEST else 1.0
         after[0, b] = sums[0, b] * fade + (share * lengths[b] if share > 0.0 else 0.0)
         after[1, b] = sums[1, b] * fade + share
-    return after
+    return after, wide
+
+
+@compiled
+def unsteadiness(spread: Floats, usual: Floats, most: float) -> Floats:
+    """(B,) usual deviations of bones' lengths, wider by the variance of the median bone beyond `most` times the usual.
+
+    Parameters
+    ----------
+    spread, usual : (B,) deviations, here and usually.
+    """
+    times = np.empty(len(usual))
+    for b in range(len(usual)):
+        _insert(times, b, spread[b] / usual[b])
+    wider = sqrt(max(1.0, _middle(times, len(usual)) ** 2 - most**2)) if len(usual) > 0 else 1.0
+    return usual * wider

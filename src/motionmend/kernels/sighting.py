@@ -14,6 +14,8 @@ SHARE, LENGTH = 0.3, 0.03  # of a bone's usual length, and standard m: off by bo
 SPREADS = 7.0  # deviations of the logarithm of its length that are the share, where sensors are restless
 SUSPECT = 0.4  # of that: nearer bones only tell by their z-scores, for sensors stretch them
 NOBODYS = 10.0  # by how much more a joint is off none of whose bones are anybody's, as a logarithm of z-scores
+SELDOM = 2.0  # logarithm of z-scores that all of several bones at a joint seldom have together
+ALL = 4.0  # by how much more counts what is beyond
 SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
@@ -264,12 +266,14 @@ def signs(
     Returns
     -------
     lengths (B,) m; second differences by the usual ones (J,); how far the bone to the parent is off, and the bone at
-    the joint that is least so (J,), (J,), logarithms of z-scores, the latter more where it is nobody's bone; (J, 3) one
-    for inferred, not tracked, tracked; (J,) whether the sensor repeats where it had the joint.
+    the joint that is least so (J,), (J,), logarithms of z-scores, the latter more where it is nobody's bone, or where
+    all of several bones are far off; (B,) how far each bone is nobody's, from 0 to 1; (J, 3) one for inferred, not
+    tracked, tracked; (J,) whether the sensor repeats where it had the joint.
     """
     joints, count = rows.shape[0], bones.shape[0]
     lengths, raw, told = np.empty(count), np.empty(joints), np.zeros((joints, 3))
     own, best, broken = np.zeros(joints), np.full(joints, np.inf), np.full(joints, np.inf)
+    nobodys, asked = np.zeros(count), np.zeros(joints, dtype=np.int64)
     for b in range(count):
         lengths[b] = _length(rows, bones[b, 0], bones[b, 1])
     for b in range(count):
@@ -280,6 +284,9 @@ def signs(
                 odd = min(abs(longer), abs(longer - other))
                 odd /= max(SHARE, SPREADS * spread[b]) * usual[b] + LENGTH * size
             off = min(abs(log(max(lengths[b], 1e-6) / max(usual[b], 1e-6))) / spread[b], LENGTHS_OFF)
+            asked[bones[b, 0]] += 1
+            asked[bones[b, 1]] += 1
+        nobodys[b] = min(max(odd - SUSPECT, 0.0), 1.0)
         own[bones[b, 1]] = off
         best[bones[b, 0]] = min(best[bones[b, 0]], off)
         best[bones[b, 1]] = min(best[bones[b, 1]], off)
@@ -291,10 +298,11 @@ def signs(
             square += (rows[j, d] - 2.0 * before[j, d] + earlier[j, d]) ** 2
         raw[j] = sqrt(square) / size / jerk[j] if isfinite(square) else 0.0
         own[j], best[j] = log1p(own[j]), log1p(best[j]) if isfinite(best[j]) else 0.0
+        best[j] += ALL * max(best[j] - SELDOM, 0.0) if asked[j] > 1 else 0.0
         best[j] += NOBODYS * min(max(broken[j] - SUSPECT, 0.0), 1.0) if isfinite(broken[j]) else 0.0
         if states.shape[0] > 0:
             told[j, 0], told[j, 1], told[j, 2] = states[j] == 1, states[j] == 0, states[j] == 2
-    return lengths, raw, own, best, told, _repeated(rows, before, earlier)
+    return lengths, raw, own, best, nobodys, told, _repeated(rows, before, earlier)
 
 
 @compiled
