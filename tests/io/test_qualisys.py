@@ -91,7 +91,7 @@ BAD = {
     "another table": ("a\tb\n1\t2\n", "export it with its header"),
     "binary": ("NO_OF_FRAMES\0", "binary"),
     "bodies": (FULL.replace("\t3D", "\t6D"), "wanted DATA_INCLUDED 3D, came 6D"),
-    "no rate": (FULL.replace("FREQUENCY\t300", "FREQUENCY\t0"), "wanted a FREQUENCY above 0 Hz"),
+    "no rate": (FULL.replace("FREQUENCY\t300", "FREQUENCY\t0"), "wanted a FREQUENCY above 0 Hz.*--fps"),
     "no rows": (KEYS + NAMES + TITLES, "ends before"),
     "fewer rows than promised": (FULL[: FULL.index("9\t0.02")], "promises 3 frames, the file holds 2"),
     "cut in a row": (FULL[:-12], "cut off or damaged"),
@@ -107,6 +107,12 @@ def test_bad_files_are_one_clear_line(tmp_path: Path, kind: str) -> None:
         read(written(tmp_path, text))
     assert "\n" not in str(caught.value)
     assert "a.tsv" in str(caught.value)
+
+
+def test_a_rate_that_the_file_lacks_is_given(tmp_path: Path) -> None:
+    file = read(written(tmp_path, FULL.replace("FREQUENCY\t300\n", "")), fps=200.0)
+    assert file.fps == 200.0
+    assert any("200 Hz as given" in guess for guess in file.guesses)
 
 
 def test_other_tables_in_a_folder_are_not_meant(tmp_path: Path) -> None:

@@ -5,11 +5,13 @@ less. The slow changes of the whole recording say more: steps of variance q unde
 coefficients of variance q / (2 - 2 cos w)² + r.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.fft import dct
 from scipy.stats import chi2
 
-from ..arrays import Floats
+from ..arrays import Floats, frozen
 from .pieces import pieces
 
 PIECE = 4096  # frames of a long recording that are looked at together
@@ -39,13 +41,13 @@ def most_bends(values: Floats) -> Floats:
     parts = [values[part] for part in pieces(len(values), PIECE) if part.stop - part.start >= FEWEST]
     if not parts or not np.isfinite(values).all() or not all(part.std(axis=0).all() for part in parts):
         return unknown
-    powers, expected = [_powers(part) for part in parts], [_expected(len(part)) for part in parts]
+    powers = [_powers(part) for part in parts]
     count = sum(map(len, powers))
-    noise = np.sum([(1.0 / e) @ p for e, p in zip(expected, powers, strict=True)], axis=0) / count  # (ratios, G) r
-    spread = sum(np.log(e).sum(axis=1) for e in expected)
+    noise = np.sum([_shares(len(p))[0] @ p for p in powers], axis=0) / count  # (ratios, G) variance r
+    spread = np.sum([_shares(len(p))[1] for p in powers], axis=0)
     likely = -0.5 * (values.shape[1] * spread + count * np.log(noise).sum(axis=1))
     at = int(np.flatnonzero(likely >= likely.max() - NATS)[-1])
-    explained = (p / (e[at][:, None] * noise[at]) for e, p in zip(expected, powers, strict=True))
+    explained = (p * _shares(len(p))[0][at, :, None] / noise[at] for p in powers)
     return unknown if any(map(_swings, explained)) else np.asarray(RATIOS[at] * noise[at])
 
 
@@ -57,10 +59,13 @@ def _powers(values: Floats) -> Floats:
     return np.asarray(np.square(dct(away, axis=0, norm="ortho")[1:]))
 
 
-def _expected(frames: int) -> Floats:
-    """(ratios, T - 1) what those squares are on average, in variances of the noise."""
-    steps = np.square(2.0 - 2.0 * np.cos(np.pi * np.arange(1, frames) / frames))
-    return np.asarray(RATIOS[:, None] / steps + 1.0)
+@lru_cache(maxsize=2)  # whole pieces and the last one, the same for every marker
+def _shares(count: int) -> tuple[Floats, Floats]:
+    """(ratios, N) variance of the noise by what N such squares are on average, and (ratios,) sums of the logarithms of
+    its inverse."""
+    steps = np.square(2.0 - 2.0 * np.cos(np.pi * np.arange(1, count + 1) / (count + 1)))
+    expected = RATIOS[:, None] / steps + 1.0
+    return frozen(1.0 / expected), frozen(np.log(expected).sum(axis=1))
 
 
 def _swings(explained: Floats) -> bool:

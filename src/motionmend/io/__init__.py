@@ -144,7 +144,7 @@ def _read(file: Path, ending: str, fps: float | None, skeleton: str | os.PathLik
     if ending == ".tsv":
         from .qualisys import read_qualisys
 
-        return read_qualisys(file)
+        return read_qualisys(file, fps)
     if ending == ".csv":
         from .table import read_table
 

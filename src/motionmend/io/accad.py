@@ -16,7 +16,7 @@ import numpy as np
 from ..bodies.motion import Markers
 from ..errors import FileError
 from .columns import lines_of, read_rows, steady_rate, unended
-from .trc import present_in_text
+from .marker_text import present_in_text
 from .units import metres_per_unit
 from .vertical import up_of
 

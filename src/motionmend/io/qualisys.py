@@ -7,17 +7,16 @@ as the exporter was asked; it is written as the file had it.
 
 import codecs
 import os
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..bodies.motion import Markers
-from ..errors import FileError, counted
+from ..errors import FileError
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, unended
-from .trc import present_in_text
+from .marker_text import against_promise, coordinates_for_text, number_of, present_in_text, refuse_twice
 from .units import metres_per_unit
 from .vertical import up_of
 
@@ -41,8 +40,13 @@ class QualisysSource:
     missing: str
 
 
-def read_qualisys(path: str | os.PathLike[str]) -> Markers:
+def read_qualisys(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     """Read the markers of a TSV file that Qualisys Track Manager exported with its header.
+
+    Parameters
+    ----------
+    path : the file.
+    fps : Hz, for a file without FREQUENCY.
 
     Returns
     -------
@@ -61,57 +65,49 @@ def read_qualisys(path: str | os.PathLike[str]) -> Markers:
         raise FileError(f"{name}: wanted {_WANTED} with a line MARKER_NAMES, there is none; export it with its header")
     if head.get("DATA_INCLUDED", ["3D"])[0].strip().upper() != "3D":
         raise FileError(f"{name}: wanted DATA_INCLUDED 3D, came {head['DATA_INCLUDED'][0].strip()}; export the 3D data")
-    if len(set(names)) < len(names):
-        twice = next(one for one in names if names.count(one) > 1)
-        raise FileError(f"{name}: marker {twice} stands in two columns; rename one")
-    rate, promised = (_number(head, key) for key in ("FREQUENCY", "NO_OF_FRAMES"))
-    if not rate:
-        raise FileError(f"{name}: wanted a FREQUENCY above 0 Hz, this TSV file states none; write it into its header")
+    refuse_twice(names, name)
+    stated, promised = (number_of(head.get(key, [""])[0]) for key in ("FREQUENCY", "NO_OF_FRAMES"))
+    rate = stated or fps
+    if rate is None:
+        raise FileError(f"{name}: wanted a FREQUENCY above 0 Hz, this TSV file states none; give it with --fps")
     rows_text = [
         "\t".join("" if cell.strip() == _NULL else cell for cell in line.split("\t")) for line in lines[begin:]
     ]
     numbered = bool(rows_text) and len(rows_text[0].split("\t")) >= 2 + 3 * len(names)
     skipped = 2 if numbered else 0
     rows = read_rows(rows_text, "\t", skipped + 3 * len(names), begin + 1, name)
-    if promised > len(rows):
-        raise FileError(
-            f"{name}: the header promises {counted(int(promised), 'frame')}, the file holds {len(rows)}: it is cut "
-            f"off; get a complete copy, or write {len(rows)} behind NO_OF_FRAMES where that is all"
-        )
     values = rows[:, skipped:].reshape(len(rows), len(names), 3)
     blank = bool(np.isnan(values).any())
     present, void_guesses = present_in_text(values)
     metres, unit_guess = metres_per_unit(["mm"], values, present, "the unit of TSV")
     positions = np.where(present[:, :, None], values * metres, np.nan)
     up, up_guess = up_of(names, positions)
-    said = [*unended(lines), *unit_guess, *void_guesses, *((up_guess,) if up_guess else ())]
-    if 0 < promised < len(rows):
-        said.append(f"the header says {counted(int(promised), 'frame')}, the file holds {len(rows)}: took them all")
+    said = (*against_promise(promised, len(rows), "NO_OF_FRAMES", name), *unended(lines), *unit_guess, *void_guesses)
+    said += () if stated else (f"the file states no frame rate: took {rate:g} Hz as given",)
+    said += (up_guess,) if up_guess else ()
     missing = (_NULL if any(f"\t{_NULL}" in line for line in lines[begin:]) else "") if blank else "0.000"
     start = (float(rows[0, 0]), float(rows[0, 1])) if numbered else None
     source = QualisysSource(tuple(lines[:begin]), start, missing)
-    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=tuple(said))
+    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=said)
 
 
 def write_qualisys(path: str | os.PathLike[str], markers: Markers) -> None:
-    """Write markers to a TSV file in millimetres: with the header, and the missing written as in the TSV file that they
-    came from; else with a header of the keys that matter.
+    """Write markers to a TSV file.
+
+    Parameters
+    ----------
+    path : the file.
+    markers : positions in metres, written in millimetres: with the header, and the missing written as in the TSV file
+        that they came from; else with a header of the keys that matter.
 
     Raises
     ------
     FileError : a name that a TSV file cannot hold, or the file cannot be written.
     """
-    wrong = next((name for name in markers.names if not name.strip() or any(c in name for c in "\t\r\n")), None)
-    if wrong is not None:
-        raise FileError(f"{path}: a TSV file cannot hold the marker name {wrong!r}; rename it")
-    if not markers.names or not markers.frames:
-        raise FileError(f"{path}: a TSV file needs markers and frames, came {len(markers.names)} and {markers.frames}")
+    rows = coordinates_for_text(markers, 0.001, path, _WANTED)
     source = markers.source if isinstance(markers.source, QualisysSource) else _fresh(markers)
     stated = {"NO_OF_FRAMES": str(markers.frames), "FREQUENCY": f"{markers.fps:.9g}"}
     lines = [_restated(line, stated) for line in source.head]
-    values = np.where(markers.present[:, :, None], markers.positions, np.nan) * 1000.0
-    values[~values.any(axis=2), 0] = 1e-6  # on the origin it would read as missing
-    rows = values.reshape(markers.frames, -1)
     first, start = source.numbered or (0.0, 0.0)
     times = cells_of(start + np.arange(markers.frames) / markers.fps)
     for k, row in enumerate(rows):
@@ -142,15 +138,6 @@ def _restated(line: str, stated: dict[str, str]) -> str:
     """A line of the header with the value that now holds."""
     key = line.split("\t", 1)[0]
     return f"{key}\t{stated[key.upper()]}" if key.upper() in stated else line
-
-
-def _number(head: Mapping[str, Sequence[str]], key: str) -> float:
-    """A positive number of the header; 0 when it is missing or none."""
-    try:
-        value = float(head.get(key, ("0",))[0])
-    except (ValueError, IndexError):
-        return 0.0
-    return value if 0 < value < np.inf else 0.0
 
 
 def _starts_with_number(line: str) -> bool:

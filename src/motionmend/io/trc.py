@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Bools, Floats, frozen
+from ..arrays import Floats, frozen
 from ..bodies.motion import Markers
 from ..errors import FileError, counted
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
-from .text import LARGEST
+from .marker_text import against_promise, coordinates_for_text, number_of, present_in_text, refuse_twice
 from .units import metres_per_unit
 from .vertical import up_of
 
@@ -72,9 +72,7 @@ def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     names = [title.strip() for title in lines[titles].split("\t")[2:] if title.strip()]
     if not names:
         raise FileError(f"{name}: wanted marker names behind Frame# and Time, came none; the file is damaged")
-    if len(set(names)) < len(names):
-        twice = next(one for one in names if names.count(one) > 1)
-        raise FileError(f"{name}: marker {twice} stands in two columns; rename one")
+    refuse_twice(names, name)
     begin = next((k for k in range(titles + 1, len(lines)) if _starts_with_number(lines[k])), len(lines))
     rows = read_rows(lines[begin:], "\t", 2 + 3 * len(names), begin + 1, name)
     guesses = (*_promises(header, rows, names, name), *unended(lines))
@@ -99,11 +97,6 @@ def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
     ------
     FileError : a name that a TRC file cannot hold, or the file cannot be written.
     """
-    wrong = next((name for name in markers.names if not name.strip() or any(c in name for c in "\t\r\n")), None)
-    if wrong is not None:
-        raise FileError(f"{path}: a TRC file cannot hold the marker name {wrong!r}; rename it")
-    if not markers.names or not markers.frames:
-        raise FileError(f"{path}: a TRC file needs markers and frames, came {len(markers.names)} and {markers.frames}")
     fresh = TrcSource({"Units": "mm"}, 0.001, 1, 0.0, np.zeros(0))
     source = markers.source if isinstance(markers.source, TrcSource) else fresh
     rate = f"{markers.fps:.9g}"
@@ -120,22 +113,12 @@ def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:
         "\t\t" + "".join(f"X{k}\tY{k}\tZ{k}\t" for k in range(1, count + 1)),
         "",
     ]
-    values = np.where(markers.present[:, :, None], markers.positions, np.nan) / source.metres
-    values[~values.any(axis=2), 0] = 1e-9 / source.metres  # on the origin it would read as missing
+    rows = coordinates_for_text(markers, source.metres, path, _WANTED)
     times = cells_of(source.start + np.arange(markers.frames) / markers.fps)
-    for k, (time, row) in enumerate(zip(times, values.reshape(markers.frames, -1), strict=True)):
+    for k, (time, row) in enumerate(zip(times, rows, strict=True)):
         lines.append("\t".join([str(source.first_frame + k), time, *cells_of(row)]) + "\t")
     with atomic(path) as temporary:
         temporary.write_bytes(("\n".join(lines) + "\n").encode())
-
-
-def present_in_text(values: Floats) -> tuple[Bools, tuple[str, ...]]:
-    """(T, M) which positions count: no NaN, none at (0, 0, 0) or beyond `LARGEST`, which is said where there are."""
-    near = np.asarray((np.abs(values) <= LARGEST).all(axis=2))
-    zero, far = near & ~values.any(axis=2), np.isfinite(values).all(axis=2) & ~near
-    named = ((zero, "at exactly (0, 0, 0)"), (far, f"beyond {LARGEST:g}"))
-    said = tuple(f"{int(some.sum())} positions {where} were taken as missing" for some, where in named if some.any())
-    return np.asarray(near & ~zero), said
 
 
 def _header(lines: Sequence[str]) -> dict[str, str]:
@@ -154,51 +137,41 @@ def _starts_with_number(line: str) -> bool:
     return True
 
 
-def _number(header: dict[str, str], key: str) -> float:
-    """A positive number of the header; 0 when it is missing or none."""
-    try:
-        value = float(header.get(key, "0"))
-    except ValueError:
-        return 0.0
-    return value if 0 < value < np.inf else 0.0
-
-
 def _promises(header: dict[str, str], rows: Floats, names: Sequence[str], name: str) -> tuple[str, ...]:
-    frames, markers = int(_number(header, "NumFrames")), int(_number(header, "NumMarkers"))
-    first, said = _number(header, "OrigDataStartFrame"), []
-    if frames > len(rows) and not (first and rows[0, 0] > first):
-        raise FileError(
-            f"{name}: the header promises {counted(frames, 'frame')}, the file holds {len(rows)}: it is cut off; "
-            f"get a complete copy, or write {len(rows)} under NumFrames where that is all"
+    frames, markers, first = (
+        number_of(header.get(key, "")) for key in ("NumFrames", "NumMarkers", "OrigDataStartFrame")
+    )
+    if frames > len(rows) and first and rows[0, 0] > first:  # no file that is cut off at its end begins so
+        said: tuple[str, ...] = (
+            f"the header says {counted(int(frames), 'frame')} from {first:g} on, the rows are {rows[0, 0]:g} to "
+            f"{rows[-1, 0]:g}: took them for a part that was cut out",
         )
-    if frames > len(rows):
-        said.append(
-            f"the header says {counted(frames, 'frame')} from {first:g} on, the rows are {rows[0, 0]:g} to "
-            f"{rows[-1, 0]:g}: took them for a part that was cut out"
-        )
-    if 0 < frames < len(rows):
-        said.append(f"the header says {counted(frames, 'frame')}, the file holds {len(rows)}: took them all")
-    if markers not in (0, len(names)):
-        said.append(f"the header says {counted(markers, 'marker')}, the file names {len(names)}: took those")
-    return tuple(said)
+    else:
+        said = against_promise(frames, len(rows), "NumFrames", name)
+    if int(markers) not in (0, len(names)):
+        said += (f"the header says {counted(int(markers), 'marker')}, the file names {len(names)}: took those",)
+    return said
 
 
 def _rate(
     header: dict[str, str], lines: Sequence[str], rows: Floats, fps: float | None, name: str
 ) -> tuple[float, tuple[str, ...]]:
-    stated, spelt = _number(header, "DataRate"), [line.split("\t", 2)[1] for line in lines[: len(rows)]]
-    if not stated and len(rows) > 1:
-        rate, said = steady_rate(rows[:, 1], spelt, name)
-        return rate, (f"DataRate is missing: took {rate:g} Hz from the times", *said)
-    if not stated:
+    """Hz, by the times where they are those of a rate, and what is said of it."""
+    stated, steps = number_of(header.get("DataRate", "")), len(rows) - 1
+    span = float(rows[-1, 1] - rows[0, 1])
+    if stated and (not steps or not np.isfinite(span) or abs(span * stated - steps) <= 0.01 * len(rows) + 0.5):
+        return stated, ()
+    if not steps:
         if fps is None:
             raise FileError(f"{name}: wanted a DataRate, this TRC file states none; give it with --fps")
         return fps, (f"the file states no frame rate: took {fps:g} Hz as given",)
-    span = rows[-1, 1] - rows[0, 1]
-    if len(rows) < 2 or not np.isfinite(span) or abs(span * stated - (len(rows) - 1)) <= 0.01 * len(rows) + 0.5:
-        return stated, ()
+    differ = f"{STATED} {stated:g} Hz, the times span {span:g} s: took"
     try:
-        rate, said = steady_rate(rows[:, 1], spelt, name)
+        rate, said = steady_rate(rows[:, 1], [line.split("\t", 2)[1] for line in lines[: len(rows)]], name)
     except FileError:
-        return stated, (f"{STATED} {stated:g} Hz, the times span {span:g} s: took {stated:g} Hz",)
-    return rate, (f"{STATED} {stated:g} Hz, the times span {span:g} s: took {rate:g} Hz, as they do", *said)
+        if not stated:
+            raise
+        return stated, (f"{differ} {stated:g} Hz",)
+    if not stated:
+        return rate, (f"DataRate is missing: took {rate:g} Hz from the times", *said)
+    return rate, ("; ".join([f"{differ} {rate:g} Hz, as they do", *said]),)

@@ -12,9 +12,7 @@ from .compile import compiled
 PRIOR_FRAMES = 5.0  # frames' worth of trust in the standard body's proportions
 ENOUGH = 30.0  # frames beyond which a bone's length counts no more for the size
 LONGEST = 300.0  # frames after which older lengths fade
-LONE = (
-    1.5  # deviations from the mean so far beyond which a length counts the less the farther off it is, as in a median
-)
+LONE = 1.5  # deviations from the mean so far, beyond which a length counts the less the farther off it is
 MIDDLE = 0.6745  # median of the absolute value of a normal variable
 RESTLESS_SECONDS = 1.5  # in which what lengths vary by is believed to have grown, or fallen, by a factor of e
 CALMEST = 0.2  # of what is usual, and no less
