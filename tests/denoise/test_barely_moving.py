@@ -60,6 +60,7 @@ def test_few_frames_open_samples_and_constants_tell_nothing():
     assert np.isinf(most_bends(values[: FEWEST - 1])).all()
     assert np.isinf(most_bends(np.where(np.arange(300)[:, None] == 7, np.nan, values))).all()
     assert np.isinf(most_bends(np.zeros((300, 3)))).all()
+    assert np.isinf(most_bends(np.full((100, 3), [0.1, -0.43, 1.1]))).all()  # their deviation is not quite zero
 
 
 def test_long_recordings_are_looked_at_in_pieces():

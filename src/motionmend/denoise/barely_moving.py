@@ -44,6 +44,8 @@ def most_bends(values: Floats) -> Floats:
     powers = [_powers(part) for part in parts]
     count = sum(map(len, powers))
     noise = np.sum([_shares(len(p))[0] @ p for p in powers], axis=0) / count  # (ratios, G) variance r
+    if not noise.all():  # constant but for what rounding makes of a deviation
+        return unknown
     spread = np.sum([_shares(len(p))[1] for p in powers], axis=0)
     likely = -0.5 * (values.shape[1] * spread + count * np.log(noise).sum(axis=1))
     at = int(np.flatnonzero(likely >= likely.max() - NATS)[-1])
