@@ -1,12 +1,15 @@
 """From the words on a command line to files in and files out."""
 
 import json
+import os
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from motionmend.cli.depth_inputs import gather_depth
 from motionmend.cli.inputs import Input, Job, Refusal, gather, plan, ready
+from motionmend.cli.takes import gather_takes
 from motionmend.errors import UsageError
 
 ENDINGS = (".amc", ".c3d")
@@ -44,9 +47,65 @@ def test_what_a_dot_hides_is_left_out_and_said(takes: Path, capsys: pytest.Captu
     assert "1 more" in said[0]
 
 
+def test_what_is_no_file_is_refused_unread_and_links_to_folders_are_not_followed(
+    takes: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (takes / "gone.amc").symlink_to("nowhere.amc")
+    (takes / "linked.amc").symlink_to("b.amc")
+    (takes / "day1" / "loop").symlink_to(takes)
+    os.mkfifo(takes / "day1" / "pipe.csv")
+    inputs, refused = gather([takes], (*ENDINGS, ".csv"))
+    assert places(inputs) == ["A.C3D", "b.amc", "day1/b.amc", "day1/deep/c.c3d", "gone.amc"]
+    assert [refusal.path for refusal in refused] == [takes / "day1" / "pipe.csv"]
+    said = [line for line in capsys.readouterr().err.splitlines() if "link" in line]
+    assert said == [f"{takes / 'day1' / 'loop'} is left out: a link to a folder; give it by name to take what is in it"]
+    assert len(gather([takes / "day1" / "loop"], ENDINGS)[0]) == 5
+
+
+def test_depth_and_takes_below_a_folder_that_links_to_itself_are_found_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "z" / "depth").mkdir(parents=True)
+    (tmp_path / "linked").symlink_to("z")  # a recording by itself
+    (tmp_path / "loop").symlink_to(".")
+    os.mkfifo(tmp_path / "clip_depth.mat")
+    assert places(gather_depth([tmp_path])[0]) == ["linked"]
+    assert places([take for take, _ in gather_takes([tmp_path], tmp_path / "out")[0]]) == ["linked"]
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(": ")[0] for line in said] == 2 * [
+        f"{tmp_path / 'clip_depth.mat'} is left out",
+        f"{tmp_path / 'loop'} is left out",
+    ]
+
+
 def test_several_folders_keep_their_names(takes: Path) -> None:
     inputs, _ = gather([takes / "day1" / "deep", takes / "b.amc"], ENDINGS)
     assert places(inputs) == ["deep/c.c3d", "b.amc"]
+
+
+def test_a_depth_folder_lies_where_it_lay(tmp_path: Path) -> None:
+    (tmp_path / "day" / "day" / "depth").mkdir(parents=True)
+    (tmp_path / "other" / "depth").mkdir(parents=True)
+    for given, placed in (
+        (["."], ["day/day", "other"]),
+        (["day", "other"], ["day/day", "other"]),
+        (["day"], ["day"]),
+        (["day/day"], ["day"]),
+    ):
+        folders = [tmp_path / one for one in given]
+        assert places(gather_depth(folders)[0]) == placed
+        assert places([take for take, _ in gather_takes(folders, tmp_path / "out")[0]]) == placed
+
+
+def test_a_link_keeps_its_own_name_and_a_point_means_the_folder_there(
+    takes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (takes / "today").symlink_to("day1")
+    inputs, _ = gather([takes / "today", takes / "b.amc"], ENDINGS)
+    assert places(inputs) == ["today/b.amc", "today/deep/c.c3d", "b.amc"]
+    monkeypatch.chdir(takes / "day1" / "deep")
+    assert places(gather([Path(), Path("../b.amc")], ENDINGS)[0]) == ["deep/c.c3d", "b.amc"]
+    assert places(gather([Path(".."), Path("../../b.amc")], ENDINGS)[0])[0] == "day1/b.amc"
 
 
 def test_what_is_given_twice_is_done_once(takes: Path) -> None:
@@ -166,7 +225,7 @@ def test_what_is_there_is_kept_forced_or_resumed(takes: Path, force: bool, resum
 
 def test_an_input_is_never_an_output_whatever_is_forced(takes: Path) -> None:
     inputs = [Input(takes / "b.amc", Path("b.amc")), Input(takes / "A.C3D", Path("A.C3D"))]
-    for target in (takes / "b.amc", takes / "day1" / ".." / "A.C3D"):
+    for target in (takes / "b.amc", takes / "day1" / ".." / "A.C3D", takes / "new" / ".." / "b.amc"):
         job = Job(takes / "b.amc", target, target.with_suffix(""))
         refused = ready(job, inputs, [], force=True, resume=True)
         assert isinstance(refused, Refusal)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending, jobs_of
+from .inputs import NO_FILE, Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, say_not_followed
 
 FORMATS = ("csv", "bvh", "amc")
 _WHAT = "a depth recording (a folder with camera.json and depth/, or a UTD-MHAD *_depth.mat)"
@@ -80,13 +80,15 @@ def _meant(path: Path, *, several: bool) -> list[Input] | Refusal:
     from ..io.depth import looks_like_depth_folder
 
     if looks_like_depth_folder(path):
-        return [Input(path, Path(path.resolve().name))]
+        return [Input(path, Path(name_of(path)))]
     if path.is_dir():
-        top = Path(path.resolve().name) if several else Path()
+        top = Path(name_of(path)) if several else Path()
         found = [Input(one, top / _without_ending(one.relative_to(path))) for one in _below(path)]
         return found or Refusal(path, f"there is no camera.json in this folder: {_WHAT} was wanted")
     if not path.exists():
         return Refusal(path, "no such file or folder")
+    if is_no_file(path):
+        return Refusal(path, NO_FILE)
     if ending(path) != ".mat":
         return Refusal(path, f"{_WHAT} was wanted, came {path.suffix or 'a file without ending'!r}")
     return [Input(path, Path(path.stem))]
@@ -103,9 +105,12 @@ def _below(folder: Path) -> Iterator[Path]:
         if looks_like_depth_folder(one):
             yield one
         elif one.is_dir():
-            yield from _below(one)
+            if one.is_symlink():
+                say_not_followed(one)
+            else:
+                yield from _below(one)
         elif ending(one) == ".mat":
-            if _is_depth(one):
+            if not is_no_file(one) and _is_depth(one):
                 yield one
             else:
                 say(f"{one} is left out: no depth images in it")

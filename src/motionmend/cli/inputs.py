@@ -10,6 +10,8 @@ from pathlib import Path
 
 from ..errors import UsageError
 
+NO_FILE = "a pipe or a device, which cannot be read twice: give a file"
+
 
 @dataclass(frozen=True)
 class Input:
@@ -95,7 +97,7 @@ def gather(
     for path in given:
         found: list[Input] = []
         if path.is_dir():
-            top = Path(path.resolve().name) if several else Path()
+            top = Path(name_of(path)) if several else Path()
             files = _meant(_files_in(path, endings), what, meant)
             found = [Input(file, top / file.relative_to(path)) for file in files]
             if not found:
@@ -110,6 +112,9 @@ def gather(
         else:
             found = [Input(path, Path(path.name))]
         for one in found:
+            if is_no_file(one.path):
+                refused.append(Refusal(one.path, NO_FILE))
+                continue
             whole = one.path.resolve()
             if whole not in seen:
                 seen.add(whole)
@@ -203,20 +208,42 @@ def _owner(sidecar: Path) -> str | None:
 
 
 def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
-    """The files below a folder that have an ending, sorted; says which are left out because their names hide them."""
+    """The files below a folder that have an ending, sorted; says which are left out because their names hide them.
+
+    What is there under such a name but is no file, as a link to nothing, is among them, so that reading it says why.
+    """
     from .output import say
 
     hidden: list[Path] = []
     for file in sorted(folder.rglob("*")):
-        if ending(file) not in endings or not file.is_file():
-            continue
-        if any(part.startswith(".") for part in file.relative_to(folder).parts):
+        unseen = any(part.startswith(".") for part in file.relative_to(folder).parts)
+        if file.is_dir():
+            if file.is_symlink() and not unseen:
+                say_not_followed(file)
+        elif ending(file) in endings and unseen:
             hidden.append(file)
-        else:
+        elif ending(file) in endings:
             yield file
     if hidden:
         files = f"{hidden[0]} is" if len(hidden) == 1 else f"{hidden[0]} and {len(hidden) - 1} more are"
         say(f"{files} left out: hidden by a name that begins with a dot; give such a file by name to take it")
+
+
+def name_of(path: Path) -> str:
+    """The last name of a path, as it was given: of a link its own, of `.` and `..` the folder's."""
+    return path.resolve().name if path.name in ("", "..") else path.name
+
+
+def is_no_file(path: Path) -> bool:
+    """Whether something is there that is neither a file nor a folder: to open it may take for ever."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def say_not_followed(link: Path) -> None:
+    """Say that a link found in a folder is not followed: it may lead back into that folder, or out of it."""
+    from .output import say
+
+    say(f"{link} is left out: a link to a folder; give it by name to take what is in it")
 
 
 def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | None) -> list[Path]:
@@ -227,7 +254,7 @@ def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | Non
     kept: list[Path] = []
     others: dict[Path, list[Path]] = {}
     for file in files:
-        if (meant or looks_meant)(file):
+        if not file.is_file() or (meant or looks_meant)(file):
             kept.append(file)
         else:
             others.setdefault(file.parent, []).append(file)
@@ -241,4 +268,5 @@ def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | Non
 
 
 def _same(a: Path, b: Path) -> bool:
-    return a.exists() and b.exists() and a.samefile(b)
+    """Whether two names are one file's, also by way of folders that are yet to be made."""
+    return a.resolve() == b.resolve() or (a.exists() and b.exists() and a.samefile(b))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending, jobs_of, ready
+from .inputs import Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, ready, say_not_followed
 from .options import Writing
 from .output import say
 
@@ -43,6 +43,8 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
     ------
     UsageError : nothing was given.
     """
+    from ..io.depth import looks_like_depth_folder
+
     if not given:
         raise UsageError("a take was wanted, none was given: name a depth folder, a sensor's recording, or markers")
     found: list[tuple[Input, Kind]] = []
@@ -52,7 +54,8 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
         if not path.exists():
             refused.append(Refusal(path, "no such file or folder"))
             continue
-        top = Path(path.resolve().name) if len(given) > 1 and path.is_dir() else Path()
+        holds_takes = path.is_dir() and not looks_like_depth_folder(path)
+        top = Path(name_of(path)) if len(given) > 1 and holds_takes else Path()
         takes = list(_below(path, top))
         if not takes:
             what = "no take in this folder" if path.is_dir() else f"no take: {_seldom(path)}"
@@ -70,19 +73,22 @@ def _below(path: Path, top: Path) -> Iterator[tuple[Input, Kind]]:
     from ..io.depth import looks_like_depth_folder
 
     if looks_like_depth_folder(path):
-        yield Input(path, top if top.name == path.resolve().name else top / path.resolve().name), "depth"
+        yield Input(path, top / name_of(path)), "depth"
     elif path.is_dir():
         for one in sorted(path.iterdir()):
             if one.name.startswith(".") or one.name.endswith(".mend.json"):
                 continue
             if one.is_dir() and not looks_like_depth_folder(one):
-                yield from _below(one, top / one.name)
+                if one.is_symlink():
+                    say_not_followed(one)
+                else:
+                    yield from _below(one, top / one.name)
                 continue
             takes = list(_below(one, top))
             yield from takes
             if not takes and ending(one) not in (".asf", ".mend", ".toml", ".html"):
                 say(f"{one} is left out: {_seldom(one)}")
-    elif (kind := kind_of_take(path)) is not None:
+    elif not is_no_file(path) and (kind := kind_of_take(path)) is not None:
         yield Input(path, top / path.name), kind
 
 
