@@ -80,6 +80,7 @@ def test_tables_of_joints(cli: Command, tmp_path: Path) -> None:
     truth, other = joints(tmp_path / "truth.csv", 0.0), joints(tmp_path / "other.csv", 0.03, std=0.01)
     facts = json.loads(cli("compare", truth, other, "--json").out)
     assert facts["kind"] == "joints"
+    assert (facts["rms_deg"], facts["foot_skate_cm_s"]) == (None, {"truth": None, "other": None})
     assert round(facts["mean_cm"], 6) == round(facts["p95_cm"], 6) == 3
     assert (facts["share_above_15cm"], facts["missing"]["samples"]) == (0, 0)
     assert set(facts["mean_cm_by_joint"]) == {"pelvis", "head", "l_wrist"}

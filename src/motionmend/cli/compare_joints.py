@@ -55,8 +55,9 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path 
 
 
 def told(truth: Path, other: Path, found: Mapping[str, Any], guesses: tuple[str, ...]) -> Done:
-    """What was found of joints in two files, for people and programs."""
-    facts = {"input": other, "truth": truth, **found, "guesses": guesses}
+    """What was found of joints in two files, for people and programs: under the names that every comparison has."""
+    unknown = {"rms_deg": None, "foot_skate_cm_s": {"truth": None, "other": None}}
+    facts = {"input": other, "truth": truth, **unknown, **found, "guesses": guesses}
     return Done(facts, _table(facts), guesses=guesses)
 
 
