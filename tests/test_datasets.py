@@ -29,6 +29,12 @@ def server() -> Iterator[Server]:
         def do_GET(self) -> None:
             found.asked += 1
             body = CONTENT.get(self.path.lstrip("/"))
+            if self.path == "/broken":  # off in the midst of a piece, as where a proxy gives up
+                self.wfile.write(b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nff\r\ntime,x")
+                return
+            if self.path == "/other":
+                self.wfile.write(b"220 another kind of server\r\n")
+                return
             self.send_response(404 if body is None else 200)
             self.send_header("Content-Length", str(len(body or b"")))
             self.end_headers()
@@ -86,6 +92,10 @@ def test_what_is_not_there_is_one_line(server: Server, tmp_path: Path) -> None:
     nobody = Item("c.csv", "http://127.0.0.1:9/c.csv", "0" * 64, 3)
     with pytest.raises(FileError, match="cannot be fetched"):
         fetch(Dataset("ours", "", "", "", (nobody,)), tmp_path)
+    for path in ("broken", "other"):
+        odd = Item("c.csv", f"http://127.0.0.1:{server.server_address[1]}/{path}", "0" * 64, 3)
+        with pytest.raises(FileError, match="cannot be fetched"):
+            fetch(Dataset("ours", "", "", "", (odd,)), tmp_path)
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == []
 
 

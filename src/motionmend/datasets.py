@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from http.client import HTTPException
 from pathlib import Path
 
 from .errors import FileError, UsageError
@@ -209,7 +210,7 @@ def _fetch(item: Item, target: Path) -> None:
                     file.write(piece)
                     if size > item.size + _SLACK:
                         break
-        except (urllib.error.URLError, TimeoutError, ConnectionError, ValueError) as failure:
+        except (urllib.error.URLError, HTTPException, TimeoutError, ConnectionError, ValueError) as failure:
             why = getattr(failure, "reason", failure)
             raise FileError(
                 f"{target}: {item.url} cannot be fetched ({why}); try again when it can be reached"

@@ -38,6 +38,17 @@ def test_the_demo_repairs_what_it_spoils_within_a_minute(tmp_path: Path) -> None
     assert errors[3] < 0.5 * errors[2]  # centimetres
 
 
+def test_programs_get_one_object_a_recording(cli: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("motionmend.cli.demo.FORMATS", ("c3d",))
+    monkeypatch.setattr("motionmend.cli.demo.SECONDS", 2.0)
+    ran = cli("demo", "--out", tmp_path / "shown", "--json")
+    assert ran.code == 0, ran.err
+    facts = json.loads(ran.out)
+    assert facts["output"] == str(tmp_path / "shown" / "c3d" / "repaired.c3d")
+    assert facts["after"]["mean_cm"] < facts["before"]["mean_cm"]
+    assert facts["before"]["rms_deg"] is None
+
+
 def test_a_folder_with_something_in_it_is_left_alone(cli: Command, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").touch()
     ran = cli("demo", "--out", tmp_path)

@@ -69,10 +69,12 @@ def test_depth_and_takes_below_a_folder_that_links_to_itself_are_found_once(
     (tmp_path / "linked").symlink_to("z")  # a recording by itself
     (tmp_path / "loop").symlink_to(".")
     os.mkfifo(tmp_path / "clip_depth.mat")
+    (tmp_path / ".clip_depth.mat").touch()
     assert places(gather_depth([tmp_path])[0]) == ["linked"]
     assert places([take for take, _ in gather_takes([tmp_path], tmp_path / "out")[0]]) == ["linked"]
     said = capsys.readouterr().err.splitlines()
     assert [line.partition(": ")[0] for line in said] == 2 * [
+        f"{tmp_path / '.clip_depth.mat'} is left out",
         f"{tmp_path / 'clip_depth.mat'} is left out",
         f"{tmp_path / 'loop'} is left out",
     ]

@@ -44,6 +44,10 @@ def test_a_bad_recording_is_told_and_the_page_shows_the_others(cli: Command, lib
     assert len(ran.failures) == 1
     assert "bad.amc" in ran.failures[0]
     assert (tmp_path / "page.html").is_file()
+    ran = cli("report", tmp_path / "bad.amc", library / "take.c3d", "-o", tmp_path / "again.html", "--json")
+    failed, done = map(json.loads, ran.out.splitlines())
+    assert (failed["input"], "error" in failed) == (str(tmp_path / "bad.amc"), True)
+    assert done == {"input": str(library / "take.c3d"), "output": str(tmp_path / "again.html")}
 
 
 def test_a_page_is_not_overwritten_and_never_empty(cli: Command, library: Path, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """`motionmend reproduce` hands over to the scripts of a source checkout."""
 
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -44,6 +45,8 @@ def test_a_claim_that_surprises_is_1(checkout: Path, capsys: pytest.CaptureFixtu
     assert main(["reproduce", "BAD", "-o", str(checkout / "bad")]) == 1
     assert (checkout / "bad" / "REPORT.md").read_text() == "['BAD'] None"
     assert "does not expect" in capsys.readouterr().out
+    assert main(["reproduce", "BAD", "-o", str(checkout / "json"), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out) == {"id": "BAD", "met": True, "as_expected": False, "ours": "3 of 4"}
 
 
 def test_without_a_checkout_it_says_to_clone(

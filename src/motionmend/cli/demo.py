@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from ..errors import FileError
-from .options import Debug, Force
-from .output import say
+from .options import AsJson, Debug, Force
+from .output import json_line, say
 
 if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion, Repaired
@@ -27,6 +27,7 @@ NOISE_DEGREES, NOISE_METRES, OUTLIERS, GAPS, SEED = 3.0, 0.01, 0.1, 0.1, 1
 def demo(
     *,
     out: Annotated[Path, Parameter(name=["-o", "--out"], help="Folder to write to.")] = Path("motionmend-demo"),
+    as_json: AsJson = False,
     force: Force = False,
     debug: Debug = False,
 ) -> int:
@@ -42,8 +43,11 @@ def demo(
         raise FileError(f"{out} is not empty: --force writes into it, or name another folder with --out")
     takes = [_take(out / kind, kind) for kind in FORMATS]
     _show(out, takes[0])
-    print(_table(takes))
-    print(_next_steps(out))
+    for take in takes if as_json else ():
+        print(json_line(_facts(out / take.kind, take)))
+    if not as_json:
+        print(_table(takes))
+        print(_next_steps(out))
     say(f"{perf_counter() - start:.0f} s: {out}")
     return 0
 
@@ -138,6 +142,18 @@ def _show(out: Path, take: _Take) -> None:
         up=skeleton.up,
         ghost=at["clean"],
     )
+
+
+def _facts(folder: Path, take: _Take) -> dict[str, Any]:
+    """A recording's files and its errors before and after, in degrees and centimetres."""
+    return {
+        "input": folder / f"spoiled.{take.kind}",
+        "output": folder / f"repaired.{take.kind}",
+        **{
+            when: {"rms_deg": found.rms_deg, "mean_cm": found.mean_cm, "share_missing": found.missing["share"]}
+            for when, found in (("before", take.before), ("after", take.after))
+        },
+    }
 
 
 def _table(takes: list[_Take]) -> str:

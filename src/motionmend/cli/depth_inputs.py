@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..errors import FileError, UsageError
-from .inputs import NO_FILE, Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, say_not_followed
+from .inputs import NO_FILE, Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, say_hidden, say_not_followed
 
 FORMATS = ("csv", "bvh", "amc")
 _WHAT = "a depth recording (a folder with camera.json and depth/, or a UTD-MHAD *_depth.mat)"
@@ -99,8 +99,11 @@ def _below(folder: Path) -> Iterator[Path]:
     from ..io.depth import looks_like_depth_folder
     from .output import say
 
-    for one in sorted(folder.iterdir()):
-        if one.name.startswith("."):
+    within = sorted(folder.iterdir())
+    hidden = [one for one in within if one.name.startswith(".")]
+    say_hidden([one for one in hidden if ending(one) == ".mat"])
+    for one in within:
+        if one in hidden:
             continue
         if looks_like_depth_folder(one):
             yield one

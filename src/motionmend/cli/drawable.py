@@ -34,7 +34,7 @@ class Drawable:
 
 
 def read_drawable(
-    files: Sequence[Path], fps: float | None, skeleton: Path | None, debug: bool
+    files: Sequence[Path], fps: float | None, skeleton: Path | None, *, debug: bool, as_json: bool = False
 ) -> tuple[list[Drawable], list[Failure], list[Refusal]]:
     """What can be drawn of files and folders; what cannot be read, and what was guessed, is told.
 
@@ -44,6 +44,7 @@ def read_drawable(
     fps : Hz, of files that carry no rate.
     skeleton : an .asf for .amc files that have none beside them.
     debug : tell failures with their tracebacks.
+    as_json : tell failures on stdout too, as JSON.
 
     Returns
     -------
@@ -52,9 +53,9 @@ def read_drawable(
     from ..io import READABLE
     from ..io.sensor import SENSOR_ENDINGS
 
-    inputs, refused = gather(files, (*READABLE, *SENSOR_ENDINGS), meant=_meant)
+    inputs, refused = gather(files, {*READABLE, *SENSOR_ENDINGS}, meant=_meant)
     for refusal in refused:
-        tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=debug)
+        tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=as_json, debug=debug)
     found: list[Drawable] = []
     failures: list[Failure] = []
     guesses: dict[str, list[Path]] = {}
@@ -62,7 +63,7 @@ def read_drawable(
         try:
             found.append(Drawable(one.path, str(one.place), *_read(one.path, fps, skeleton)))
         except MotionMendError as error:
-            failures.append(failed(one.path, error, debug))
+            failures.append(failed(one.path, error, debug=debug, as_json=as_json))
             continue
         for guess in found[-1].recording.guesses:
             guesses.setdefault(guess, []).append(one.path)
@@ -70,10 +71,10 @@ def read_drawable(
     return found, failures, refused
 
 
-def failed(path: Path, error: MotionMendError, debug: bool) -> Failure:
+def failed(path: Path, error: MotionMendError, *, debug: bool, as_json: bool = False) -> Failure:
     """The failure of an input, told."""
     failure = Failure(type(error).__name__, str(error), "")
-    tell_failure(path, failure, as_json=False, debug=debug)
+    tell_failure(path, failure, as_json=as_json, debug=debug)
     return failure
 
 

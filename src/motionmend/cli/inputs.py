@@ -212,8 +212,6 @@ def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
 
     What is there under such a name but is no file, as a link to nothing, is among them, so that reading it says why.
     """
-    from .output import say
-
     hidden: list[Path] = []
     for file in sorted(folder.rglob("*")):
         unseen = any(part.startswith(".") for part in file.relative_to(folder).parts)
@@ -224,9 +222,16 @@ def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
             hidden.append(file)
         elif ending(file) in endings:
             yield file
-    if hidden:
-        files = f"{hidden[0]} is" if len(hidden) == 1 else f"{hidden[0]} and {len(hidden) - 1} more are"
-        say(f"{files} left out: hidden by a name that begins with a dot; give such a file by name to take it")
+    say_hidden(hidden)
+
+
+def say_hidden(files: Sequence[Path]) -> None:
+    """Say which files found in a folder are left out because their names hide them."""
+    from .output import say
+
+    if files:
+        which = f"{files[0]} is" if len(files) == 1 else f"{files[0]} and {len(files) - 1} more are"
+        say(f"{which} left out: hidden by a name that begins with a dot; give such a file by name to take it")
 
 
 def name_of(path: Path) -> str:

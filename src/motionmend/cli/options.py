@@ -2,10 +2,17 @@
 
 import os
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
 from cyclopts import Parameter
+
+
+def _rate(_type: object, value: float | None) -> None:
+    if value is not None and not 0 < value < inf:
+        raise ValueError("A frame rate above 0 Hz was wanted.")
+
 
 Files: TypeAlias = Annotated[
     Path, Parameter(help="Recordings, or folders that are searched for them to any depth.", negative="")
@@ -16,7 +23,7 @@ Out: TypeAlias = Annotated[
 ]
 Rate: TypeAlias = Annotated[
     float | None,
-    Parameter(help="Rate in Hz of files that carry none (.amc: 120 when not given)."),
+    Parameter(help="Rate in Hz of files that carry none (.amc: 120 when not given).", validator=_rate),
 ]
 SkeletonFile: TypeAlias = Annotated[
     Path | None,

@@ -1,6 +1,7 @@
 """`motionmend report`: a page that plays recordings."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,8 +9,8 @@ from cyclopts import Parameter
 
 from ..errors import FileError, MotionMendError, UsageError, counted
 from .drawable import failed, read_drawable
-from .options import Debug, Files, Force, Rate, SkeletonFile
-from .output import exit_code, say
+from .options import AsJson, Debug, Files, Force, Rate, SkeletonFile
+from .output import exit_code, json_line, say
 
 if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion, Repaired
@@ -20,6 +21,7 @@ def report(
     out: Annotated[Path, Parameter(name=["-o", "--out"], help="The page to write; ends in .html.")],
     fps: Rate = None,
     skeleton: SkeletonFile = None,
+    as_json: AsJson = False,
     force: Force = False,
     debug: Debug = False,
 ) -> int:
@@ -38,26 +40,32 @@ def report(
     rest = [file for file in files if file not in depth]
     if out.exists() and not force:
         raise FileError(f"{out} is there already: --force overwrites it")
-    drawn, failures, refused = read_drawable(rest, fps, skeleton, debug) if rest or not depth else ([], [], [])
+    tell = partial(failed, debug=debug, as_json=as_json)
+    read = partial(read_drawable, rest, fps, skeleton, debug=debug, as_json=as_json)
+    drawn, failures, refused = read() if rest or not depth else ([], [], [])
     shown: list[tuple[str, Motion | Markers]] = []
+    sources: list[Path] = []
     facts: dict[str, str] = {}
     repaired: Repaired[Any] | None = None  # of several the last, for the page has one line of samples' origins
     for one in drawn:
         try:
             said, done = _said_beside(one.path, one.recording)
         except FileError as error:
-            failures.append(failed(one.path, error, debug))
+            failures.append(tell(one.path, error))
             continue
         facts |= said
         repaired = done or repaired
         shown.append((one.name, one.recording))
+        sources.append(one.path)
     tables = {one.name: one.joints for one in drawn if one.joints is not None}
     pictures: list[tuple[str, bytes]] = []
+    pictured: list[Path] = []
     for path in depth:
         try:
             pictures += pictures_of(path, tables)
+            pictured.append(path)
         except MotionMendError as error:
-            failures.append(failed(path, error, debug))
+            failures.append(tell(path, error))
     if depth and not rest:
         named = ", ".join(map(str, depth))
         raise FileError(f"{out} not written: {named} holds images alone: give the file tracked from them too (.csv)")
@@ -65,6 +73,8 @@ def report(
         raise FileError(f"{out} not written: none of the recordings given can be shown")
     out.parent.mkdir(parents=True, exist_ok=True)
     html_report(out, shown, repaired=repaired, facts=facts, pictures=pictures)
+    for source in (*sources, *pictured) if as_json else ():
+        print(json_line({"input": source, "output": out}))
     say(f"{counted(len(shown), 'recording')}: {out}")
     return exit_code(failures, refused)
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from ..errors import FileError
-from .options import Debug
-from .output import say
+from .options import AsJson, Debug
+from .output import json_line, say
 
 CLAIMS = Path("papers") / "claims.toml"
 
@@ -23,6 +23,7 @@ def reproduce(
     out: Annotated[Path, Parameter(name=["-o", "--out"], help="Folder for REPORT.md and the figures.")] = Path(
         "reproduced"
     ),
+    as_json: AsJson = False,
     debug: Debug = False,
 ) -> int:
     """Run the claims of the papers and write what came out beside what was claimed: REPORT.md and figures.
@@ -33,7 +34,7 @@ def reproduce(
     sys.path.insert(0, str(root))
     try:
         papers = import_module("papers")  # of the checkout; no part of the installed package
-        results = papers.run(ids, data, out, on_done=_tell)
+        results = papers.run(ids, data, out, on_done=_tell_json if as_json else _tell)
     finally:
         sys.path.remove(str(root))
     say(str(out / "REPORT.md"))
@@ -45,6 +46,11 @@ def _tell(result: dict[str, Any]) -> None:
     verdict = "met" if result["met"] else "not met"
     surprise = "" if result["as_expected"] else ", which the project does not expect"
     print(f"{result['id']}: {verdict}{surprise}: {result['ours']}", flush=True)
+
+
+def _tell_json(result: dict[str, Any]) -> None:
+    """The same for programs: the claim's id, what was claimed and found, and whether that meets it."""
+    print(json_line(result), flush=True)
 
 
 def _checkout() -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, ready, say_not_followed
+from .inputs import Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, ready, say_hidden, say_not_followed
 from .options import Writing
 from .output import say
 
@@ -70,13 +70,18 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
 
 def _below(path: Path, top: Path) -> Iterator[tuple[Input, Kind]]:
     """The takes that one name stands for; a place has the name of its take."""
+    from ..io import READABLE
     from ..io.depth import looks_like_depth_folder
+    from ..io.sensor import SENSOR_ENDINGS
 
     if looks_like_depth_folder(path):
         yield Input(path, top / name_of(path)), "depth"
     elif path.is_dir():
-        for one in sorted(path.iterdir()):
-            if one.name.startswith(".") or one.name.endswith(".mend.json"):
+        within = sorted(path.iterdir())
+        hidden = [one for one in within if one.name.startswith(".")]
+        say_hidden([one for one in hidden if ending(one) in {*READABLE, *SENSOR_ENDINGS}])
+        for one in within:
+            if one in hidden or one.name.endswith(".mend.json"):
                 continue
             if one.is_dir() and not looks_like_depth_folder(one):
                 if one.is_symlink():

@@ -28,7 +28,7 @@ def view(
     if not 0 <= port <= HIGHEST:
         raise UsageError(f"--port: a port from 0 to {HIGHEST} was wanted, came {port}")
     need_viewer()
-    drawn, failures, refused = read_drawable(files, fps, skeleton, debug)
+    drawn, failures, refused = read_drawable(files, fps, skeleton, debug=debug)
     if not drawn:
         raise FileError("none of the recordings given can be shown")
     shown = [(one.name, one.recording) for one in drawn]

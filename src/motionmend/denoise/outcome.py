@@ -77,7 +77,8 @@ def left_as_recorded(recording: Motion | Markers, unknown: Ints) -> str:
 def left_open(origin: Bytes) -> tuple[str, ...]:
     """The sentence that says how many samples (T, C) were left open; none where none was."""
     left = int((origin == Origin.LEFT_OPEN).sum())
-    return (f"{left} missing samples were left open: nothing near them supports a value",) if left else ()
+    which = "1 missing sample was" if left == 1 else f"{left} missing samples were"
+    return (f"{which} left open: nothing near supports a value",) if left else ()
 
 
 def classic_outcome(

@@ -31,8 +31,9 @@ def as_recorded(recording: Recording, outcome: Repaired[Recording]) -> Repaired[
         guess = np.full(len(recording.names), GUESS_PLACE)
         places = np.where(present[..., None], recording.positions, outcome.recording.positions)
         kept = outcome.recording.with_positions(places)
+    few = f"{counted(recording.frames, 'frame')} {'tells' if recording.frames == 1 else 'tell'}"
     said = (
-        f"{counted(recording.frames, 'frame')} tell too little of noise and outliers: what was measured is kept, and "
+        f"{few} too little of noise and outliers: what was measured is kept, and "
         f"deviations of {np.degrees(GUESS):.0f} degrees or {100.0 * GUESS_PLACE:.0f} cm at least are a guess"
     )
     return replace(
