@@ -47,8 +47,25 @@ def test_a_written_motion_can_always_be_read_again(folder, tmp_path_factory):
     assert (out / "small_02.asf").exists()
     assert height(read_amc(out / "small_02.amc").skeleton) == pytest.approx(28 * UNIT)
     assert height(read_amc(out / "small_01.amc").skeleton) == pytest.approx(29 * UNIT)
-    with pytest.raises(FileError, match=r"small_02\.asf beside it, which holds another one"):
-        write_amc(out / "small_02.amc", motion)
+    (out / "other.amc").unlink()  # whose other.asf is then, nobody knows
+    with pytest.raises(FileError, match=r"other\.asf beside it, which holds another one"):
+        write_amc(out / "other.amc", changed)
+
+
+def test_a_motion_that_is_written_over_takes_its_skeleton_with_it_and_no_other_s(folder, tmp_path_factory):
+    out = tmp_path_factory.mktemp("out")
+    motion = read_frames(folder, HEADER + FRAMES)
+    (folder / "small.asf").write_text(ASF.replace("length 14", "length 13"))
+    changed = read_frames(folder, HEADER + FRAMES)
+    write_amc(out / "walk.amc", motion)
+    write_amc(out / "walk.amc", changed)
+    assert sorted(p.name for p in out.iterdir()) == ["walk.amc", "walk.asf"]
+    assert height(read_amc(out / "walk.amc").skeleton) == pytest.approx(28 * UNIT)
+    write_amc(out / "walk_2.amc", changed)
+    assert sorted(p.name for p in out.iterdir()) == ["walk.amc", "walk.asf", "walk_2.amc"]
+    with pytest.raises(FileError, match=r"walk\.asf beside it, which holds another one"):
+        write_amc(out / "walk.amc", motion)
+    assert height(read_amc(out / "walk_2.amc").skeleton) == pytest.approx(28 * UNIT)
 
 
 def test_any_skeleton_acclaim_can_express(tmp_path):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..batch import Task
+from ..errors import counted
 from .folders import new_folders, ready_and_housed
 from .inputs import Input, Job, gather, plan
 from .options import Working, Writing
@@ -111,7 +112,8 @@ def _without(out: Path, inputs: list[Input], files: Sequence[Path]) -> list[Inpu
         return inputs
     kept = [one for one in inputs if one.path in files or whole not in one.path.resolve().parents]
     if len(kept) < len(inputs):
-        say(f"{len(inputs) - len(kept)} recordings below {out} are left out: they are outputs")
+        left = counted(len(inputs) - len(kept), "recording")
+        say(f"{left} below {out} left out: outputs")
     return kept
 
 

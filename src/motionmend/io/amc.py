@@ -144,7 +144,8 @@ def write_amc(path: str | Path, motion: Motion) -> None:
     Raises
     ------
     MismatchError : when an .asf cannot express the skeleton.
-    FileError : when `<stem>.asf` lies there already and holds another skeleton.
+    FileError : when `<stem>.asf` lies there already and holds another skeleton, unless an .amc of this name does so,
+        too, and goes with it, and it is no other's.
     """
     path = Path(path)
     skeleton = motion.skeleton
@@ -224,10 +225,25 @@ def _place_asf(path: Path, asf: Asf) -> None:
         if name.lower() not in taken:
             write_asf(path.with_name(name), asf)
             return
+    own = next(p for p in beside if p.name.lower() == names[-1].lower())
+    if path.exists() and own not in map(_skeleton_found, _others_beside(path)):
+        write_asf(own, asf)  # that of the motion which is written over
+        return
     raise FileError(
         f"{path}: its skeleton must go to {names[-1]} beside it, which holds another one; "
         "write to another name or folder"
     )
+
+
+def _others_beside(path: Path) -> list[Path]:
+    return [p for p in path.parent.iterdir() if p.suffix.lower() == ".amc" and p != path and not p.name.startswith(".")]
+
+
+def _skeleton_found(path: Path) -> Path | None:
+    try:
+        return find_asf(path)
+    except FileError:
+        return None
 
 
 def _holds(path: Path, asf: Asf) -> bool:
