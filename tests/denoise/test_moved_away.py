@@ -32,6 +32,12 @@ def away(kind, frames, together, size, seed):
     return np.outer(shape, side), np.repeat(outlier[:, None], together, axis=1)
 
 
+def test_what_was_rejected_and_is_off_by_nothing_stays_so():
+    moved, moving = moved_away(np.zeros((60, 1)), np.ones((60, 1), dtype=bool), np.ones((60, 1)), FPS, 1)
+    assert not moved.any()
+    assert not moving.any()
+
+
 @given(SEEDS, st.sampled_from(["moves", "moves and comes back"]), st.sampled_from([1, 3]), st.floats(12.0, 1e3))
 @settings(max_examples=40, deadline=None)
 def test_what_moves_bit_by_bit_is_no_outlier(seed, kind, together, size):

@@ -43,6 +43,8 @@ def moved_away(off: Floats, outlier: Bools, noise: Floats, fps: float, together:
         run, chance = off[frames, own], float(np.square(noise[frames, own]).sum(axis=1).mean())
         sizes = np.linalg.norm(run, axis=1)
         size = float(np.nanmedian(sizes))
+        if not size > 0:  # rejected, and off by nothing
+            continue
         leap = max(_leap(off[:, own], at, at_once) for at in (frames.start, frames.stop))
         changes = float(np.nanmedian(np.square(np.diff(run, axis=0)).sum(axis=1))) - 2.0 * chance
         one_side = float(np.linalg.norm(np.nanmean(run, axis=0)) / np.nanmean(sizes))

@@ -16,6 +16,7 @@ from .layout import Layout
 from .optimise import SCALE
 from .pieces import pieces
 from .repair import ChannelRepair
+from .too_short import GUESS, GUESS_PLACE
 
 
 def repaired_recording(
@@ -34,9 +35,10 @@ def repaired_recording(
     values = brought_back(recording, channels, found) if values is None else values
     scale = si_unit(recording, layout, channels.columns)
     origin, std, weights = _own_columns(recording, layout, channels, found, scale)
-    if isinstance(recording, Motion):
-        _judge_root(recording, values, origin)
     warnings = list(found.warnings)
+    if isinstance(recording, Motion):
+        warnings += _root_as_recorded(recording, values, std, weights)
+        _judge_root(recording, values, origin)
     warnings += left_open(origin)
     unknown = np.setdiff1d(np.arange(len(recording.channels)), channels.columns)
     if len(unknown):
@@ -187,6 +189,28 @@ def _own_noise(recording: Motion | Markers, layout: Layout, channels: Channels, 
         noise = np.sqrt(np.square(noise.reshape(len(layout.names), 3)).mean(axis=1))
     own[channels.columns[here]] = noise[here]
     return own
+
+
+def _root_as_recorded(motion: Motion, values: Floats, std: Singles, weights: Singles) -> list[str]:
+    """Give the root's own samples back, in place, where its others are unknown; says of which none is known ever.
+
+    Place and orientation are channels of their own as a whole: a frame that lacks one of the three has none of them.
+    Where no frame has all, nothing tells where the body is, or where it faces, and what is missing of it stays open.
+    """
+    said: list[str] = []
+    turns, moves = root_rows(motion.skeleton)
+    for rows, guess in ((turns, GUESS), (moves, GUESS_PLACE)):
+        present = np.isfinite(motion.q[:, rows])
+        lost = present & ~np.isfinite(values[:, rows])
+        if len(rows) and not present.all(axis=1).any():
+            lost[:] = True
+            names = ", ".join(motion.channels[row] for row in rows)
+            said.append(f"no frame has all of {names}: of these what was measured is kept, the rest left open")
+        for row, back, there in zip(rows, lost.T, present.T, strict=True):
+            values[back, row] = motion.q[back, row]
+            std[back, row] = np.where(there[back], guess, np.nan)
+            weights[back, row] = there[back]
+    return said
 
 
 def _judge_root(motion: Motion, values: Floats, origin: Bytes) -> None:
