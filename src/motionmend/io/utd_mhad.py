@@ -82,9 +82,13 @@ def _volume(path: Path, name: str) -> np.ndarray[Any, Any]:
     except NotImplementedError:
         raise FileError(f"{name}: a MATLAB 7.3 file; save it with -v7 to have it read") from None
     except OSError as failure:
-        raise FileError(f"{name}: wanted {_WANTED}, cannot open it: {failure.strerror or failure}") from None
+        if failure.strerror is not None:  # the system's; a reader's own says that bytes lack
+            raise FileError(f"{name}: wanted {_WANTED}, cannot open it: {failure.strerror}; check the path") from None
+        raise FileError(f"{name}: wanted {_WANTED}, it is cut off ({failure}); get a complete copy") from None
     except Exception:  # scipy raises whatever a damaged stream leads to: zlib.error, ValueError, TypeError, ...
-        raise FileError(f"{name}: wanted {_WANTED}, this is no MATLAB file or it is cut off or damaged") from None
+        raise FileError(
+            f"{name}: wanted {_WANTED}, this is no MATLAB file or it is cut off or damaged; get a complete copy"
+        ) from None
     if _VARIABLE not in held:
         raise FileError(f"{name}: wanted {_WANTED}, there is no {_VARIABLE} in it; give the *_depth.mat")
     volume = held[_VARIABLE]
