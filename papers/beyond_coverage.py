@@ -51,7 +51,9 @@ def run(mocap: Path, pictures: Path) -> Findings:
             _table("Errors within the interval, mean over clips, by noise and outliers", by_cell, CELLS, cell_name),
             _table("The same by problem, mean over cells", by_problem, tuple(PROBLEMS), str),
             _table("In gaps", in_gaps, KINDS, ABOUT.__getitem__),
-            _table(f"In gaps of channels that stray by more than {AT_REST} degrees", in_moving, KINDS, ABOUT.__getitem__),
+            _table(
+                f"In gaps of channels that stray by more than {AT_REST} degrees", in_moving, KINDS, ABOUT.__getitem__
+            ),
         ),
     )
 
