@@ -38,7 +38,7 @@ def but_for_lost_capture(
         if frames
     ]
     if not lost.any():
-        outcome = repair(recording)
+        outcome: Repaired[Recording] = repair(recording)
         return replace(outcome, warnings=(*said, *outcome.warnings))
     if still.any():
         said.append(
