@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from .beyond_common import ABOUT_PROBLEMS, CELLS, LEVELS, PROBLEMS, adaptive_tries, cell_name, in_parallel
-from .beyond_gaps import ABOUT, KINDS, TRIED, coverage_in
+from .beyond_gaps import ABOUT, AT_REST, KINDS, TRIED, coverage_in
 from .common import Findings, Table
 
 Key = TypeVar("Key")
@@ -30,24 +30,30 @@ def run(mocap: Path, pictures: Path) -> Findings:
     }
     cases = [(problem, kind) for problem in TRIED for kind in KINDS]
     measured = dict(zip(cases, in_parallel(partial(coverage_in, mocap), cases), strict=True))
-    in_gaps = {
-        (level, kind): _mean(found[level] for case, found in measured.items() if case[1] == kind)
-        for level in LEVELS
-        for kind in KINDS
-    }
+    in_gaps, in_moving = (
+        {
+            (level, kind): _mean(found[level + which] for case, found in measured.items() if case[1] == kind)
+            for level in LEVELS
+            for kind in KINDS
+        }
+        for which in ("", " moving")
+    )
     values = {}
     for level in LEVELS:
-        for name, table in (("cells", by_cell), ("gaps", in_gaps)):
+        for name, table in (("cells", by_cell), ("gaps", in_gaps), ("moving", in_moving)):
             shares = [100 * share for (one, _), share in table.items() if one == level]
             values |= {f"{name}_{level}_low": min(shares), f"{name}_{level}_high": max(shares)}
             values[f"{name}_{level}"] = float(np.mean(shares))
     return Findings(
         values=values,
-        notes=(ABOUT_PROBLEMS, "Gaps: the clips and gaps of B6, missing samples only."),
+        notes=(ABOUT_PROBLEMS, "Gaps: those of B6 in all clips of its problems, missing samples only."),
         tables=(
             _table("Errors within the interval, mean over clips, by noise and outliers", by_cell, CELLS, cell_name),
             _table("The same by problem, mean over cells", by_problem, tuple(PROBLEMS), str),
             _table("In gaps", in_gaps, KINDS, ABOUT.__getitem__),
+            _table(
+                f"In gaps of channels that stray by more than {AT_REST} degrees", in_moving, KINDS, ABOUT.__getitem__
+            ),
         ),
     )
 

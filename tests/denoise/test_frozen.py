@@ -6,7 +6,7 @@ from performers import joints_model, markers_model, truth
 
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.frozen import frozen
+from motionmend.denoise.frozen import frozen, held_ends
 from motionmend.evaluate import compare
 from motionmend.io import read
 from motionmend.samples import markers
@@ -154,3 +154,26 @@ def test_clean_recordings_hold_one_arm_that_froze(data):
     assert set(found) == {"16_01"}
     frames, samples = found["16_01"]
     assert (frames[0], frames[-1], samples) == (185, 202, 90)
+
+
+@pytest.mark.parametrize("length", [40, 60])
+def test_frames_at_the_ends_that_repeat_each_other_are_left_and_said(clean, length):
+    values = _values(clean).copy()
+    values[:length], values[-length - 5 :] = values[length], values[-length - 6]
+    held = _with(clean, values)
+    assert held_ends(clean) == (0, 0)
+    assert held_ends(held) == (length + 1, length + 6)
+    assert held_ends(_with(clean, np.broadcast_to(values[:1], values.shape).copy())) == (0, 0)
+    repaired = repair_without_model(held)
+    assert any(f"the first {length + 1} frames repeat each other" in said for said in repaired.warnings)
+    assert any(f"the last {length + 6} frames repeat each other" in said for said in repaired.warnings)
+    assert not any("repeat each other" in said for said in repair_without_model(clean).warnings)
+
+
+def test_markers_that_are_not_seen_hold_nothing():
+    values = markers(truth("walk")).positions.copy()
+    values[:60] = values[60]
+    values[:60, 3] = np.nan
+    assert held_ends(Markers(markers(truth("walk")).names, values, 120.0)) == (61, 0)
+    values[20:40] = np.nan
+    assert held_ends(Markers(markers(truth("walk")).names, values, 120.0)) == (0, 0)

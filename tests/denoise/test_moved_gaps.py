@@ -3,10 +3,11 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import t as student
 
 from motionmend.denoise.adaptive import adapt
 from motionmend.denoise.local_prior import Prior
-from motionmend.denoise.moved_gaps import MOST_EXCESS, excess, gaps_of, hidden_by, laid_elsewhere
+from motionmend.denoise.moved_gaps import MOST_EXCESS, beyond_normal, excess, gaps_of, hidden_by, laid_elsewhere
 
 FPS = 30.0
 
@@ -69,6 +70,14 @@ def test_deviations_become_as_large_as_errors_elsewhere_are(seed, larger):
     assert beyond.max() <= MOST_EXCESS**2
     away[rng.random(away.shape) < 0.3] = np.nan  # of what does not tell nothing is looked at
     assert np.isfinite(excess(gaps, moved, away, variance, np.isfinite(away))).all()
+
+
+@given(freedom=st.floats(2.5, 100.0), scale=st.floats(0.1, 10.0))
+def test_intervals_hold_what_they_promise_of_errors_with_long_tails_too(freedom, scale):
+    sizes = scale * student.ppf(0.5 + 0.5 * (np.arange(4000) + 0.5) / 4000, freedom)
+    deviation = np.sqrt(beyond_normal(sizes, np.arange(1.0, 4001.0)))
+    assert 0.68 <= (sizes <= deviation).mean() <= 0.73
+    assert 0.90 <= (sizes <= 1.96 * deviation).mean() <= 0.955
 
 
 def test_nothing_to_look_at_leaves_deviations_as_they_are():

@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, wrapped
+from ..denoise.frozen import held_ends
 from ..errors import counted
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does
@@ -68,10 +69,14 @@ def jumps(motion: Motion) -> tuple[Jump, ...]:
 
 
 def suspicions(recording: Motion | Markers) -> tuple[Suspicion, ...]:
-    """Channels or markers outside their limits, never moving, or faster than people are."""
-    if isinstance(recording, Motion):
-        return _of_motion(recording)
-    return _of_markers(recording)
+    """Channels or markers outside their limits, never moving, held at an end, or faster than people are."""
+    every, ends = "every channel" if isinstance(recording, Motion) else "every marker", held_ends(recording)
+    held = tuple(
+        Suspicion(every, "held", f"in the {which} {count} frames, to the last digit")
+        for which, count in zip(("first", "last"), ends, strict=True)
+        if count
+    )
+    return held + (_of_motion(recording) if isinstance(recording, Motion) else _of_markers(recording))
 
 
 def _of_motion(motion: Motion) -> tuple[Suspicion, ...]:

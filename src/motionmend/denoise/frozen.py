@@ -82,6 +82,30 @@ def frozen(recording: Motion | Markers) -> Bools:
     return found if holds >= 0 else np.zeros_like(found)  # who holds poses more often without a leap is drawn
 
 
+def held_ends(recording: Motion | Markers) -> tuple[int, int]:
+    """How many frames at the start and at the end repeat each other to the last digit in all that is seen.
+
+    A pose before or after the motion, or capture that had not begun or went on no more: nothing tells which.
+
+    Returns
+    -------
+    (first, last), each 0 or more frames than `RESTS` lasts; (0, 0) for what never moves.
+    """
+    steps = max(recording.frames - 1, 0)
+    moves, seen = np.zeros(steps, dtype=np.bool_), np.zeros(steps, dtype=np.bool_)
+    for _, values, _ in parts_of(recording):
+        step = np.diff(values, axis=0)
+        there = np.isfinite(step).all(axis=1)
+        seen |= there
+        moves |= there & (step != 0.0).any(axis=1)
+    if not moves.any():
+        return 0, 0
+    same = seen & ~moves  # steps; a frame of which nothing is seen repeats nothing
+    first, last = (int(np.argmax(~way)) for way in (same, same[::-1]))
+    least = max(1.0, RESTS * recording.fps)
+    return (first + 1 if first >= least else 0), (last + 1 if last >= least else 0)
+
+
 def parts_of(recording: Motion | Markers) -> Iterator[tuple[Ints, Floats, float]]:
     """What moves as one: its channels that ever move (N,), their samples (T, N) degrees or cm, the step of its digits.
 

@@ -1,11 +1,12 @@
 """What capture lost and wrote all the same: frozen frames, and joints that fell to 0. It is repaired as if missing."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from ..arrays import Bools, runs
 from ..bodies.motion import Recording, Repaired
 from .dropped import dropped
-from .frozen import frozen
+from .frozen import frozen, held_ends
 from .held import named, recorded_but_lost, without
 
 SAID = 6  # stretches that a warning names at most
@@ -23,14 +24,22 @@ def but_for_lost_capture(
 
     Returns
     -------
-    Lost samples were recorded, so that they are repaired, or left open, and said.
+    Lost samples were recorded, so that they are repaired, or left open, and said. Frames at either end that repeat each
+    other are said, too.
     """
     fallen = dropped(recording)
     still = frozen(without(recording, fallen) if fallen.any() else recording)
     lost = fallen | still
+    said: list[str] = [
+        f"the {which} {frames} frames repeat each other to the last digit: a pose that was held, or capture that {what}"
+        for which, what, frames in zip(
+            ("first", "last"), ("had not begun", "had ended"), held_ends(recording), strict=True
+        )
+        if frames
+    ]
     if not lost.any():
-        return repair(recording)
-    said = []
+        outcome: Repaired[Recording] = repair(recording)
+        return replace(outcome, warnings=(*said, *outcome.warnings))
     if still.any():
         said.append(
             f"{int(still.sum())} samples were frozen and taken as missing, {_frames(still)}: they repeat each other to "
