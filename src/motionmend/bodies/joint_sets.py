@@ -316,10 +316,10 @@ def _set_holding(names: Sequence[str]) -> JointSet | None:
 
 
 def _plain(name: str) -> str:
-    """A name in lower case without punctuation, or Nuitrack's `JOINT_` before it; Azure's recorder once spelt the navel
-    another way."""
+    """A name in lower case without punctuation, or Nuitrack's `JOINT_` or the SDK's `JointType_` before it; Azure's
+    recorder once spelt the navel another way."""
     plain = re.sub(r"[^a-z0-9]", "", name.lower()).replace("naval", "navel")
-    return re.sub(r"^joint(?=[a-z])", "", plain)
+    return re.sub(r"^joint(type)?(?=[a-z])", "", plain)
 
 
 def _bare(name: str) -> str:

@@ -1,7 +1,8 @@
 """Azure Kinect bodies in JSON, as the offline processor of the body tracking samples writes them.
 
 `joint_names`, `bone_list` and `frames`, each with `timestamp_usec` and `bodies`: `body_id`, `joint_positions` (mm;
-x right, y down, z forward) and, from some recorders, confidence levels (0 none, 1 low, 2 medium, 3 high). Source:
+x right, y down, z forward) and, from some recorders, confidence levels (0 none, 1 low, 2 medium,
+3 high) under one key or another. Source:
 microsoft/Azure-Kinect-Samples, body-tracking-samples/offline_processor.
 """
 
@@ -21,7 +22,6 @@ from .several_bodies import Track, one_person
 
 WANTED = "Azure Kinect bodies in JSON"
 _MM = 1e-3
-_CONFIDENCES = ("joint_confidences", "joint_confidence_levels", "confidence_levels", "joint_confidence")
 
 
 def read_azure(path: str | os.PathLike[str], fps: float | None = None) -> Postures:
@@ -86,7 +86,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         for frame in tracks[body].frames:
             positions[frame] = places[body, frame]
             one = found[body, frame]
-            levels = next((one[key] for key in _CONFIDENCES if key in one), None)
+            levels = next((one[key] for key in one if "confidence" in key), None)
             if levels is not None:
                 confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
                 stated = True

@@ -43,7 +43,7 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     lines = read_lines(path, _WANTED)
     titles = [title.strip() for title in next(csv.reader([lines[0]]))]
     places = _places(titles, name)
-    rows = read_rows(lines[1:], ",", len(titles), 2, name)
+    rows = read_rows([line.replace('"', "") for line in lines[1:]], ",", len(titles), 2, name)
     times = rows[:, 0]
     if np.isnan(times).any():
         row = int(np.flatnonzero(np.isnan(times))[0]) + 2
@@ -143,7 +143,7 @@ def _beside(rows: Floats, places: dict[str, dict[str, int]], what: str) -> Float
     """(T, J) of what stands beside the positions; NaN where a joint lacks it, None where all do."""
     if not any(what in found for found in places.values()):
         return None
-    missing = np.full(len(rows), np.nan)
+    missing = np.full(len(rows), TRACKED if what == "state" else np.nan)  # a joint of which no state is told
     return np.stack([rows[:, found[what]] if what in found else missing for found in places.values()], axis=1)
 
 

@@ -11,11 +11,12 @@ import numpy as np
 
 from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
-from .kinect_table import layout_without_titles, titles_of_kinect
-from .number_rows import split_cells
-from .sensor_source import SensorSource, even_times, with_absent
+from .kinect_titles import columns_of, columns_without_titles
+from .number_rows import all_numbers, split_cells
+from .sensor_source import SensorSource, even_times, seconds_of, with_absent
 
 SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
+_SLOWEST = 5.0  # s from one frame to the next; more is of another unit
 _HEAD = 1 << 16  # bytes that hold the first row of every format
 
 # What a file is whose content is known but no sensor's skeleton, and what to do with it.
@@ -176,6 +177,8 @@ def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
     """With a source; that a file may be cut off, or its times do not rise, is a warning and no guess."""
     cut = tuple(guess for guess in postures.guesses if "cut off" in guess or "goes back" in guess)
     rest = tuple(guess for guess in postures.guesses if guess not in cut)
+    postures, unit = _in_seconds(postures)
+    rest += unit
     steps = np.diff(postures.times)
     if len(steps) and not (steps > 0).any():
         times, said = even_times(postures.frames, fps, why="the times do not rise")
@@ -186,6 +189,16 @@ def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
     if same:
         cut = (*cut, f"{same} of {postures.frames} times are those of the row before")
     return replace(postures, source=SensorSource(kind, cut), guesses=rest)
+
+
+def _in_seconds(postures: Postures) -> tuple[Postures, tuple[str, ...]]:
+    """With times in seconds, and a sentence where the file's must be of a smaller unit, as no sensor is so slow."""
+    rising = np.diff(postures.times)
+    rising = rising[rising > 0]
+    if not len(rising) or np.median(rising) <= _SLOWEST:
+        return postures, ()
+    times, said, _ = seconds_of(postures.times)
+    return replace(postures, times=times), said
 
 
 def _head(file: Path) -> str:
@@ -199,7 +212,8 @@ def _head(file: Path) -> str:
         raise FileError(
             f"{file}: wanted a sensor's recording, cannot read it: {failure}; get a complete copy"
         ) from None
-    return start.decode("utf-8-sig", errors="replace")
+    wide = start[:2] in (b"\xff\xfe", b"\xfe\xff")
+    return start.decode("utf-16" if wide else "utf-8-sig", errors="replace")
 
 
 def _azure(file: Path, head: str) -> bool:
@@ -223,17 +237,15 @@ def _of_text(file: Path, head: str) -> str:
     if not lines:
         return ""
     cells = split_cells(lines[0])
-    try:
-        [float(cell) for cell in cells]
-    except ValueError:
+    if not all_numbers(cells):
         if starts_as_joint_table(file):
             return "joints"
         if any(line.lower().startswith("frame#") for line in lines[:20]):
             return "trc"
-        return "table" if titles_of_kinect(cells) else "markers" if cells[0].lower() in ("field", "time") else ""
+        return "table" if columns_of(cells) else "markers" if cells[0].lower() in ("field", "time") else ""
     if len(cells) == 66:
         return "uiprmd angles" if is_angles(file) else "uiprmd"
     if len(cells) == 1 and len(lines) > 2 and len(split_cells(lines[2])) == 10:
         return "ntu"
     known = {3 * len(MARKERS): "uiprmd markers", 175: "keraal", 119: "keraal bodies"}
-    return known.get(len(cells), "table" if layout_without_titles(len(cells)) else "")
+    return known.get(len(cells), "table" if columns_without_titles(len(cells)) else "")

@@ -10,7 +10,7 @@ from ..errors import UsageError
 from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
-_UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7}
+_UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7, "nanoseconds": 1e-9}
 
 
 @dataclass(frozen=True)
