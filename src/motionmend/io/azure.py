@@ -47,7 +47,9 @@ def read_azure(path: str | os.PathLike[str], fps: float | None = None) -> Postur
         raise FileError(f"{name}: wanted {WANTED} with `frames` that hold `bodies`; check the file")
     try:
         return _postures(content, name, fps)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as failure:
+    except KeyError as lacking:
+        raise FileError(f"{name}: wanted {WANTED}, a frame or body lacks {lacking}; repair it") from None
+    except (TypeError, ValueError, AttributeError, OverflowError) as failure:
         raise FileError(f"{name}: wanted {WANTED}, a frame is not as it should be ({failure!r}); repair it") from None
 
 

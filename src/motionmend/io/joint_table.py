@@ -17,10 +17,12 @@ from ..bodies.postures import TRACKED, Postures
 from ..errors import FileError
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, unended
+from .sensor_source import seconds_of
 
 _WANTED = "a table with time,<joint>_x,<joint>_y,<joint>_z,..."
 _AXES = ("x", "y", "z")
 BESIDE = ("std", "reliability", "state")
+_SLOWEST = 5.0  # s from one frame to the next; more is of another unit
 _TICK = 1e-6  # s; times that 9 significant digits would move by more are written in full
 
 
@@ -54,6 +56,8 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     _check(beside, name)
     state = beside["state"]
     guesses = unended(lines)
+    times, of_unit = _in_seconds(times)
+    guesses += of_unit
     falling = int((np.diff(times) < 0).sum())
     if falling:
         guesses += (f"the time goes back {falling} times: rows are kept in the order of the file",)
@@ -118,6 +122,15 @@ def beside_of(path: str | os.PathLike[str]) -> frozenset[str]:
     """Which of `std`, `reliability` and `state` the titles of a table have."""
     titles = next(csv.reader([read_lines(path, _WANTED)[0]]))
     return frozenset(what for title in titles if (what := title.strip().rpartition("_")[2]) in BESIDE)
+
+
+def _in_seconds(times: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Times (T,) in seconds, and a sentence where they must be of a smaller unit, as no sensor is so slow."""
+    rising = np.diff(times)
+    rising = rising[rising > 0]
+    if not len(rising) or np.median(rising) <= _SLOWEST:
+        return times, ()
+    return seconds_of(times)[:2]
 
 
 def _places(titles: Sequence[str], name: str) -> dict[str, dict[str, int]]:

@@ -13,10 +13,9 @@ from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
 from .kinect_titles import columns_of, columns_without_titles
 from .number_rows import all_numbers, split_cells
-from .sensor_source import SensorSource, even_times, seconds_of, with_absent
+from .sensor_source import SensorSource, even_times, with_absent
 
 SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
-_SLOWEST = 5.0  # s from one frame to the next; more is of another unit
 _HEAD = 1 << 16  # bytes that hold the first row of every format
 
 # What a file is whose content is known but no sensor's skeleton, and what to do with it.
@@ -177,8 +176,6 @@ def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
     """With a source; that a file may be cut off, or its times do not rise, is a warning and no guess."""
     cut = tuple(guess for guess in postures.guesses if "cut off" in guess or "goes back" in guess)
     rest = tuple(guess for guess in postures.guesses if guess not in cut)
-    postures, unit = _in_seconds(postures)
-    rest += unit
     steps = np.diff(postures.times)
     if len(steps) and not (steps > 0).any():
         times, said = even_times(postures.frames, fps, why="the times do not rise")
@@ -189,16 +186,6 @@ def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
     if same:
         cut = (*cut, f"{same} of {postures.frames} times are those of the row before")
     return replace(postures, source=SensorSource(kind, cut), guesses=rest)
-
-
-def _in_seconds(postures: Postures) -> tuple[Postures, tuple[str, ...]]:
-    """With times in seconds, and a sentence where the file's must be of a smaller unit, as no sensor is so slow."""
-    rising = np.diff(postures.times)
-    rising = rising[rising > 0]
-    if not len(rising) or np.median(rising) <= _SLOWEST:
-        return postures, ()
-    times, said, _ = seconds_of(postures.times)
-    return replace(postures, times=times), said
 
 
 def _head(file: Path) -> str:
