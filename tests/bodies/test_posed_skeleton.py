@@ -7,7 +7,7 @@ from motionmend.arrays import Floats
 from motionmend.bodies.joint_sets import KINECT25, MEDIAPIPE33, UIPRMD22, meanings
 from motionmend.bodies.posed_skeleton import motion_of
 from motionmend.bodies.postures import Postures
-from motionmend.bodies.skeleton import positions
+from motionmend.bodies.skeleton import positions, rest_positions
 from motionmend.errors import MismatchError
 
 COCO = tuple(f"{side}{part}" for side in "LR" for part in ("Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle"))
@@ -69,6 +69,21 @@ def test_limbs_move_by_themselves_whatever_joints_there_are(names: tuple[str, ..
     known = [k for k, meaning in enumerate(meanings(names)) if meaning.removeprefix("l_").removeprefix("r_") in REST]
     assert len(known) >= len(COCO)
     assert apart(moving(names))[:, known].max() < 0.01
+
+
+@pytest.mark.parametrize("names", [OPENPOSE, KINECT25.names])
+def test_who_sits_stands_at_rest(names: tuple[str, ...]) -> None:
+    """So that a .bvh, which states no unit, is not taken for one in inches."""
+    postures = moving(names)
+    sat = np.repeat(postures.positions[:1], 5, axis=0)
+    for k, meaning in enumerate(meanings(names)):
+        if meaning[2:] in ("knee", "ankle", "heel", "foot"):
+            sat[:, k] += [0.0, 0.4, 0.4]
+    seated = Postures(names, sat, np.arange(5) / 30)
+    skeleton = motion_of(seated).skeleton
+    assert apart(seated).max() < 1e-4
+    tall = np.ptp(rest_positions(skeleton)[:, 1])
+    assert 1.3 < tall < 2.0
 
 
 def test_the_trunk_has_the_shape_of_most_frames_not_of_the_first() -> None:

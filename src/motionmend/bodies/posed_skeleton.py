@@ -20,7 +20,8 @@ def motion_of(postures: Postures, fps: float | None = None) -> Motion:
     Each joint that carries others has three angles, chosen by least squares over the bones that leave it; the turn
     about a single bone is its parent's. Bones whose length varies end beside the positions by as much. Where a sensor
     has no pelvis, or nothing between its shoulders, a joint there is added, `MidHip` and `MidShoulder`: limbs that hang
-    from each other could not move by themselves.
+    from each other could not move by themselves. At rest legs are straight and in line with the trunk, whoever sits:
+    readers tell a file's unit by how tall that is.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def motion_of(postures: Postures, fps: float | None = None) -> Motion:
     up = {joint: k for k, joint in enumerate(order)}
     tree = np.array([-1 if above[j] < 0 else up[int(above[j])] for j in order], dtype=np.int64)
     names, places = tuple(names[j] for j in order), places[:, order]
-    offsets = _offsets(names, tree, places)
+    offsets = _standing(names, tree, _offsets(names, tree, places))
     for _ in range(_ROUNDS):
         skeleton = _skeleton(names, tree, offsets)
         turns = _turns(skeleton, places)
@@ -85,6 +86,22 @@ def _offsets(names: tuple[str, ...], tree: Ints, places: Floats) -> Floats:
     offsets = np.zeros((len(names), 3))
     offsets[1:] = _pointing(bones[first, np.arange(len(first))]) * lengths[:, None]
     return offsets
+
+
+def _standing(names: tuple[str, ...], tree: Ints, offsets: Floats) -> Floats:
+    """Offsets (J, 3) with thighs and shins, which alone leave their joints, in line with the trunk."""
+    at = {meaning: k for k, meaning in enumerate(meanings(names)) if meaning}
+    high = next((at[one] for one in ("neck_base", "neck", "head") if one in at), 0)
+    trunk = np.zeros(3)
+    while high > 0:
+        trunk, high = trunk + offsets[high], int(tree[high])
+    if not trunk.any():
+        return offsets
+    made = offsets.copy()
+    for lower in (f"{side}_{joint}" for side in "lr" for joint in ("knee", "ankle")):
+        if lower in at and (tree == tree[at[lower]]).sum() == 1:
+            made[at[lower]] = -_pointing(trunk) * np.linalg.norm(offsets[at[lower]])
+    return made
 
 
 def _as_turned(offsets: Floats, tree: Ints, places: Floats, turns: Floats) -> Floats:
