@@ -11,7 +11,7 @@ from sensor_files import azure, standing
 
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UTDMHAD20
 from motionmend.errors import FileError
-from motionmend.io.sensor import read_postures
+from motionmend.io.sensor import looks_like_sensor, read_postures
 
 PLACES = standing(KINECT25, 8).round(6)
 STATES = np.random.default_rng(1).integers(1, 3, PLACES.shape[:2])
@@ -205,3 +205,15 @@ def test_a_trc_with_decimal_commas_has_its_rate_and_places(tmp_path: Path) -> No
     found = read_postures(tmp_path / "a.trc")
     np.testing.assert_allclose(found.positions, PLACES[:, :5])
     assert found.fps == pytest.approx(60, rel=1e-3)
+
+
+def test_turns_of_joints_are_no_recording_and_left_out_of_a_folder(tmp_path: Path) -> None:
+    """KIMORE's JointOrientation has as many columns as its JointPosition."""
+    turns = np.random.default_rng(4).normal(size=(6, 25, 4))
+    turns /= np.linalg.norm(turns, axis=2, keepdims=True)
+    turns[:, [3, 15, 19, 21, 22]] = 0.0
+    path = tmp_path / "JointOrientationExercise1.csv"
+    path.write_text("".join(",".join(f"{x:.7g}" for x in row.ravel()) + ",\n" for row in turns), "utf-8")
+    assert not looks_like_sensor(path)
+    with pytest.raises(FileError, match="turned"):
+        read_postures(path)

@@ -125,9 +125,12 @@ def split_cells(line: str) -> list[str]:
     return _cells(with_points(line.replace('"', ""), separator), separator)
 
 
-def all_numbers(cells: Sequence[str]) -> bool:
-    """Whether all cells are numbers, ways to write that there is none, or words for tracking states."""
-    return all(_number(cell) is not None for cell in cells)
+def numbers_of(cells: Sequence[str]) -> list[float] | None:
+    """What cells hold, NaN where they say that there is none, 2, 1 and 0 for words of tracking states; None where one
+    is another word."""
+    found = [_number(cell) for cell in cells]
+    known = [one for one in found if one is not None]
+    return known if len(known) == len(found) else None
 
 
 def _separator(line: str) -> str | None:
