@@ -134,6 +134,7 @@ def test_names_of_nuitrack_mean_the_same_with_and_without_their_prefix() -> None
         ("L.ASIS_study", "LHip"),
         ("r_calc_study", "RHeel"),
         ("MidHip", "Hip"),
+        ("LPelvis", "Hip"),
         ("mouth_left", "Nose"),
         ("Fridge", ""),
     ],

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import savemat
-from sensor_files import azure, standing
+from sensor_files import azure, standing, table
 
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UTDMHAD20
 from motionmend.errors import FileError
@@ -185,6 +185,12 @@ def test_azure_confidences_may_have_any_key(tmp_path: Path, key: str) -> None:
         frame["bodies"][0][key] = levels
     path.write_text(json.dumps(content), "utf-8")
     np.testing.assert_array_equal(read_postures(path).state, [levels] * 3)
+
+
+def test_high_confidence_in_a_table_of_azure_kinects_is_tracked(tmp_path: Path) -> None:
+    levels = np.arange(4 * 32).reshape(4, 32) % 4
+    path = table(tmp_path / "a.csv", standing(AZURE32, 4), levels.astype(float), None)
+    np.testing.assert_array_equal(read_postures(path).state, np.minimum(levels, 2))
 
 
 def test_a_trc_with_decimal_commas_has_its_rate_and_places(tmp_path: Path) -> None:

@@ -199,7 +199,7 @@ _NEAR = {
     **dict.fromkeys(("head", "skull"), "head"),
     "neck": "neck",
     "c7": "neck_base",
-    "sacr": "pelvis",
+    **dict.fromkeys(("sacr", "pelvi"), "pelvis"),
 }
 _MIDDLE_NAMES = {alias: meaning for meaning, aliases in _MIDDLE.items() for alias in aliases.split()}
 _SIDED_NAMES = {alias: meaning for meaning, aliases in _SIDED.items() for alias in aliases.split()}

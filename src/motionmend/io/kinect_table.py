@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Bytes, Floats, Ints
-from ..bodies.joint_sets import meanings, parents
+from ..bodies.joint_sets import AZURE32, meanings, parents
 from ..bodies.postures import TRACKED, Postures
 from ..errors import FileError
 from .kinect_titles import SDK, columns_of, columns_without_titles
@@ -19,6 +19,7 @@ from .number_rows import read_number_rows
 from .sensor_source import SensorSource, even_times, seconds_of, states_of, with_absent
 
 WANTED = "a table of Kinect joints with x, y, z and state"
+_HIGH = 3  # of Azure Kinect's levels of confidence
 _KIND = {20: "Kinect v1 joints", 25: "Kinect v2 joints", 32: "Azure Kinect joints"}
 LARGEST_BODY = 4.0  # m that a body with its arms stretched out may measure along an axis
 _SURELY = 0.98  # names are believed when they make the body so much smaller than the SDK's order does
@@ -91,10 +92,13 @@ def unit_of_body(size: float) -> tuple[float, str]:
 
 def _states(rows: Floats, columns: Ints | None) -> tuple[Bytes | None, tuple[str, ...]]:
     """Tracking states (T, J) of a table, and what is wrong with them; joints without a column of their own are as
-    good as tracked."""
+    good as tracked. Azure Kinects tell how sure they are: not, little, middling, very."""
     if columns is None:
         return None, ()
-    return states_of(np.where(columns >= 0, rows[:, columns], TRACKED))
+    told = np.where(columns >= 0, rows[:, columns], TRACKED)
+    if len(columns) == len(AZURE32.names):
+        told = np.where(told == _HIGH, TRACKED, told)
+    return states_of(told)
 
 
 def _names(titles: Sequence[str], positions: Floats) -> tuple[tuple[str, ...], tuple[str, ...]]:

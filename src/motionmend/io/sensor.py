@@ -246,5 +246,5 @@ def _of_text(file: Path, head: str) -> str:
 def _are_turns(lines: Sequence[str]) -> bool:
     """Whether rows hold quaternions for each joint, as KIMORE's JointOrientation: four numbers of norm 1, or zeros."""
     numbers = numbers_of(split_cells(lines[len(lines) // 2])) or [0.0]
-    norms = np.linalg.norm(np.array(numbers[len(numbers) % 4 :]).reshape(-1, 4), axis=1)
+    norms = np.linalg.norm(np.clip(numbers[len(numbers) % 4 :], -2.0, 2.0).reshape(-1, 4), axis=1)
     return bool(norms.any()) and bool((np.abs(norms[norms != 0.0] - 1.0) < _TURNED).all())
