@@ -130,6 +130,8 @@ def test_names_of_nuitrack_mean_the_same_with_and_without_their_prefix() -> None
         ("RSmallToe", "RBigToe"),
         ("left_pinky", "LWrist"),
         ("LIndex3", "LWrist"),
+        ("little_finger_right", "Neck"),  # of that arm nothing is there
+        ("r_sh2_study", "RKnee"),
         ("r_mknee_study", "RKnee"),
         ("L.ASIS_study", "LHip"),
         ("r_calc_study", "RHeel"),

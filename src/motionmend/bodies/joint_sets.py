@@ -182,7 +182,7 @@ _NEAR = {
     "calc": "heel",
     "ankle": "ankle",
     "knee": "knee",
-    "shank": "knee",
+    **dict.fromkeys(("shank", "sh1", "sh2", "sh3"), "knee"),
     "thigh": "hip",
     "hjc": "hip",
     "asis": "hip",
@@ -364,7 +364,7 @@ def _near(name: str) -> str:
     part = next((part for part in _NEAR if part in bare), "")
     found = _NEAR.get(part, "")
     if found in _SIDED:
-        side = re.search(r"left|right|^[lr]| [lr]$", bare)
+        side = re.search(r"left|right", bare) or re.search(r"^[lr]| [lr]$", bare)
         return f"{side[0].strip()[0]}_{found}" if side else ""
     return found
 
