@@ -223,3 +223,12 @@ def test_turns_of_joints_are_no_recording_and_left_out_of_a_folder(tmp_path: Pat
     assert not looks_like_sensor(path)
     with pytest.raises(FileError, match="turned"):
         read_postures(path)
+
+
+def test_cells_of_a_mat_file_are_refused_before_they_are_read(tmp_path: Path) -> None:
+    """Damaged ones make scipy read beyond the end of memory, which no message survives."""
+    inside = np.empty((1, 1), dtype=object)
+    inside[0, 0] = standing(UTDMHAD20, 3)
+    savemat(tmp_path / "a.mat", {"d_skel": inside})
+    with pytest.raises(FileError, match=r"a\.mat.*came a cell"):
+        read_postures(tmp_path / "a.mat")

@@ -14,6 +14,7 @@ from ..bodies.postures import Postures
 from ..errors import FileError
 from .sensor_source import SensorSource, even_times, with_absent
 
+_NUMBERS = ("double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 WANTED = "a UTD-MHAD skeleton with d_skel (20, 3, frames)"
 
 
@@ -29,10 +30,15 @@ def read_utdmhad(path: str | os.PathLike[str], fps: float | None = None) -> Post
     ------
     FileError : not there, damaged, or without a skeleton.
     """
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     try:
+        held = {name: kind for name, _, kind in whosmat(path)}
+        if held.get("d_skel", "double") not in _NUMBERS:  # of cells that are damaged scipy reads beyond the end
+            raise FileError(f"{path}: wanted {WANTED}, came a {held['d_skel']} of that name; check the file")
         content = loadmat(path, variable_names=["d_skel"])
+    except FileError:
+        raise
     except FileNotFoundError:
         raise FileError(f"{path}: wanted {WANTED}, there is no such file; check the path") from None
     except Exception as why:  # scipy raises whatever a damaged file makes it stumble over
