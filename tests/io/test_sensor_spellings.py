@@ -104,6 +104,15 @@ def test_turns_beside_positions_are_no_joints(tmp_path: Path) -> None:
     is_whole(tmp_path / "take.csv")
 
 
+def test_what_else_is_measured_is_no_joint_and_said_to_be_left_out(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in told(tmp_path / "take.csv", first="Timestamp").splitlines()]
+    gyro = [["gyroX", "gyroY", "gyroZ"], *[["50", "-20", "80"]] * len(PLACES)]
+    rows = [[row[0], *more, *row[1:]] for row, more in zip(rows, gyro, strict=True)]
+    (tmp_path / "take.csv").write_text("\n".join(map(",".join, rows)) + "\n", "utf-8")
+    is_whole(tmp_path / "take.csv")
+    assert any("gyro" in one for one in read_postures(tmp_path / "take.csv").guesses)
+
+
 def test_a_joint_that_lacks_a_coordinate_is_not_left_out_silently(tmp_path: Path) -> None:
     text = told(tmp_path / "take.csv").replace("Neck_x", "Head_x")
     (tmp_path / "take.csv").write_text(text, "utf-8")

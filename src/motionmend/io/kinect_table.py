@@ -53,6 +53,8 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     positions = with_absent(table.rows[:, columns.xyz], state)
     positions, measured = in_metres(positions)
     names, named = _names(columns.titles, positions)
+    if columns.others:
+        named = (*named, f"left out, as no joint of a body is called so: {', '.join(columns.others)}")
     if columns.time >= 0:
         times, guesses, warnings = seconds_of(table.rows[:, columns.time])
     else:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Ints
-from ..bodies.joint_sets import AZURE32, KINECT20, KINECT25, meanings
+from ..bodies.joint_sets import AZURE32, KINECT20, KINECT25, meanings, parents
 
 SDK = {20: KINECT20, 25: KINECT25, 32: AZURE32}
 FEWEST = 4  # joints whose names say what they are, in a table of another number
@@ -36,12 +36,14 @@ class Columns:
     xyz : (J, 3) columns of the joints' coordinates.
     state : (J,) columns of their tracking states, -1 where one has none; None where none has.
     titles : (J,) joints as the titles name them; empty without titles.
+    others : what has an x, y and z too and is none of a body's joints, as a gyroscope.
     """
 
     time: int
     xyz: Ints
     state: Ints | None
     titles: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
 
 
 def columns_without_titles(columns: int) -> Columns | None:
@@ -74,13 +76,19 @@ def columns_of(titles: Sequence[str]) -> Columns | None:
         latest[joint][axis] = column
     whole = [(joint, [axes[one] for one in "xyz"]) for joint, axes in found if len(axes) == len("xyz")]
     names = tuple(joint for joint, _ in whole)
+    bodily = [bool(meaning) or above >= 0 for meaning, above in zip(meanings(names), parents(names), strict=True)]
+    others: tuple[str, ...] = ()
+    if sum(bodily) >= FEWEST:
+        others = tuple(name for name, one in zip(names, bodily, strict=True) if not one)
+        whole = [one for one, of_body in zip(whole, bodily, strict=True) if of_body]
+        names = tuple(joint for joint, _ in whole)
     known = set(meanings(names)) - {""}
-    torn = any(meanings([joint])[0] for joint in latest.keys() - set(names))
+    torn = any(meanings([joint])[0] for joint in latest.keys() - {*names, *others})
     if torn or (len(whole) not in SDK and (len(known) < FEWEST or 2 * len(known) < len(whole))):
         return None
     xyz = np.array([places for _, places in whole], dtype=np.int64)
     time = next((k for k, title in enumerate(titles[: int(xyz.min())]) if "time" in title.lower()), -1)
-    return Columns(time, xyz, _states(titles, names, xyz), names)
+    return Columns(time, xyz, _states(titles, names, xyz), names, others)
 
 
 def _states(titles: Sequence[str], names: Sequence[str], xyz: Ints) -> Ints | None:
