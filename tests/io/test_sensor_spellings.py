@@ -239,5 +239,5 @@ def test_cells_of_a_mat_file_are_refused_before_they_are_read(tmp_path: Path) ->
     inside = np.empty((1, 1), dtype=object)
     inside[0, 0] = standing(UTDMHAD20, 3)
     savemat(tmp_path / "a.mat", {"d_skel": inside})
-    with pytest.raises(FileError, match=r"a\.mat.*came a cell"):
+    with pytest.raises(FileError, match=r"a\.mat.*of cell"):
         read_postures(tmp_path / "a.mat")

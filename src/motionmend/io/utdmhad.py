@@ -33,21 +33,21 @@ def read_utdmhad(path: str | os.PathLike[str], fps: float | None = None) -> Post
     from scipy.io import loadmat, whosmat
 
     try:
-        held = {name: kind for name, _, kind in whosmat(path)}
-        if held.get("d_skel", "double") not in _NUMBERS:  # of cells that are damaged scipy reads beyond the end
-            raise FileError(f"{path}: wanted {WANTED}, came a {held['d_skel']} of that name; check the file")
-        content = loadmat(path, variable_names=["d_skel"])
+        held = {name: (shape, kind) for name, shape, kind in whosmat(path)}
+        shape, kind = held.get("d_skel", ((), ""))
+        axes = _frames_first(shape) if kind in _NUMBERS else None
+        if axes is None:  # unread: of what is damaged, cells above all, scipy reads beyond the end of memory
+            came = f"d_skel {shape} of {kind}" if kind else "no d_skel"
+            raise FileError(f"{path}: wanted {WANTED}, came {came}; check the file")
+        values = loadmat(path, variable_names=["d_skel"])["d_skel"]
     except FileError:
         raise
     except FileNotFoundError:
         raise FileError(f"{path}: wanted {WANTED}, there is no such file; check the path") from None
     except Exception as why:  # scipy raises whatever a damaged file makes it stumble over
         raise FileError(f"{path}: wanted {WANTED}, cannot read it: {why}; get a complete copy") from None
-    values = content.get("d_skel")
-    axes = None if values is None or values.dtype.kind not in "fiu" else _frames_first(values.shape)
-    if values is None or axes is None:
-        came = "no d_skel" if values is None else f"d_skel {values.shape} of {values.dtype}"
-        raise FileError(f"{path}: wanted {WANTED}, came {came}; check the file")
+    if np.iscomplexobj(values) or values.shape != shape:
+        raise FileError(f"{path}: wanted {WANTED}, came {values.shape} of {values.dtype}; get a complete copy")
     positions = with_absent(np.atleast_3d(values).transpose(axes).astype(np.float64), None)
     times, guesses = even_times(len(positions), fps)
     return Postures(
