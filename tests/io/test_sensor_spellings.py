@@ -54,7 +54,7 @@ def is_whole(path: Path, joints: tuple[str, ...] = KINECT25.names) -> None:
 
 
 @pytest.mark.parametrize("behind", [True, False])
-@pytest.mark.parametrize("state", ["_state", ".TrackingState", " tracked"])
+@pytest.mark.parametrize("state", ["_state", ".TrackingState", " tracked", "_Status"])
 @pytest.mark.parametrize("axes", ["_{}", ".{}", "{}", " {} (m)", "_Pos{}", ".Position.{}"])
 def test_titles_are_understood_as_recorders_spell_them(tmp_path: Path, axes: str, state: str, behind: bool) -> None:
     path = tmp_path / "take.csv"

@@ -19,7 +19,7 @@ _LAYOUTS = (4, 0, 0), (4, 1, 0), (3, 0, 0), (3, 1, 0), (4, 1, 4), (4, 0, 4), (4,
 _COORDINATE = re.compile(
     r"^(?P<joint>.+?)[\s._\-]*(?:pos(?:ition)?)?[\s._\-]*(?P<axis>[xyz])(?:\s*[\[(]\s*[cm]?m\s*[\])])?$", re.IGNORECASE
 )
-_STATE = re.compile(r"^(?P<joint>.*?)[\s._\-]*(?:tracking)?[\s._\-]*(?:state|tracked)$", re.IGNORECASE)
+_STATE = re.compile(r"^(?P<joint>.*?)[\s._\-]*(?:tracking)?[\s._\-]*(?:state|status|tracked)$", re.IGNORECASE)
 _OTHERS = re.compile(  # what has an x, y and z too, and is no position
     r"(?:(?:^|[\W_])(?i:q|quat\w*|rot\w*|orient\w*|euler\w*|angles?|vel\w*|speed|acc\w*|2d|depth|colou?r|plane|lean)"
     r"|(?<=[a-z0-9])(?:Q|Quat|Rot|Orient|Euler|Angle|Vel|Speed|Acc|2D|Depth|Colou?r|Plane|Lean)[a-z]*)[\W_]*$"
