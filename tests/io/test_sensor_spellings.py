@@ -203,6 +203,14 @@ def test_times_of_azure_bodies_that_do_not_rise_are_not_given_out(tmp_path: Path
     assert any("do not rise: took 30 Hz" in one for one in warnings_of(found.source))
 
 
+def test_a_time_that_an_azure_frame_lacks_is_interpolated_and_said(tmp_path: Path) -> None:
+    path = azure(tmp_path / "a.json", {1: standing(AZURE32, 4)}, [0, 200_000, 400_000, 600_000])
+    path.write_text(path.read_text("utf-8").replace("400000", "null"), "utf-8")
+    found = read_postures(path)
+    np.testing.assert_allclose(found.times, [0.0, 0.2, 0.4, 0.6])
+    assert any("interpolated" in one for one in warnings_of(found.source))
+
+
 def test_high_confidence_in_a_table_of_azure_kinects_is_tracked(tmp_path: Path) -> None:
     levels = np.arange(4 * 32).reshape(4, 32) % 4
     path = table(tmp_path / "a.csv", standing(AZURE32, 4), levels.astype(float), None)

@@ -17,7 +17,7 @@ from ..bodies.joint_sets import AZURE32
 from ..bodies.postures import Postures
 from ..errors import FileError, counted
 from .number_rows import unpacked
-from .sensor_source import SensorSource, even_times, spread_states, with_absent
+from .sensor_source import SensorSource, even_times, seconds_of, spread_states, with_absent
 from .several_bodies import Track, one_person
 
 WANTED = "Azure Kinect bodies in JSON"
@@ -74,11 +74,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
     guesses: tuple[str, ...] = ()
     if all("timestamp_usec" in one for one in frames):
         stamps = np.array([one["timestamp_usec"] for one in frames], dtype=np.float64)
-        times, falling = stamps * 1e-6, int((np.diff(stamps) <= 0).sum())
-        if falling and falling == len(stamps) - 1:
-            times, warnings = even_times(len(frames), fps, why="the times do not rise")
-        elif falling:
-            warnings = (f"{falling} of {len(stamps)} times do not rise",)
+        times, _, warnings = seconds_of(stamps, "microseconds")
     else:
         times, guesses = even_times(len(frames), fps)
     places = {key: _places(one, len(names), key[1], name) for key, one in found.items()}
