@@ -122,3 +122,40 @@ def test_names_of_nuitrack_mean_the_same_with_and_without_their_prefix() -> None
     assert meanings(prefixed) == meanings(names)
     assert {"head", "neck", "l_shoulder", "r_knee", "l_foot"} <= set(meanings(prefixed))
     np.testing.assert_array_equal(parents(prefixed), parents(names))
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("RSmallToe", "RBigToe"),
+        ("left_pinky", "LWrist"),
+        ("LIndex3", "LWrist"),
+        ("little_finger_right", "Neck"),  # of that arm nothing is there
+        ("r_sh2_study", "RKnee"),
+        ("r_mknee_study", "RKnee"),
+        ("L.ASIS_study", "LHip"),
+        ("r_calc_study", "RHeel"),
+        ("MidHip", "Hip"),
+        ("LPelvis", "Hip"),
+        ("mouth_left", "Nose"),
+        ("Fridge", ""),
+    ],
+)
+def test_what_means_no_joint_hangs_from_the_one_it_is_at(name: str, wanted: str) -> None:
+    joints = [
+        "Hip",
+        "RHip",
+        "RKnee",
+        "RAnkle",
+        "RBigToe",
+        "RHeel",
+        "LHip",
+        "LKnee",
+        "Neck",
+        "Nose",
+        "LShoulder",
+        "LWrist",
+    ]
+    assert parents(joints).tolist() == parents([*joints, name])[:-1].tolist()
+    found = int(parents([*joints, name])[-1])
+    assert (joints[found] if found >= 0 else "") == wanted

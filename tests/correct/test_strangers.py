@@ -1,5 +1,7 @@
 """What was not shown: movements, restless sensors, somebody else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -159,6 +161,19 @@ def test_what_was_learned_of_one_sensor_is_not_done_to_another(model: CorrectorM
         state, one = model.step(state, frame, None, t / 30.0)
         assert "foreign" in one.flags
     assert one.std.mean() > 1.3 * model.step(model.start(model.names), usual.positions[0], None, 0.0)[1].std.mean()
+
+
+def test_joints_of_a_pose_estimator_are_not_taken_for_the_sensors_beforehand(model: CorrectorModel) -> None:
+    """Every depth sensor has something between pelvis and neck; without it bones must speak for the learned sensor."""
+    frames = foreign(truth("walk", 77, 2.0), 1)
+    limbs = [k for k, name in enumerate(model.names) if name not in ("HipCenter", "Spine")]
+    both = [k for k, name in enumerate(model.names) if name != "HipCenter"]
+    shares = []
+    for joints in (limbs, both):
+        given = replace(recording(frames), names=tuple(model.names[k] for k in joints), positions=frames[:, joints])
+        said = model.correct(given).source.warnings  # type: ignore[attr-defined]
+        shares.append(float(said[0].partition(" % of")[0].split()[-1]) if said else 100.0)
+    assert shares[0] < min(0.5 * shares[1], 30.0)
 
 
 @pytest.mark.parametrize("seed", range(3))

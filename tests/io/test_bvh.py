@@ -410,3 +410,36 @@ def test_a_recording_from_acclaim_moves_the_same_as_a_bvh(data, tmp_path):
         np.testing.assert_allclose(found, positions(motion.skeleton, motion.q), rtol=0, atol=1e-6)
         assert again.fps == 120
         assert again.skeleton.names == motion.skeleton.names
+
+
+@pytest.mark.parametrize("names", [("SpineBase", "Head", "ShoulderLeft"), ("RHip", "RKnee", "RAnkle"), ("A", "B", "C")])
+def test_half_a_person_in_centimetres_is_not_a_whole_one_in_inches(tmp_path: Path, names: tuple[str, ...]) -> None:
+    text = f"""HIERARCHY
+ROOT {names[0]}
+{{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT {names[1]}
+  {{
+    OFFSET 0 40 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    JOINT {names[2]}
+    {{
+      OFFSET 0 36 0
+      CHANNELS 3 Zrotation Xrotation Yrotation
+      End Site
+      {{
+        OFFSET 0 0 3
+      }}
+    }}
+  }}
+}}
+MOTION
+Frames: 2
+Frame Time: 0.0333333
+0 0 0 0 0 0 0 0 0 0 0 0
+1 0 0 0 0 0 0 0 0 0 0 0
+"""
+    (tmp_path / "half.bvh").write_text(text)
+    read = read_bvh(tmp_path / "half.bvh")
+    assert read.skeleton.offsets[1, 1] == pytest.approx(40 * (0.0254 if names[0] == "A" else 0.01))

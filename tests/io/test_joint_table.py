@@ -41,7 +41,7 @@ def test_columns_are_found_by_title_in_any_order(tmp_path: Path) -> None:
     assert read.names == ("a", "b")
     assert read.positions[0].tolist() == [[1, 2, 3], [4, 5, 6]]
     assert read.state is not None
-    assert read.state.tolist() == [[2, 0]]
+    assert read.state.tolist() == [[2, 2]]  # nothing is told of b
     assert read.std is not None
     assert np.isnan(read.std[0, 0])
     assert read.std[0, 1] == 0.5

@@ -148,7 +148,7 @@ JOINT_SETS = {one.key: one for one in (KINECT20, KINECT25, AZURE32, UIPRMD22, UT
 
 # What joints and bones are called elsewhere (Pose2Sim, OpenPose, HALPE, Acclaim, BVH), without their side.
 _MIDDLE = {
-    "pelvis": "pelvis hip hips hipcenter midhip root waist spinebase hipscenter centerhip pelvisroot cmidhip",
+    "pelvis": "pelvis hip hips hipcenter midhip root waist spinebase hipscenter centerhip chip pelvisroot cmidhip",
     "spine": "spine spinemid spinenavel spinenaval spine1 lowerback torso abdomen",
     "chest": "chest spinechest spine2 upperback spine3",
     "neck_base": "neckbase shouldercenter spineshoulder cshoulder midshoulder c7",
@@ -173,6 +173,33 @@ _SIDED = {
     "heel": "heel",
     "foot": "foot toe toes toebase bigtoe footindex",
     "toe_tip": "toetip toeend toebaseend",
+}
+# What else is on a body (skin, fingers, faces), and the joint that it is at: the first of these words in its name.
+_NEAR = {
+    "toe": "foot",
+    "meta": "foot",
+    "heel": "heel",
+    "calc": "heel",
+    "ankle": "ankle",
+    "knee": "knee",
+    **dict.fromkeys(("shank", "sh1", "sh2", "sh3"), "knee"),
+    "thigh": "hip",
+    "hjc": "hip",
+    "asis": "hip",
+    "psis": "hip",
+    "hip": "hip",
+    "wrist": "wrist",
+    **dict.fromkeys(("thumb", "index", "middle", "ring", "pinky", "little", "finger", "palm", "hand"), "hand"),
+    "elbow": "elbow",
+    "shoulder": "shoulder",
+    "acromion": "shoulder",
+    "eye": "eye",
+    "ear": "ear",
+    **dict.fromkeys(("mouth", "jaw", "chin", "brow", "face"), "nose"),
+    **dict.fromkeys(("head", "skull"), "head"),
+    "neck": "neck",
+    "c7": "neck_base",
+    **dict.fromkeys(("sacr", "pelvi"), "pelvis"),
 }
 _MIDDLE_NAMES = {alias: meaning for meaning, aliases in _MIDDLE.items() for alias in aliases.split()}
 _SIDED_NAMES = {alias: meaning for meaning, aliases in _SIDED.items() for alias in aliases.split()}
@@ -255,7 +282,8 @@ def parents(names: Sequence[str]) -> Ints:
     """(J,) the joint that each hangs from, -1 for a root or where that is not known.
 
     A known set has its own tree. Elsewhere a joint hangs from the nearest meaning above its own that is there, and
-    where the trunk is missing from the trunk's nearest joint that is.
+    where the trunk is missing from the trunk's nearest joint that is. What means no joint of its own, as a little toe,
+    hangs from the joint that it is at.
 
     Parameters
     ----------
@@ -272,8 +300,8 @@ def parents(names: Sequence[str]) -> Ints:
     named = meanings(names)
     place = {meaning: k for k, meaning in enumerate(named) if meaning}
     above = []
-    for meaning in named:
-        upper = TREE.get(meaning, "")
+    for name, meaning in zip(names, named, strict=True):
+        upper = TREE[meaning] if meaning else _near(name)
         while upper and upper not in place:
             upper = TREE[upper]
         above.append(place[upper] if upper else -1)
@@ -316,15 +344,29 @@ def _set_holding(names: Sequence[str]) -> JointSet | None:
 
 
 def _plain(name: str) -> str:
-    """A name in lower case without punctuation, or Nuitrack's `JOINT_` before it; Azure's recorder once spelt the navel
-    another way."""
+    """A name in lower case without punctuation, or Nuitrack's `JOINT_` or the SDK's `JointType_` before it; Azure's
+    recorder once spelt the navel another way."""
     plain = re.sub(r"[^a-z0-9]", "", name.lower()).replace("naval", "navel")
-    return re.sub(r"^joint(?=[a-z])", "", plain)
+    return re.sub(r"^joint(type)?(?=[a-z])", "", plain)
 
 
 def _bare(name: str) -> str:
     """A plain name without its side."""
     return re.sub(r"^(left|right|l|r)|(left|right)$", "", _plain(name))
+
+
+def _near(name: str) -> str:
+    """The meaning of the joint at which something is that is none of its own; "" where the name does not tell."""
+    own = _meaning(name)
+    if own:
+        return own
+    bare = re.sub(r"[^a-z0-9]+", " ", name.lower()).strip()
+    part = next((part for part in _NEAR if part in bare), "")
+    found = _NEAR.get(part, "")
+    if found in _SIDED:
+        side = re.search(r"left|right", bare) or re.search(r"^[lr]| [lr]$", bare)
+        return f"{side[0].strip()[0]}_{found}" if side else ""
+    return found
 
 
 def _meaning(name: str) -> str:

@@ -4,23 +4,29 @@ import numpy as np
 
 from ..arrays import Floats, Ints
 from ..errors import MismatchError
-from .joint_sets import parents
+from .joint_sets import meanings, parents
 from .motion import Motion
 from .postures import Postures
 from .skeleton import ROTATION, TRANSLATION, Skeleton
 
 _TWIST = 1e-6  # weight of keeping the parent's turn, which decides what the bones leave open
+_ROUNDS = 3  # of angles by the bones' directions, and those by the angles
+_BETWEEN = {"pelvis": ("MidHip", "l_hip", "r_hip"), "neck_base": ("MidShoulder", "l_shoulder", "r_shoulder")}
 
 
 def motion_of(postures: Postures, fps: float | None = None) -> Motion:
     """A skeleton with the postures' median bone lengths, turned so that its bones point as theirs do.
 
     Each joint that carries others has three angles, chosen by least squares over the bones that leave it; the turn
-    about a single bone is its parent's. Bones whose length varies end beside the positions by as much.
+    about a single bone is its parent's. Bones whose length varies end beside the positions by as much. Where a sensor
+    has no pelvis, or nothing between its shoulders, a joint there is added, `MidHip` and `MidShoulder`: limbs that hang
+    from each other could not move by themselves. At rest legs are straight and in line with the trunk, whoever sits:
+    readers tell a file's unit by how tall that is.
 
     Parameters
     ----------
-    postures : T frames. One in which a joint that carries others is missing leaves its angles missing.
+    postures : T frames. One in which a joint that carries others is missing, or all that it carries, leaves its angles
+        missing. A joint that is never there is left out, and said.
     fps : Hz; None takes the rate of the postures' times, of which there must be two or more then.
 
     Returns
@@ -29,26 +35,88 @@ def motion_of(postures: Postures, fps: float | None = None) -> Motion:
 
     Raises
     ------
-    MismatchError : no frame in which all joints are there, or joints that hang from nothing.
+    MismatchError : nobody in any frame, or a joint that is never there in the same frame as the one it hangs from.
     """
-    above = parents(postures.names)
+    names, places, said = _hanging_together(postures)
+    above = parents(names)
     root = int(np.flatnonzero(above < 0)[0])
     above = np.where((above < 0) & (np.arange(len(above)) != root), root, above)
     order = _parents_first(above)
     up = {joint: k for k, joint in enumerate(order)}
     tree = np.array([-1 if above[j] < 0 else up[int(above[j])] for j in order], dtype=np.int64)
-    names = tuple(postures.names[j] for j in order)
-    places = postures.positions[:, order]
-    whole = np.flatnonzero(np.isfinite(places).all(axis=(1, 2)))
-    if not len(whole):
-        raise MismatchError("wanted a frame in which every joint has a position, to take the skeleton from, came none")
-    bones = places[:, 1:] - places[:, tree[1:]]
-    lengths = np.nanmedian(np.linalg.norm(bones, axis=2), axis=0)
-    still = bones[whole[0]]
-    offsets = np.zeros((len(names), 3))
-    offsets[1:] = still / np.maximum(np.linalg.norm(still, axis=1), 1e-9)[:, None] * lengths[:, None]
+    names, places = tuple(names[j] for j in order), places[:, order]
+    offsets = _standing(names, tree, _offsets(names, tree, places))
+    for _ in range(_ROUNDS):
+        skeleton = _skeleton(names, tree, offsets)
+        turns = _turns(skeleton, places)
+        offsets = _as_turned(offsets, tree, places, turns)
     skeleton = _skeleton(names, tree, offsets)
-    return Motion(skeleton, _angles(skeleton, places), postures.fps if fps is None else fps, guesses=postures.guesses)
+    q = _angles(skeleton, places, _turns(skeleton, places))
+    return Motion(skeleton, q, postures.fps if fps is None else fps, guesses=(*postures.guesses, *said))
+
+
+def _hanging_together(postures: Postures) -> tuple[tuple[str, ...], Floats, tuple[str, ...]]:
+    """Names (J,) and places (T, J, 3) of the joints that are ever there, with those between the hips and the shoulders
+    where there are none; and what was left out."""
+    ever = np.flatnonzero(postures.present.any(axis=0))
+    if not len(ever):
+        raise MismatchError("wanted a frame in which joints have positions, to take the skeleton from, came none")
+    names = tuple(postures.names[k] for k in ever)
+    never = ", ".join(name for name in postures.names if name not in names)
+    places = postures.positions[:, ever]
+    at = {meaning: k for k, meaning in enumerate(meanings(names)) if meaning}
+    for meaning, (name, left, right) in _BETWEEN.items():
+        if meaning not in at and {left, right} <= at.keys():
+            names = (*names, name)
+            places = np.concatenate([places, places[:, [at[left], at[right]]].mean(axis=1, keepdims=True)], axis=1)
+    return names, places, (f"never seen, so not in the skeleton: {never}",) if never else ()
+
+
+def _offsets(names: tuple[str, ...], tree: Ints, places: Floats) -> Floats:
+    """(J, 3) m: bones of median length, as they point in the first frame that has most of them."""
+    bones = places[:, 1:] - places[:, tree[1:]]
+    there = np.isfinite(bones.sum(axis=2))
+    never = np.flatnonzero(~there.any(axis=0))
+    if len(never):
+        apart = names[1 + int(never[0])]
+        raise MismatchError(f"wanted {apart} in some frame together with the joint that it hangs from, came none")
+    fullest = int(there.sum(axis=1).argmax())
+    first = np.where(there[fullest], fullest, there.argmax(axis=0))
+    lengths = np.nanmedian(np.linalg.norm(bones, axis=2), axis=0)
+    offsets = np.zeros((len(names), 3))
+    offsets[1:] = _pointing(bones[first, np.arange(len(first))]) * lengths[:, None]
+    return offsets
+
+
+def _standing(names: tuple[str, ...], tree: Ints, offsets: Floats) -> Floats:
+    """Offsets (J, 3) with thighs and shins, which alone leave their joints, in line with the trunk."""
+    at = {meaning: k for k, meaning in enumerate(meanings(names)) if meaning}
+    high = next((at[one] for one in ("neck_base", "neck", "head") if one in at), 0)
+    trunk = np.zeros(3)
+    while high > 0:
+        trunk, high = trunk + offsets[high], int(tree[high])
+    if not trunk.any():
+        return offsets
+    made = offsets.copy()
+    for lower in (f"{side}_{joint}" for side in "lr" for joint in ("knee", "ankle")):
+        if lower in at and (tree == tree[at[lower]]).sum() == 1:
+            made[at[lower]] = -_pointing(trunk) * np.linalg.norm(offsets[at[lower]])
+    return made
+
+
+def _as_turned(offsets: Floats, tree: Ints, places: Floats, turns: Floats) -> Floats:
+    """Offsets (J, 3) of the same lengths that point as the bones do in the mean, seen from the joints they leave."""
+    bones = places[:, 1:] - places[:, tree[1:]]
+    seen = _pointing(np.einsum("tjba,tjb->tja", turns[:, tree[1:]], bones))
+    mean = np.nansum(seen, axis=0)
+    mean = np.where(mean.any(axis=1, keepdims=True), mean, offsets[1:])
+    lengths = np.linalg.norm(offsets[1:], axis=1)
+    return np.concatenate([offsets[:1], _pointing(mean) * lengths[:, None]])
+
+
+def _pointing(bones: Floats) -> Floats:
+    """Vectors (..., 3) of length 1."""
+    return np.asarray(bones / np.maximum(np.linalg.norm(bones, axis=-1, keepdims=True), 1e-9))
 
 
 def _parents_first(above: Ints) -> list[int]:
@@ -80,30 +148,37 @@ def _skeleton(names: tuple[str, ...], tree: Ints, offsets: Floats) -> Skeleton:
     )
 
 
-def _angles(skeleton: Skeleton, places: Floats) -> Floats:
-    """(T, D) the root's place and the joints' angles."""
-    from scipy.spatial.transform import Rotation
-
-    frames = len(places)
-    q = np.full((frames, len(skeleton.dof_names)), np.nan)
-    q[:, :3] = places[:, 0]
-    turns = np.full((frames, len(skeleton.names), 3, 3), np.nan)
-    rest = np.tile(np.eye(3), (frames, 1, 1))
+def _turns(skeleton: Skeleton, places: Floats) -> Floats:
+    """(T, J, 3, 3) how the joints that carry others are turned in space; NaN for those that carry none."""
+    turns = np.full((len(places), len(skeleton.names), 3, 3), np.nan)
+    rest = np.tile(np.eye(3), (len(places), 1, 1))
     for joint in dict.fromkeys(skeleton.dof_joint.tolist()):
         parent = int(skeleton.parents[joint])
         carried = turns[:, parent] if parent >= 0 else rest
         children = np.flatnonzero(skeleton.parents == joint)
-        spread = _TWIST * carried
-        for child in children:
-            bone = places[:, child] - places[:, joint]
-            spread = spread + bone[:, :, None] * skeleton.offsets[child]
-        known = np.isfinite(spread).all(axis=(1, 2))
+        bones = places[:, children] - places[:, joint, None]
+        there = np.isfinite(bones.sum(axis=2))
+        bones = np.where(there[:, :, None], bones, 0.0)
+        spread = _TWIST * carried + np.einsum("tcd,ce->tde", bones, skeleton.offsets[children])
+        known = np.isfinite(spread).all(axis=(1, 2)) & there.any(axis=1)
         left, _, right = np.linalg.svd(spread[known])
         sign = np.ones((int(known.sum()), 3))
         sign[:, 2] = np.sign(np.linalg.det(left @ right))
         turns[known, joint] = (left * sign[:, None]) @ right
-        local = carried[known].swapaxes(1, 2) @ turns[known, joint]
+    return turns
+
+
+def _angles(skeleton: Skeleton, places: Floats, turns: Floats) -> Floats:
+    """(T, D) the root's place and the joints' angles."""
+    from scipy.spatial.transform import Rotation
+
+    q = np.full((len(places), len(skeleton.dof_names)), np.nan)
+    q[:, :3] = places[:, 0]
+    for joint in dict.fromkeys(skeleton.dof_joint.tolist()):
+        parent = int(skeleton.parents[joint])
+        local = turns[:, joint] if parent < 0 else turns[:, parent].swapaxes(1, 2) @ turns[:, joint]
+        known = np.isfinite(local).all(axis=(1, 2))
         rows = np.flatnonzero((skeleton.dof_joint == joint) & (skeleton.dof_kind == ROTATION))
         if known.any():
-            q[np.ix_(known, rows)] = np.unwrap(Rotation.from_matrix(local).as_euler("ZXY"), axis=0)
+            q[np.ix_(known, rows)] = np.unwrap(Rotation.from_matrix(local[known]).as_euler("ZXY"), axis=0)
     return q

@@ -18,6 +18,7 @@ from .output import Done
 from .transform import Forms, transform, write_json
 
 if TYPE_CHECKING:
+    from ..bodies.motion import Motion
     from ..bodies.postures import Postures
     from ..correct.corrector import CorrectorModel
 
@@ -174,6 +175,10 @@ class Correction:
         seconds: dict[str, float],
     ) -> Done:
         """Write the output and what is said of it."""
+        from ..bodies.posed_skeleton import motion_of
+
+        made = corrected if job.target.suffix.lower() == ".csv" else motion_of(corrected, rate_of(sensor, self.fps))
+        warnings += tuple(one for one in made.guesses if one not in corrected.guesses)
         counts = tallied(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
         ahead = self._ahead(sensor)
@@ -210,7 +215,7 @@ class Correction:
         frame_ms = _frame_ms(sensor.frames, seconds["correct"], each)
         start = perf_counter()
         with job.together(".mend.json"):
-            _write(job.target, corrected, rate_of(sensor, self.fps))
+            _write(job.target, made)
             seconds = {**seconds, "write": perf_counter() - start}
             seconds["total"] = sum(seconds.values())
             rounded = {name: round(value, 4) for name, value in seconds.items()}
@@ -384,16 +389,15 @@ def _frame_ms(frames: int, whole: float, each: Any) -> dict[str, float | None]:
     return {"mean": mean, "median": median, "p50": median, "p95": p95, "max": float(times.max())}
 
 
-def _write(path: Path, corrected: "Postures", fps: float) -> None:
-    if path.suffix.lower() != ".csv":
-        from ..bodies.posed_skeleton import motion_of
-        from ..io import write
-
-        write(path, motion_of(corrected, fps))
-        return
+def _write(path: Path, made: "Postures | Motion") -> None:
+    from ..bodies.motion import Motion
+    from ..io import write
     from ..io.joint_table import write_joint_table
 
-    write_joint_table(path, corrected)
+    if isinstance(made, Motion):
+        write(path, made)
+    else:
+        write_joint_table(path, made)
 
 
 def _short(value: float) -> float:

@@ -258,7 +258,7 @@ class CorrectorModel:
         state after it and the `latest` frame that came."""
         state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
-        kin = state.kin_after(kinship(self.watcher, sight), time)
+        kin = state.kin_after(kinship(self.watcher, sight, joining.spineless), time)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None], kin)
         since, at = time - state.shown.time, (sight.rows, sight.earlier)
         offset = bones.followed_slowly(state.offset, offsets[0], since, *OFFSET_SECONDS, *at, since)

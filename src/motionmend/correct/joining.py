@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Bytes, Floats, Ints
+from ..bodies.joint_sets import meanings
 from ..errors import MismatchError
 from ..kernels import sighting as kernel
 from .anatomy import Anatomy, following, matched
@@ -15,6 +16,7 @@ from .watching import Sight, rows_of
 
 FEWEST = 4  # joints in common
 FARTHER, SLACK = 2.5, 0.05  # times as far from its neighbours as usual, and m, that a joint the model lacks may be
+_SPINE = {"spine", "chest"}
 ANYBODY = 0.5  # m, the same of a person of whom nothing is known yet
 
 
@@ -29,6 +31,8 @@ class Joining:
     spread : (J, J of model) how the model's shifts move the recording's joints.
     bones : (B, 2) of the recording's joints, from the root outward.
     model_bones : (B,) the model's bone between the same joints, -1 = none.
+    spineless : the recording has nothing between its pelvis and its neck where the model has, as what estimates poses
+        in pictures and no depth sensor: it is of another kind.
     """
 
     names: tuple[str, ...]
@@ -36,6 +40,7 @@ class Joining:
     spread: Floats
     bones: Ints
     model_bones: Ints
+    spineless: bool = False
 
     @cached_property
     def common(self) -> Ints:
@@ -82,7 +87,8 @@ def joined(names: Sequence[str], body: Anatomy) -> Joining:
     bones = bones_outward(names)
     known = {(int(p), int(c)): b for b, (p, c) in enumerate(body.bones)}
     model_bones = np.array([known.get((int(back[p]), int(back[c])), -1) for p, c in bones], dtype=np.int64)
-    return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones)
+    spineless = bool(_SPINE & set(meanings(body.names))) and not _SPINE & set(meanings(names))
+    return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones, spineless)
 
 
 def outward(

@@ -1,6 +1,7 @@
 """One frame of a sensor looked at: brought to standard form, and followed through failures."""
 
 from dataclasses import dataclass, replace
+from math import exp
 from typing import Any
 
 import numpy as np
@@ -163,10 +164,16 @@ def size_of(watcher: Watcher, lengths: Floats) -> float:
     return float(proportions.usual_lengths(lengths, watcher.standard.lengths, usual)) or 1.0
 
 
-def kinship(watcher: Watcher, sight: Sight) -> float:
-    """The probability that what is seen comes from the sensor that was learned from: bones tell."""
+def kinship(watcher: Watcher, sight: Sight, other_kind: bool = False) -> float:
+    """The probability that what is seen comes from the sensor that was learned from: bones tell.
+
+    Parameters
+    ----------
+    other_kind : its joints are those of another kind of sensor, so that nothing speaks for it beforehand.
+    """
     body = watcher.body
-    return float(proportions.kinship(sight.lengths, watcher.standard.lengths, body.twins, body.parts))
+    kin = float(proportions.kinship(sight.lengths, watcher.standard.lengths, body.twins, body.parts))
+    return kin / (kin + (1.0 - kin) * exp(proportions.TRUSTED)) if other_kind else kin
 
 
 def look(

@@ -1,7 +1,8 @@
 """Azure Kinect bodies in JSON, as the offline processor of the body tracking samples writes them.
 
 `joint_names`, `bone_list` and `frames`, each with `timestamp_usec` and `bodies`: `body_id`, `joint_positions` (mm;
-x right, y down, z forward) and, from some recorders, confidence levels (0 none, 1 low, 2 medium, 3 high). Source:
+x right, y down, z forward) and, from some recorders, confidence levels (0 none, 1 low, 2 medium,
+3 high) under one key or another. Source:
 microsoft/Azure-Kinect-Samples, body-tracking-samples/offline_processor.
 """
 
@@ -21,7 +22,6 @@ from .several_bodies import Track, one_person
 
 WANTED = "Azure Kinect bodies in JSON"
 _MM = 1e-3
-_CONFIDENCES = ("joint_confidences", "joint_confidence_levels", "confidence_levels", "joint_confidence")
 
 
 def read_azure(path: str | os.PathLike[str], fps: float | None = None) -> Postures:
@@ -47,7 +47,9 @@ def read_azure(path: str | os.PathLike[str], fps: float | None = None) -> Postur
         raise FileError(f"{name}: wanted {WANTED} with `frames` that hold `bodies`; check the file")
     try:
         return _postures(content, name, fps)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as failure:
+    except KeyError as lacking:
+        raise FileError(f"{name}: wanted {WANTED}, a frame or body lacks {lacking}; repair it") from None
+    except (TypeError, ValueError, AttributeError, OverflowError) as failure:
         raise FileError(f"{name}: wanted {WANTED}, a frame is not as it should be ({failure!r}); repair it") from None
 
 
@@ -72,7 +74,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
     guesses: tuple[str, ...] = ()
     if all("timestamp_usec" in one for one in frames):
         stamps = np.array([one["timestamp_usec"] for one in frames], dtype=np.float64)
-        times, warnings = stamps * 1e-6, _falling(stamps)
+        times, _, warnings = seconds_of(stamps, "microseconds")
     else:
         times, guesses = even_times(len(frames), fps)
     places = {key: _places(one, len(names), key[1], name) for key, one in found.items()}
@@ -86,7 +88,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         for frame in tracks[body].frames:
             positions[frame] = places[body, frame]
             one = found[body, frame]
-            levels = next((one[key] for key in _CONFIDENCES if key in one), None)
+            levels = next((one[key] for key in one if "confidence" in key), None)
             if levels is not None:
                 confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
                 stated = True
@@ -111,7 +113,3 @@ def _places(body: dict[str, Any], joints: int, frame: int, name: str) -> Floats:
     if values.shape != (joints, 3):
         raise FileError(f"{name}: wanted {joints} joints in frame {frame}, came {values.shape}; repair it")
     return np.asarray(values * _MM)
-
-
-def _falling(stamps: "np.ndarray[Any, np.dtype[np.float64]]") -> tuple[str, ...]:
-    return seconds_of(stamps)[2] if len(stamps) > 1 else ()

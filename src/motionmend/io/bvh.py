@@ -15,11 +15,12 @@ from ..errors import FileError, counted
 from .atomic import atomic
 from .biovision import bvh_of
 from .hierarchy import BvhSource, parse_hierarchy, replaces, skeleton_of
-from .supposed import length_unit, up_axis
+from .supposed import is_half, length_unit, up_axis
 from .text import LARGEST, Text, finite, open_text, shown
 
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "inch"), (0.0254 / 0.45, "inch / 0.45, as CMU's data"))
 RATES = (24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
+HALF = 0.3, 1.4  # m that a part of a person is tall
 NAMED = 4  # joints in one guess
 WRITTEN = 1 << 10  # frames that are text at a time
 LONGEST_HEADING = 1 << 12  # characters from MOTION to the frame time
@@ -63,7 +64,10 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
 
     still, columns = skeleton_of(hierarchy, 1.0, np.array([0.0, 1.0, 0.0]))
     up, up_guess = up_axis(still.names, rest_positions(still))
-    metres, unit_guess = length_unit(height(replace(still, up=up)), UNITS, otherwise=0.01)
+    tall = height(replace(still, up=up))
+    metres, unit_guess = length_unit(tall, UNITS, otherwise=0.01)
+    if is_half(still.names) and HALF[0] <= 0.01 * tall <= HALF[1]:
+        metres, unit_guess = 0.01, f"took 1 unit of length = 0.01 m (cm): {0.01 * tall:.2f} m of a person, not all"
     skeleton, columns = skeleton_of(hierarchy, metres, up)
     turns = skeleton.dof_kind == ROTATION
     q = values[:, columns] * np.where(turns, np.pi / 180, metres)

@@ -37,6 +37,8 @@ def lines_of(raw: bytes, name: str, wanted: str) -> list[str]:
     """The same for a file that was read already."""
     if not raw.strip():
         raise FileError(f"{name}: wanted {wanted}, came an empty file; get a complete copy")
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):  # UTF-16, as spreadsheets save text
+        raw = raw.decode("utf-16", errors="replace").encode()
     if b"\0" in raw:
         raise FileError(f"{name}: wanted {wanted}, came binary data; check the file's ending")
     try:
@@ -44,6 +46,12 @@ def lines_of(raw: bytes, name: str, wanted: str) -> list[str]:
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def with_points(line: str, separator: str | None) -> str:
+    """A line of numbers whose cells something else than commas parts, with points for decimal commas; any other line
+    as it is."""
+    return line if separator == "," or "." in line else line.replace(",", ".")
 
 
 def read_rows(lines: Sequence[str], separator: str, columns: int, first: int, name: str) -> Floats:

@@ -17,10 +17,12 @@ from ..bodies.postures import TRACKED, Postures
 from ..errors import FileError
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, unended
+from .sensor_source import seconds_of
 
 _WANTED = "a table with time,<joint>_x,<joint>_y,<joint>_z,..."
 _AXES = ("x", "y", "z")
 BESIDE = ("std", "reliability", "state")
+_SLOWEST = 5.0  # s from one frame to the next; more is of another unit
 _TICK = 1e-6  # s; times that 9 significant digits would move by more are written in full
 
 
@@ -43,7 +45,7 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     lines = read_lines(path, _WANTED)
     titles = [title.strip() for title in next(csv.reader([lines[0]]))]
     places = _places(titles, name)
-    rows = read_rows(lines[1:], ",", len(titles), 2, name)
+    rows = read_rows([line.replace('"', "") for line in lines[1:]], ",", len(titles), 2, name)
     times = rows[:, 0]
     if np.isnan(times).any():
         row = int(np.flatnonzero(np.isnan(times))[0]) + 2
@@ -54,6 +56,8 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     _check(beside, name)
     state = beside["state"]
     guesses = unended(lines)
+    times, of_unit = _in_seconds(times)
+    guesses += of_unit
     falling = int((np.diff(times) < 0).sum())
     if falling:
         guesses += (f"the time goes back {falling} times: rows are kept in the order of the file",)
@@ -120,6 +124,15 @@ def beside_of(path: str | os.PathLike[str]) -> frozenset[str]:
     return frozenset(what for title in titles if (what := title.strip().rpartition("_")[2]) in BESIDE)
 
 
+def _in_seconds(times: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Times (T,) in seconds, and a sentence where they must be of a smaller unit, as no sensor is so slow."""
+    rising = np.diff(times)
+    rising = rising[rising > 0]
+    if not len(rising) or np.median(rising) <= _SLOWEST:
+        return times, ()
+    return seconds_of(times)[:2]
+
+
 def _places(titles: Sequence[str], name: str) -> dict[str, dict[str, int]]:
     """Of each joint, in the order of the file, the columns of its x, y, z and of what stands beside them."""
     first = titles[0] if titles else ""
@@ -143,7 +156,7 @@ def _beside(rows: Floats, places: dict[str, dict[str, int]], what: str) -> Float
     """(T, J) of what stands beside the positions; NaN where a joint lacks it, None where all do."""
     if not any(what in found for found in places.values()):
         return None
-    missing = np.full(len(rows), np.nan)
+    missing = np.full(len(rows), TRACKED if what == "state" else np.nan)  # a joint of which no state is told
     return np.stack([rows[:, found[what]] if what in found else missing for found in places.values()], axis=1)
 
 

@@ -7,32 +7,22 @@ SDK. Titles are not trusted: some recorders wrote the joints in the SDK's order 
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Floats
-from ..bodies.joint_sets import AZURE32, KINECT20, KINECT25, JointSet
-from ..bodies.postures import Postures
+from ..arrays import Bytes, Floats, Ints
+from ..bodies.joint_sets import AZURE32, meanings, parents
+from ..bodies.postures import TRACKED, Postures
 from ..errors import FileError
-from .number_rows import NumberRows, read_number_rows
+from .kinect_titles import SDK, columns_of, columns_without_titles
+from .number_rows import read_number_rows
 from .sensor_source import SensorSource, even_times, seconds_of, states_of, with_absent
 
 WANTED = "a table of Kinect joints with x, y, z and state"
-_BY_COUNT = {20: KINECT20, 25: KINECT25, 32: AZURE32}
+_HIGH = 3  # of Azure Kinect's levels of confidence
 _KIND = {20: "Kinect v1 joints", 25: "Kinect v2 joints", 32: "Azure Kinect joints"}
 LARGEST_BODY = 4.0  # m that a body with its arms stretched out may measure along an axis
 _SURELY = 0.98  # names are believed when they make the body so much smaller than the SDK's order does
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Where things stand in a row: the time's column (-1 for none), the first joint's, how many, columns of each."""
-
-    time: int
-    first: int
-    joints: int
-    width: int
 
 
 def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) -> Postures:
@@ -45,48 +35,33 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
 
     Returns
     -------
-    postures : names of the sensor's SDK, states where the table has them, the file's own times in seconds.
+    postures : names of the sensor's SDK, or the titles' where it has other joints; states where the table has them,
+        the file's own times in seconds.
 
     Raises
     ------
     FileError : not there, not such a table, or damaged.
     """
     table = read_number_rows(path, WANTED)
-    layout = _titled(table.titles) if table.titles else layout_without_titles(table.rows.shape[1])
-    if layout is None or layout.first + layout.joints * layout.width > table.rows.shape[1]:
+    columns = columns_of(table.titles) if table.titles else columns_without_titles(table.rows.shape[1])
+    if columns is None:
         raise FileError(
             f"{path}: wanted {WANTED} for 20, 25 or 32 joints, came {table.rows.shape[1]} columns; "
             f"check the file's ending"
         )
-    stop = layout.first + layout.joints * layout.width
-    blocks = table.rows[:, layout.first : stop].reshape(len(table.rows), layout.joints, layout.width)
-    state, state_warning = states_of(blocks[:, :, 3]) if layout.width == 4 else (None, ())
-    positions = with_absent(blocks[:, :, :3], state)
+    state, state_warning = _states(table.rows, columns.state)
+    positions = with_absent(table.rows[:, columns.xyz], state)
     positions, measured = in_metres(positions)
-    names, named = _names(table, layout, positions)
-    if layout.time >= 0:
-        times, guesses, warnings = seconds_of(table.rows[:, layout.time])
+    names, named = _names(columns.titles, positions)
+    if columns.others:
+        named = (*named, f"left out, as no joint of a body is called so: {', '.join(columns.others)}")
+    if columns.time >= 0:
+        times, guesses, warnings = seconds_of(table.rows[:, columns.time])
     else:
         (times, guesses), warnings = even_times(len(table.rows), fps), ()
-    source = SensorSource(
-        _KIND.get(layout.joints, f"{layout.joints} joints"), (*table.warnings, *state_warning, *warnings)
-    )
+    kind = _KIND.get(len(names), f"{len(names)} joints") if _of_sdk(names) else "table of joints"
+    source = SensorSource(kind, (*table.warnings, *state_warning, *warnings))
     return Postures(names, positions, times, state=state, source=source, guesses=(*guesses, *named, *measured))
-
-
-def layout_without_titles(columns: int) -> _Layout | None:
-    """How a row of so many numbers is laid out, when it is that of a Kinect table."""
-    for width in (4, 3):
-        for before in (0, 1):
-            joints, rest = divmod(columns - before, width)
-            if joints in _BY_COUNT and not rest:
-                return _Layout(before - 1, before, joints, width)
-    return None
-
-
-def titles_of_kinect(titles: Sequence[str]) -> bool:
-    """Whether these are titles of such a table and not of our own, which starts with `time` and `<joint>_x`."""
-    return _titled(titles) is not None
 
 
 def in_metres(positions: Floats) -> tuple[Floats, tuple[str, ...]]:
@@ -117,40 +92,50 @@ def unit_of_body(size: float) -> tuple[float, str]:
     return (0.01, "centimetres") if size <= 100 * LARGEST_BODY else (0.001, "millimetres")
 
 
-def _titled(titles: Sequence[str]) -> _Layout | None:
-    plain = [title.strip().lower() for title in titles]
-    starts = [k for k, title in enumerate(plain) if title.endswith(("_x", ".x", " x"))]
-    if len(starts) not in _BY_COUNT:
-        return None
-    width = 4 if starts[0] + 3 < len(plain) and plain[starts[0] + 3].endswith(("tracked", "state")) else 3
-    if starts != list(range(starts[0], starts[0] + width * len(starts), width)):
-        return None
-    time = next((k for k, title in enumerate(plain[: starts[0]]) if "time" in title), -1)
-    return _Layout(time, starts[0], len(starts), width)
+def _states(rows: Floats, columns: Ints | None) -> tuple[Bytes | None, tuple[str, ...]]:
+    """Tracking states (T, J) of a table, and what is wrong with them; joints without a column of their own are as
+    good as tracked. Azure Kinects tell how sure they are: not, little, middling, very."""
+    if columns is None:
+        return None, ()
+    told = np.where(columns >= 0, rows[:, columns], TRACKED)
+    if len(columns) == len(AZURE32.names):
+        told = np.where(told == _HIGH, TRACKED, told)
+    return states_of(told)
 
 
-def _names(table: NumberRows, layout: _Layout, positions: Floats) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _names(titles: Sequence[str], positions: Floats) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names in the columns' order, and a sentence where the titles were not believed.
 
     Of the SDK's order and the titles', the right one joins the nearer joints: wrong names draw bones across the body.
     """
-    sdk = _BY_COUNT[layout.joints]
-    if not table.titles:
+    sdk = SDK.get(positions.shape[1])
+    if sdk is None:
+        return tuple(titles), ()
+    if not titles or tuple(titles) == sdk.names:
         return sdk.names, ()
-    titles = [table.titles[layout.first + k * layout.width].strip()[:-2] for k in range(layout.joints)]
-    if titles == list(sdk.names):
+    meant = meanings(titles)
+    if (
+        all(meant)
+        and len(set(titles)) == len(titles)
+        and _size(titles, positions) < _SURELY * _size(sdk.names, positions)
+    ):
+        known = sorted(titles) == sorted(sdk.names)
+        said = "the joints stand in another order than the sensor's SDK has: took the titles'"
+        return tuple(titles), (said,) if known else ()
+    if meant == sdk.meanings:
         return sdk.names, ()
-    if sorted(titles) == sorted(sdk.names):
-        order = [titles.index(name) for name in sdk.names]
-        if _size(sdk, positions[:, order]) < _SURELY * _size(sdk, positions):
-            return tuple(titles), ("the joints stand in another order than the sensor's SDK has: took the titles'",)
     return sdk.names, ("the titles' joint names do not fit the body: took the order of the sensor's SDK",)
 
 
-def _size(joints: JointSet, positions: Floats) -> float:
-    """Sum of the bones' median lengths, m."""
-    child = [k for k, parent in enumerate(joints.parents) if parent >= 0]
-    parent = [joints.parents[k] for k in child]
-    lengths = np.linalg.norm(positions[:, child] - positions[:, parent], axis=2)
+def _of_sdk(names: Sequence[str]) -> bool:
+    """Whether these are a sensor's own joints, in whatever order."""
+    return len(names) in SDK and sorted(names) == sorted(SDK[len(names)].names)
+
+
+def _size(names: Sequence[str], positions: Floats) -> float:
+    """Sum of the bones' median lengths, m, if the joints are called so."""
+    above = parents(names)
+    child = np.flatnonzero(above >= 0)
+    lengths = np.linalg.norm(positions[:, child] - positions[:, above[child]], axis=2)
     seen = np.isfinite(lengths).any(axis=0)
     return float(np.nanmedian(lengths[:, seen], axis=0).sum())

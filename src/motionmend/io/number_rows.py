@@ -12,9 +12,11 @@ import numpy as np
 
 from ..arrays import Floats
 from ..errors import FileError
-from .columns import lines_of
+from .columns import lines_of, with_points
 from .text import ABSURD, shown
 
+_STATES = {"tracked": 2.0, "inferred": 1.0, "nottracked": 0.0}  # as the sensors' SDKs spell them
+_DECIMAL = re.compile(r"\d,\d+\s+[-+]?\d")  # numbers between blanks, with commas for points
 _NO_NUMBER = re.compile(r"^[-+]?(?:nan(?:\(.*\))?|inf(?:inity)?|1\.#\w+|null|none|)$", re.IGNORECASE)
 
 
@@ -68,7 +70,8 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
 
     Parameters
     ----------
-    lines : of the file; cells stand between tabs, commas, semicolons or blanks.
+    lines : of the file; cells stand between tabs, semicolons, commas or blanks, perhaps in quotes. Where not commas
+        part them they may stand for decimal points. The words for tracking states are 2, 1 and 0.
     name : of the file, for messages.
     wanted : what it should be, for messages.
 
@@ -78,6 +81,7 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
     """
     used = [(k, line) for k, line in enumerate(lines, start=1) if line.strip()]
     separator = _separator(used[0][1])
+    used = [(k, with_points(line.replace('"', ""), separator)) for k, line in used]
     titles: tuple[str, ...] = ()
     if any(_number(cell) is None for cell in _cells(used[0][1], separator)):
         titles = tuple(cell.strip() for cell in _cells(used[0][1], separator))
@@ -117,12 +121,23 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
 
 def split_cells(line: str) -> list[str]:
     """The cells of a line by whatever separates them, without empty ones behind the last."""
-    return _cells(line, _separator(line))
+    separator = _separator(line)
+    return _cells(with_points(line.replace('"', ""), separator), separator)
+
+
+def numbers_of(cells: Sequence[str]) -> list[float] | None:
+    """What cells hold, NaN where they say that there is none, 2, 1 and 0 for words of tracking states; None where one
+    is another word."""
+    found = [_number(cell) for cell in cells]
+    known = [one for one in found if one is not None]
+    return known if len(known) == len(found) else None
 
 
 def _separator(line: str) -> str | None:
     """What stands between the cells of a line; None for blanks."""
-    return next((one for one in ("\t", ",", ";") if one in line.strip()), None)
+    bare = line.strip()
+    found = next((one for one in ("\t", ";", ",") if one in bare), None)
+    return None if found == "," and _DECIMAL.search(bare) else found
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -138,6 +153,8 @@ def _number(cell: str) -> float | None:
     text = cell.strip()
     if _NO_NUMBER.match(text):
         return float("nan")
+    if text.lower() in _STATES:
+        return _STATES[text.lower()]
     try:
         return None if "_" in text else float(text)
     except ValueError:

@@ -4,6 +4,7 @@ import gzip
 import json
 import os
 import zlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,11 +12,12 @@ import numpy as np
 
 from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
-from .kinect_table import layout_without_titles, titles_of_kinect
-from .number_rows import split_cells
+from .kinect_titles import columns_of, columns_without_titles
+from .number_rows import numbers_of, split_cells
 from .sensor_source import SensorSource, even_times, with_absent
 
 SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
+_TURNED = 1e-3  # off 1 that the norm of a quaternion in a text may be
 _HEAD = 1 << 16  # bytes that hold the first row of every format
 
 # What a file is whose content is known but no sensor's skeleton, and what to do with it.
@@ -23,6 +25,7 @@ _OTHERS = {
     "uiprmd angles": "UI-PRMD's angles: give the Positions file of the same name, its angles are read with it",
     "uiprmd markers": "UI-PRMD's optical markers: they are the truth in a list of pairs, nothing to correct",
     "keraal bodies": "Keraal's optical rigid bodies: they are the truth in a list of pairs, nothing to correct",
+    "turns": "how joints are turned (quaternions), not where they are: give the positions recorded with them",
     "depth": "depth pictures: `motionmend track` takes them",
     "markers": "joint angles or markers: `motionmend denoise` takes them",
     "json": "JSON of another kind",
@@ -199,7 +202,8 @@ def _head(file: Path) -> str:
         raise FileError(
             f"{file}: wanted a sensor's recording, cannot read it: {failure}; get a complete copy"
         ) from None
-    return start.decode("utf-8-sig", errors="replace")
+    wide = start[:2] in (b"\xff\xfe", b"\xfe\xff")
+    return start.decode("utf-16" if wide else "utf-8-sig", errors="replace")
 
 
 def _azure(file: Path, head: str) -> bool:
@@ -223,17 +227,24 @@ def _of_text(file: Path, head: str) -> str:
     if not lines:
         return ""
     cells = split_cells(lines[0])
-    try:
-        [float(cell) for cell in cells]
-    except ValueError:
+    if numbers_of(cells) is None:
         if starts_as_joint_table(file):
             return "joints"
         if any(line.lower().startswith("frame#") for line in lines[:20]):
             return "trc"
-        return "table" if titles_of_kinect(cells) else "markers" if cells[0].lower() in ("field", "time") else ""
+        return "table" if columns_of(cells) else "markers" if cells[0].lower() in ("field", "time") else ""
     if len(cells) == 66:
         return "uiprmd angles" if is_angles(file) else "uiprmd"
     if len(cells) == 1 and len(lines) > 2 and len(split_cells(lines[2])) == 10:
         return "ntu"
     known = {3 * len(MARKERS): "uiprmd markers", 175: "keraal", 119: "keraal bodies"}
-    return known.get(len(cells), "table" if layout_without_titles(len(cells)) else "")
+    if len(cells) not in known and columns_without_titles(len(cells)) is None:
+        return ""
+    return known.get(len(cells), "turns" if _are_turns(lines) else "table")
+
+
+def _are_turns(lines: Sequence[str]) -> bool:
+    """Whether rows hold quaternions for each joint, as KIMORE's JointOrientation: four numbers of norm 1, or zeros."""
+    numbers = numbers_of(split_cells(lines[len(lines) // 2])) or [0.0]
+    norms = np.linalg.norm(np.clip(numbers[len(numbers) % 4 :], -2.0, 2.0).reshape(-1, 4), axis=1)
+    return bool(norms.any()) and bool((np.abs(norms[norms != 0.0] - 1.0) < _TURNED).all())

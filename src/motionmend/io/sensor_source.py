@@ -10,7 +10,7 @@ from ..errors import UsageError
 from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
-_UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7}
+_UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7, "nanoseconds": 1e-9}
 
 
 @dataclass(frozen=True)
@@ -26,15 +26,16 @@ def warnings_of(source: object) -> tuple[str, ...]:
     return tuple(getattr(source, "warnings", ()))
 
 
-def seconds_of(stamps: Floats) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
-    """Time stamps of unknown unit as seconds.
+def seconds_of(stamps: Floats, told: str | None = None) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
+    """Time stamps as seconds, of a unit that is told or must be guessed.
 
-    The unit is the one in which the median step is nearest to a sensor's usual 1/30 s; a thousandfold lies between
+    It is the one in which the median step is nearest to a sensor's usual 1/30 s; a thousandfold lies between
     most of them.
 
     Parameters
     ----------
     stamps : (T,) as the file has them.
+    told : their unit, a key of `_UNITS`.
 
     Returns
     -------
@@ -48,16 +49,18 @@ def seconds_of(stamps: Floats) -> tuple[Floats, tuple[str, ...], tuple[str, ...]
         warnings.append(f"{int((~known).sum())} time stamps are no numbers: interpolated")
         places = np.arange(len(stamps))
         stamps = np.interp(places, places[known], stamps[known])
-    if len(stamps) == 1:
+    if len(stamps) == 1 and told is None:
         return np.zeros(1), ("one frame: its time was taken as 0 s",), ()
     steps = np.diff(stamps)
     rising = steps[steps > 0]
-    if not rising.size:
+    if not rising.size and len(stamps) > 1:
         return even_times(len(stamps), None)[0], (), ("the times do not rise: took 30 Hz instead",)
-    step = float(np.median(rising))
-    unit = min(_UNITS, key=lambda name: abs(np.log(step * _UNITS[name] * USUAL_FPS)))
     if rising.size < steps.size:
         warnings.append(f"{int((steps <= 0).sum())} of {len(stamps)} times do not rise")
+    if told is not None:
+        return stamps * _UNITS[told], (), tuple(warnings)
+    step = float(np.median(rising))
+    unit = min(_UNITS, key=lambda name: abs(np.log(step * _UNITS[name] * USUAL_FPS)))
     guessed = () if unit == "seconds" else (f"times were taken as {unit}: {1 / (step * _UNITS[unit]):.3g} Hz",)
     return stamps * _UNITS[unit], guessed, tuple(warnings)
 

@@ -9,6 +9,8 @@ from ..arrays import Floats
 SHORTEST, TALLEST = 1.2, 2.3  # m; a rest pose outside is not taken for a person
 HEADS = ("head", "neck")
 FEET = ("foot", "toe", "ankle", "feet")
+LEGS = (*FEET, "heel", "leg", "knee", "thigh", "shin", "calf", "femur", "tibia")
+UPPER = (*HEADS, "shoulder", "arm", "elbow", "wrist", "hand", "clav", "collar", "humerus", "chest", "spine", "thorax")
 
 
 def length_unit(height: float, candidates: Iterable[tuple[float, str]], otherwise: float) -> tuple[float, str]:
@@ -35,6 +37,12 @@ def length_unit(height: float, candidates: Iterable[tuple[float, str]], otherwis
         f"took 1 unit of length = {otherwise:.6g} m, which makes the rest pose {height * otherwise:.3g} m tall; "
         "no likely unit makes it a person's height, lengths may be wrong"
     )
+
+
+def is_half(names: Sequence[str]) -> bool:
+    """Whether joints of these names are a part of a person: legs alone, or arms and trunk without any legs."""
+    lower = [name.lower() for name in names]
+    return bool(_having(lower, LEGS)) != bool(_having(lower, UPPER))
 
 
 def up_axis(names: Sequence[str], rest: Floats) -> tuple[Floats, str]:

@@ -16,7 +16,7 @@ from ..arrays import Floats, frozen
 from ..bodies.motion import Markers
 from ..errors import FileError, counted
 from .atomic import atomic
-from .columns import cells_of, read_lines, read_rows, steady_rate, unended
+from .columns import cells_of, read_lines, read_rows, steady_rate, unended, with_points
 from .marker_text import against_promise, coordinates_for_text, number_of, present_in_text, refuse_twice
 from .units import metres_per_unit
 from .vertical import up_of
@@ -74,6 +74,7 @@ def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
         raise FileError(f"{name}: wanted marker names behind Frame# and Time, came none; the file is damaged")
     refuse_twice(names, name)
     begin = next((k for k in range(titles + 1, len(lines)) if _starts_with_number(lines[k])), len(lines))
+    lines[begin:] = [with_points(line, "\t") for line in lines[begin:]]
     rows = read_rows(lines[begin:], "\t", 2 + 3 * len(names), begin + 1, name)
     guesses = (*_promises(header, rows, names, name), *unended(lines))
     rate, rate_guess = _rate(header, lines[begin:], rows, fps, name)
@@ -126,7 +127,7 @@ def _header(lines: Sequence[str]) -> dict[str, str]:
     at = next((k for k, line in enumerate(lines[:-1]) if line.split()[:1] == ["DataRate"]), None)
     if at is None:
         return {}
-    return dict(zip(lines[at].split(), lines[at + 1].split(), strict=False))
+    return dict(zip(lines[at].split(), with_points(lines[at + 1], "\t").split(), strict=False))
 
 
 def _starts_with_number(line: str) -> bool:

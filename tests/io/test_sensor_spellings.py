@@ -1,0 +1,258 @@
+"""Tables and files of joints as recorders, spreadsheets and other programs spell them."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from sensor_files import azure, standing, table
+
+from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UTDMHAD20
+from motionmend.errors import FileError
+from motionmend.io.sensor import looks_like_sensor, read_postures
+from motionmend.io.sensor_source import warnings_of
+
+PLACES = standing(KINECT25, 8).round(6)
+STATES = np.random.default_rng(1).integers(1, 3, PLACES.shape[:2])
+TIMES = np.arange(8) / 25
+
+
+def told(
+    path: Path,
+    axes: str = "_{}",
+    separator: str = ",",
+    first: str = "time",
+    state: str = "_state",
+    joints: tuple[str, ...] = KINECT25.names,
+    behind: bool = True,
+) -> str:
+    """A table with a title for each column; states in a block at the end, or each behind its joint's coordinates."""
+    at = [KINECT25.names.index(one) for one in joints]
+    rows = [[first], *([repr(float(t))] for t in TIMES)]
+    for k in at:
+        rows[0] += [KINECT25.names[k] + axes.format(axis) for axis in "xyz"]
+        rows[0] += [] if behind else [KINECT25.names[k] + state]
+        for t, row in enumerate(rows[1:]):
+            row += [repr(float(value)) for value in PLACES[t, k]] + ([] if behind else [str(STATES[t, k])])
+    for k in at if behind else ():
+        rows[0].append(KINECT25.names[k] + state)
+        for t, row in enumerate(rows[1:]):
+            row.append(str(STATES[t, k]))
+    text = "\n".join(separator.join(row) for row in rows) + "\n"
+    path.write_text(text, "utf-8")
+    return text
+
+
+def is_whole(path: Path, joints: tuple[str, ...] = KINECT25.names) -> None:
+    found = read_postures(path)
+    at = [KINECT25.names.index(one) for one in joints]
+    assert found.names == joints
+    np.testing.assert_allclose(found.positions, PLACES[:, at], atol=1e-9)
+    np.testing.assert_allclose(found.times, TIMES, atol=1e-9)
+    np.testing.assert_array_equal(found.state, STATES[:, at])
+
+
+@pytest.mark.parametrize("behind", [True, False])
+@pytest.mark.parametrize("state", ["_state", ".TrackingState", " tracked", "_Status"])
+@pytest.mark.parametrize("axes", ["_{}", ".{}", "{}", " {} (m)", "_Pos{}", ".Position.{}"])
+def test_titles_are_understood_as_recorders_spell_them(tmp_path: Path, axes: str, state: str, behind: bool) -> None:
+    path = tmp_path / "take.csv"
+    told(
+        path, axes.replace("{}", "{0}").upper() if axes == "{}" else axes, first="Timestamp", state=state, behind=behind
+    )
+    is_whole(path)
+
+
+@pytest.mark.parametrize("separator", ["\t", ";"])
+@pytest.mark.parametrize("points", [True, False])
+def test_spreadsheets_part_cells_and_decimals_otherwise(tmp_path: Path, separator: str, points: bool) -> None:
+    path = tmp_path / "take.csv"
+    text = told(path, separator=separator)
+    path.write_text(text if points else text.replace(".", ","), "utf-8")
+    is_whole(path)
+
+
+def test_quotes_utf_16_and_gzip_change_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "take.csv"
+    text = told(path)
+    path.write_text("\n".join(",".join(f'"{c}"' for c in row.split(",")) for row in text.splitlines()) + "\n", "utf-8")
+    is_whole(path)
+    path.write_bytes(text.encode("utf-16"))
+    is_whole(path)
+    path = tmp_path / "take.csv.gz"
+    path.write_bytes(gzip.compress(text.encode()))
+    is_whole(path)
+
+
+def test_a_part_of_the_joints_keeps_its_own_names(tmp_path: Path) -> None:
+    some = tuple(name for name in KINECT25.names if "Hand" not in name and "Thumb" not in name)
+    assert len(some) not in (20, 25, 32)
+    told(tmp_path / "some.csv", separator=";", joints=some)
+    is_whole(tmp_path / "some.csv", some)
+    twenty = tuple(name for name in KINECT25.names if "Tip" not in name and "Thumb" not in name and name != "Neck")
+    assert len(twenty) == len(KINECT20.names)
+    told(tmp_path / "twenty.csv", separator=";", joints=twenty)  # as many as the first Kinect has, and not those
+    is_whole(tmp_path / "twenty.csv", twenty)
+
+
+def test_turns_beside_positions_are_no_joints(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in told(tmp_path / "take.csv", first="Timestamp").splitlines()]
+    turns = [f"{name}_{kind}{axis}" for name in KINECT25.names for kind in ("q_", "Rot", "2D_") for axis in "XYZ"]
+    rows = [rows[0] + turns, *(row + ["0.5"] * len(turns) for row in rows[1:])]
+    (tmp_path / "take.csv").write_text("\n".join(map(",".join, rows)) + "\n", "utf-8")
+    is_whole(tmp_path / "take.csv")
+
+
+def test_what_else_is_measured_is_no_joint_and_said_to_be_left_out(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in told(tmp_path / "take.csv", first="Timestamp").splitlines()]
+    gyro = [["gyroX", "gyroY", "gyroZ"], *[["50", "-20", "80"]] * len(PLACES)]
+    rows = [[row[0], *more, *row[1:]] for row, more in zip(rows, gyro, strict=True)]
+    (tmp_path / "take.csv").write_text("\n".join(map(",".join, rows)) + "\n", "utf-8")
+    is_whole(tmp_path / "take.csv")
+    assert any("gyro" in one for one in read_postures(tmp_path / "take.csv").guesses)
+
+
+def test_a_joint_that_lacks_a_coordinate_is_not_left_out_silently(tmp_path: Path) -> None:
+    text = told(tmp_path / "take.csv").replace("Neck_x", "Head_x")
+    (tmp_path / "take.csv").write_text(text, "utf-8")
+    with pytest.raises(FileError, match=r"take\.csv"):
+        read_postures(tmp_path / "take.csv")
+
+
+def test_states_in_words_are_states(tmp_path: Path) -> None:
+    words = np.array(["NotTracked", "Inferred", "Tracked"])[STATES]
+    lines = [
+        ";".join(f"{x};{y};{z};{w}".replace(".", ",") for (x, y, z), w in zip(places, row, strict=True))
+        for places, row in zip(PLACES, words, strict=True)
+    ]
+    (tmp_path / "take.csv").write_text("\n".join(lines) + "\n", "utf-8")
+    found = read_postures(tmp_path / "take.csv")
+    np.testing.assert_array_equal(found.state, STATES)
+    np.testing.assert_allclose(found.positions, PLACES)
+
+
+def test_blanks_between_numbers_with_decimal_commas(tmp_path: Path) -> None:
+    lines = [" ".join(str(value).replace(".", ",") for value in row.ravel()) for row in PLACES]
+    (tmp_path / "take.txt").write_text("\n".join(lines) + "\n", "utf-8")
+    np.testing.assert_allclose(read_postures(tmp_path / "take.txt").positions, PLACES)
+
+
+@pytest.mark.parametrize("before", [0, 1, 2])
+def test_the_floor_behind_joints_without_titles_is_passed_over(tmp_path: Path, before: int) -> None:
+    rows = np.concatenate([PLACES, STATES[:, :, None]], axis=2).reshape(len(PLACES), -1)
+    stamps = 330_000.0 * np.arange(len(rows))[:, None]
+    rows = np.hstack([*(stamps, np.arange(len(rows))[:, None])[:before], rows, np.full((len(rows), 4), 0.5)])
+    np.savetxt(tmp_path / "take.skl", rows, fmt="%.6f", delimiter="\t")
+    found = read_postures(tmp_path / "take.skl")
+    np.testing.assert_allclose(found.positions, PLACES)
+    np.testing.assert_array_equal(found.state, STATES)
+    assert found.fps == pytest.approx(1 / 0.033 if before else 30.0)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e-6, 1e-7, 1e-9])
+def test_times_of_our_own_table_may_be_of_another_unit(tmp_path: Path, unit: float) -> None:
+    text = told(tmp_path / "take.csv")
+    for t in reversed(TIMES.tolist()):
+        text = text.replace(f"\n{t!r},", f"\n{round(t / unit)},")
+    (tmp_path / "take.csv").write_text(text, "utf-8")
+    is_whole(tmp_path / "take.csv")
+    assert any("times were taken as" in one for one in read_postures(tmp_path / "take.csv").guesses)
+
+
+def test_a_joint_of_which_no_state_is_told_is_not_untracked(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in told(tmp_path / "take.csv").splitlines()]
+    at = rows[0].index("Neck_state")
+    rows = [row[:at] + row[at + 1 :] for row in rows]
+    for name in ("time", "Timestamp"):
+        rows[0][0] = name
+        (tmp_path / "take.csv").write_text("\n".join(map(",".join, rows)) + "\n", "utf-8")
+        state = read_postures(tmp_path / "take.csv").state
+        assert state is not None
+        assert (state[:, KINECT25.names.index("Neck")] == 2).all()
+
+
+@pytest.mark.parametrize("axes", [(0, 1, 2), (2, 0, 1), (2, 1, 0), (1, 0, 2)])
+def test_a_utd_mhad_array_may_be_turned_about(tmp_path: Path, axes: tuple[int, int, int]) -> None:
+    places = standing(UTDMHAD20, 7)
+    savemat(tmp_path / "a.mat", {"d_skel": np.moveaxis(places, 0, 2).transpose(axes)})
+    np.testing.assert_allclose(read_postures(tmp_path / "a.mat").positions, places)
+
+
+def test_a_single_frame_of_utd_mhad_has_two_axes(tmp_path: Path) -> None:
+    places = standing(UTDMHAD20, 1)
+    savemat(tmp_path / "a.mat", {"d_skel": places[0]})
+    np.testing.assert_allclose(read_postures(tmp_path / "a.mat").positions, places)
+
+
+@pytest.mark.parametrize("key", ["confidence_level", "joint_confidence_level", "joint_confidences"])
+def test_azure_confidences_may_have_any_key(tmp_path: Path, key: str) -> None:
+    path = azure(tmp_path / "a.json", {1: standing(AZURE32, 3)}, [0, 33_333, 66_667])
+    content = json.loads(path.read_text("utf-8"))
+    levels = [k % 3 for k in range(32)]
+    for frame in content["frames"]:
+        frame["bodies"][0][key] = levels
+    path.write_text(json.dumps(content), "utf-8")
+    np.testing.assert_array_equal(read_postures(path).state, [levels] * 3)
+
+
+def test_times_of_azure_bodies_that_do_not_rise_are_not_given_out(tmp_path: Path) -> None:
+    found = read_postures(azure(tmp_path / "a.json", {1: standing(AZURE32, 3)}, [66_667, 33_333, 0]))
+    np.testing.assert_allclose(found.times, [0, 1 / 30, 2 / 30])
+    assert any("do not rise: took 30 Hz" in one for one in warnings_of(found.source))
+
+
+def test_a_time_that_an_azure_frame_lacks_is_interpolated_and_said(tmp_path: Path) -> None:
+    path = azure(tmp_path / "a.json", {1: standing(AZURE32, 4)}, [0, 200_000, 400_000, 600_000])
+    path.write_text(path.read_text("utf-8").replace("400000", "null"), "utf-8")
+    found = read_postures(path)
+    np.testing.assert_allclose(found.times, [0.0, 0.2, 0.4, 0.6])
+    assert any("interpolated" in one for one in warnings_of(found.source))
+
+
+def test_high_confidence_in_a_table_of_azure_kinects_is_tracked(tmp_path: Path) -> None:
+    levels = np.arange(4 * 32).reshape(4, 32) % 4
+    path = table(tmp_path / "a.csv", standing(AZURE32, 4), levels.astype(float), None)
+    np.testing.assert_array_equal(read_postures(path).state, np.minimum(levels, 2))
+
+
+def test_a_trc_with_decimal_commas_has_its_rate_and_places(tmp_path: Path) -> None:
+    names = ["RHip", "LHip", "Neck", "Head", "RWrist"]
+    rows = [
+        "\t".join([str(t + 1), f"{t / 60:.5f}", *(f"{x:.6f}" for x in PLACES[t, :5].ravel())]).replace(".", ",")
+        for t in range(8)
+    ]
+    head = [
+        "PathFileType\t4\t(X/Y/Z)\ta.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        "60,0\t60,0\t8\t5\tm",
+        "Frame#\tTime\t" + "\t\t\t".join(names),
+        "\t\t" + "\t".join(f"{axis}{k}" for k in range(1, 6) for axis in "XYZ"),
+        "",
+    ]
+    (tmp_path / "a.trc").write_text("\n".join(head + rows) + "\n", "utf-8")
+    found = read_postures(tmp_path / "a.trc")
+    np.testing.assert_allclose(found.positions, PLACES[:, :5])
+    assert found.fps == pytest.approx(60, rel=1e-3)
+
+
+def test_turns_of_joints_are_no_recording_and_left_out_of_a_folder(tmp_path: Path) -> None:
+    """KIMORE's JointOrientation has as many columns as its JointPosition."""
+    turns = np.random.default_rng(4).normal(size=(6, 25, 4))
+    turns /= np.linalg.norm(turns, axis=2, keepdims=True)
+    turns[:, [3, 15, 19, 21, 22]] = 0.0
+    path = tmp_path / "JointOrientationExercise1.csv"
+    path.write_text("".join(",".join(f"{x:.7g}" for x in row.ravel()) + ",\n" for row in turns), "utf-8")
+    assert not looks_like_sensor(path)
+    with pytest.raises(FileError, match="turned"):
+        read_postures(path)
+
+
+def test_cells_of_a_mat_file_are_refused_before_they_are_read(tmp_path: Path) -> None:
+    """Damaged ones make scipy read beyond the end of memory, which no message survives."""
+    inside = np.empty((1, 1), dtype=object)
+    inside[0, 0] = standing(UTDMHAD20, 3)
+    savemat(tmp_path / "a.mat", {"d_skel": inside})
+    with pytest.raises(FileError, match=r"a\.mat.*of cell"):
+        read_postures(tmp_path / "a.mat")
