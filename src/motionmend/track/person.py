@@ -1,15 +1,19 @@
 """The person in a frame: all that is measured where the room was taken away, else what `foreground` tells apart."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Singles
 from ..bodies.camera import DepthFrame
 from ..bodies.surface import intrinsics
 from .evidence import listed, middle
-from .foreground import Foreground, Scene, find_person, mended, remember
+from .foreground import CLOSING, Foreground, Scene, beside, find_person, mended, remember
 from .surfaces import LARGEST, SMALLEST, about
+from .window import Window, reached, untold
 
-CLOSING = 5  # px; dropout inside the person is narrower
+GAP = 0.5  # m, that one body has nowhere: less than a forearm
+PIECE = 0.01  # m², at least, of somebody else who comes into view
 
 
 def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int) -> tuple[Foreground, Scene]:
@@ -21,29 +25,45 @@ def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int)
 
     Notes
     -----
-    A recording without background has no floor or wall, and no more in it than one body: then nothing need be, and
-    nothing is, told apart, so that limbs before and behind each other are never taken for something else.
+    A recording without background has no floor or wall, and while all that is in it hangs together no more than one
+    body: then nothing need be, and nothing is, told apart, so that limbs before and behind each other are never taken
+    for something else.
     """
-    if not len(scene.planes) and not np.isfinite(scene.background).any():
+    if scene.bare and scene.others is None:
         from ..kernels import regions
 
         box = np.empty(4, np.int64)
-        area = regions.extent(frame.depth, box)
-        if SMALLEST < area / (frame.camera.fx * frame.camera.fy) < LARGEST:
-            return _all_of_it(frame, median, about(box, frame.depth.shape, CLOSING + median)), scene
+        area = regions.extent(frame.depth, box) / (frame.camera.fx * frame.camera.fy)
+        few = listed(frame.depth, intrinsics(frame.camera), 4)[1]
+        if SMALLEST < area < LARGEST and not _apart(few, area):
+            window = reached(scene.window, frame.depth, frame.camera.fx)
+            person = _all_of_it(frame, median, about(box, frame.depth.shape, CLOSING + median), window)
+            return person, replace(scene, window=window, person=person.depth, since=frame.time)
     person = find_person(scene, frame, last, median)
     return person, remember(scene, frame, person)
 
 
-def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice]) -> Foreground:
-    """What is measured, cleaned; `box` holds all of it and a margin wide enough for the clean-up."""
-    import cv2
+def _apart(points: Singles, area: float) -> bool:
+    """Whether points (N, 3) in m of so much surface, m², are of two things: with a gap between that no body has."""
+    least = int(np.ceil(PIECE / area * len(points)))
+    if len(points) < 2 * least:
+        return False
+    across, away = points[:, 0], points[:, 2]
+    for along in (across, away, np.sqrt(0.5) * (across + away), np.sqrt(0.5) * (across - away)):
+        ranked = np.sort(along)[least - 1 : len(points) - least + 1]
+        if np.diff(ranked).max(initial=0.0) > GAP:
+            return True
+    return False
 
+
+def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice], window: Window | None) -> Foreground:
+    """What is measured, cleaned; `box` holds all of it and a margin wide enough for the clean-up."""
     depth, free = np.full(frame.depth.shape, np.nan, np.float32), np.ones(frame.depth.shape, np.bool_)
     part = mended(frame.depth[box], median)
-    on = np.isfinite(part)
     depth[box] = part
-    free[box] = cv2.morphologyEx(on.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)) == 0
+    free[box] = beside(np.isfinite(part), frame.depth[box], None, frame.camera.fx)
+    if window is not None:
+        free &= ~untold(window, frame.depth, frame.camera.fx)
     points = listed(depth, intrinsics(frame.camera), 4)[1]
     if not len(points):
         return Foreground(depth, False, np.full(3, np.nan), free)

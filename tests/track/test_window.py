@@ -1,0 +1,159 @@
+"""Recordings without background: where somebody is cut off nothing is known, and who is apart is somebody else."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import motionmend as mm
+from drawn_people import CAMERA, PERSON, picture, random_joints, turned
+from motionmend.bodies.camera import DepthFrame
+from motionmend.bodies.performer import DOFS, LANDMARKS, Pose, advance, landmarks, standing
+from motionmend.bodies.surface import render
+from motionmend.track.database import PoseDatabase
+from motionmend.track.foreground import find_person, scene_of
+from motionmend.track.person import person_of
+from motionmend.track.standing import looked_at, with_furniture
+from motionmend.track.window import reached, untold
+
+SIDES = ("top", "bottom", "left", "right")
+
+
+def somebody(seed, far=3.0, aside=0.0):
+    rng = np.random.default_rng(seed)
+    pose = turned(standing((aside, 0.1, far)), rng.uniform(-3, 3))
+    return Pose(pose.translation, pose.root, random_joints(rng))
+
+
+def cut_off(depth, side, share):
+    """The image without what is beyond a line, which leaves a share of the person's rows or columns; and beyond."""
+    on = np.isfinite(depth)
+    lines = np.flatnonzero(on.any(axis=1 if side in ("top", "bottom") else 0))
+    at = int(lines[0] + (share if side in ("bottom", "right") else 1 - share) * (lines[-1] - lines[0]))
+    beyond = np.zeros(depth.shape, bool)
+    beyond[{"top": np.s_[:at], "bottom": np.s_[at + 1 :], "left": np.s_[:, :at], "right": np.s_[:, at + 1 :]}[side]] = (
+        True
+    )
+    return np.where(beyond, np.float32(np.nan), depth), beyond
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10_000), side=st.sampled_from(("top", "bottom")), share=st.floats(0.45, 0.7))
+def test_the_body_beyond_a_cut_is_nowhere_forbidden(seed, side, share):
+    pose = somebody(seed)
+    whole = render(PERSON, pose, CAMERA).depth
+    depth, beyond = cut_off(whole, side, share)
+    person, scene = person_of(scene_of(DepthFrame(CAMERA, depth)), DepthFrame(CAMERA, depth), None, 1)
+    assert not person.free[beyond].any()
+    assert scene.window.cut[SIDES.index(side)]
+    assert not person.free[np.isfinite(whole)].any()
+    assert person.free[~beyond].mean() > 0.5  # beside the person nobody is, as ever
+
+
+def test_few_whole_bodies_end_as_if_cut():
+    found = [
+        reached(None, picture(somebody(k), rng=np.random.default_rng(k)).depth, CAMERA.fx).cut.any() for k in range(60)
+    ]
+    assert np.mean(found) < 0.1
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_cut_is_remembered_until_something_is_beyond(side):
+    whole = render(PERSON, standing((0.0, 0.1, 3.0)), CAMERA).depth
+    depth, beyond = cut_off(whole, side, 0.6)
+    window = reached(None, depth, CAMERA.fx)
+    assert window.cut[SIDES.index(side)]
+    nothing = np.full(depth.shape, np.nan, np.float32)
+    assert reached(window, nothing, CAMERA.fx) is window
+    inner, _ = cut_off(depth, side, 0.7)  # somebody who does not reach the line now
+    assert untold(reached(window, inner, CAMERA.fx), inner, CAMERA.fx)[beyond].all()
+    assert not reached(window, whole, CAMERA.fx).cut[SIDES.index(side)]
+
+
+def test_rows_without_anything_amid_the_person_hide_them():
+    whole = render(PERSON, somebody(5), CAMERA).depth
+    depth = np.array(whole)
+    depth[110:135] = np.nan
+    person, _ = person_of(scene_of(DepthFrame(CAMERA, depth)), DepthFrame(CAMERA, depth), None, 1)
+    assert not person.free[110:135].any()
+    assert not person.free[np.isfinite(whole)].any()
+
+
+def walked(frames=24):
+    """Somebody who steps aside and lifts the arms."""
+    speed = np.zeros(DOFS)
+    speed[[0, 4, 12, 20]] = 0.3, 0.4, 0.5, 0.4
+    return [advance(PERSON, standing((0.0, 0.1, 2.6)), speed * t / 30.0) for t in range(frames)]
+
+
+POSES = walked()
+MODEL = mm.TrackerModel(PoseDatabase(np.array([pose.joints for pose in POSES]), np.full(len(POSES), len(POSES) - 1)))
+PLACES = np.array([landmarks(PERSON, pose) for pose in POSES])
+
+
+def followed(depths, start=0):
+    frames = [DepthFrame(CAMERA, depth, None, t / 30.0) for t, depth in enumerate(depths)]
+    return mm.track.follow(MODEL, frames, PERSON, POSES[start])
+
+
+@pytest.mark.parametrize(("first", "last"), [(150, 240), (0, 75), (118, 136)])
+def test_who_is_cut_off_is_not_squeezed_into_what_is_seen(first, last):
+    depths = [np.array(render(PERSON, pose, CAMERA).depth) for pose in POSES]
+    for depth in depths:
+        depth[first:last] = np.nan
+    tracked = followed(depths)
+    assert tracked.seen.all()
+    off = np.linalg.norm(tracked.joints - PLACES, axis=2)
+    rows = CAMERA.project(PLACES)[..., 1]
+    assert off[(rows < first - 5) | (rows > last + 5)].max() < 0.05
+    assert (off < np.maximum(0.05, 3 * tracked.std)).all()
+    if last == CAMERA.height:
+        ankles = [LANDMARKS.index(name) for name in ("l_ankle", "r_ankle")]
+        assert tracked.held[5:, ankles].all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10_000), far=st.floats(2.8, 4.0), behind=st.floats(-0.3, 0.9))
+def test_one_body_hangs_together_and_two_that_are_apart_do_not(seed, far, behind):
+    alone = render(PERSON, somebody(seed, far), CAMERA).depth
+    person, scene = person_of(scene_of(DepthFrame(CAMERA, alone)), DepthFrame(CAMERA, alone), None, 0)
+    assert np.isfinite(person.depth[np.isfinite(alone)]).all()
+    # and somebody else comes into view beside them
+    other = render(PERSON, turned(standing((1.6, 0.1, far + behind)), seed), CAMERA).depth
+    both = np.fmin(alone, other)
+    person, _ = person_of(scene, DepthFrame(CAMERA, both, None, 0.1), person.place, 0)
+    theirs = np.isfinite(person.depth) & (np.abs(both - alone) < 1e-6)
+    assert theirs.sum() > 0.95 * np.isfinite(person.depth).sum()
+    assert theirs.sum() > 0.9 * np.isfinite(alone).sum()
+    assert person.free.mean() > 0.5
+
+
+def test_who_walks_through_without_background_is_not_followed():
+    depths = []
+    for t, pose in enumerate(POSES):
+        other = turned(standing((1.9 - 0.03 * t, 0.1, 3.4)), 1.6)
+        depths.append(np.fmin(render(PERSON, pose, CAMERA).depth, render(PERSON, other, CAMERA).depth))
+    tracked = followed(depths)
+    assert tracked.seen.all()
+    assert np.linalg.norm(tracked.joints - PLACES, axis=2).max() < 0.06
+
+
+def test_a_table_before_the_person_is_furniture_where_no_room_is_behind(rng):
+    frames = []
+    for t, pose in enumerate(POSES):
+        depth = np.array(picture(pose, rng=rng).depth)
+        front = 1.7 + rng.normal(0, 0.0015, (90, 260)) * 1.7**2
+        depth[150:, 30:290] = front.astype(np.float32)
+        frames.append(DepthFrame(CAMERA, depth, None, t / 30.0))
+    scene = with_furniture([frames[k] for k in looked_at(len(frames))])
+    assert scene is not None
+    for frame, pose in zip(frames, POSES, strict=True):
+        found = np.isfinite(find_person(scene, frame).depth)
+        theirs = np.isfinite(render(PERSON, pose, CAMERA).depth[:150])
+        assert not found[152:].any()
+        assert (found[:150] & theirs).sum() > 0.9 * theirs.sum()
+
+
+def test_who_stands_alone_is_no_furniture_whatever_they_do(rng):
+    frames = [picture(POSES[0], rng=rng, time=t / 30.0) for t in range(12)]
+    assert with_furniture(frames) is None
