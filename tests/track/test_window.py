@@ -14,7 +14,7 @@ from motionmend.track.database import PoseDatabase
 from motionmend.track.foreground import find_person, scene_of
 from motionmend.track.person import person_of
 from motionmend.track.standing import looked_at, with_furniture
-from motionmend.track.window import reached, untold
+from motionmend.track.window import lines_of, reached, untold
 
 SIDES = ("top", "bottom", "left", "right")
 
@@ -59,13 +59,14 @@ def test_nine_of_ten_who_are_cut_off_are_known_to_be(side, share):
     found = []
     for seed in range(40):
         depth, _ = cut_off(render(PERSON, somebody(seed), CAMERA).depth, side, share)
-        found.append(reached(None, depth, CAMERA.fx).cut[SIDES.index(side)])
+        found.append(reached(None, lines_of(depth, CAMERA)).cut[SIDES.index(side)])
     assert np.mean(found) > 0.9
 
 
 def test_whole_bodies_do_not_end_as_if_cut():
     found = [
-        reached(None, picture(somebody(k), rng=np.random.default_rng(k)).depth, CAMERA.fx).cut.any() for k in range(60)
+        reached(None, lines_of(picture(somebody(k), rng=np.random.default_rng(k)).depth, CAMERA)).cut.any()
+        for k in range(60)
     ]
     assert not any(found)
 
@@ -83,30 +84,30 @@ def test_feet_that_end_with_the_floor_are_not_cut_off_nor_is_who_crouches_there_
     rng = np.random.default_rng(seed)
     pose = turned(standing((0.0, 0.1, far)), rng.uniform(-3, 3))
     depth = in_blocks(picture(pose, rng=rng).depth)
-    window = reached(None, depth, CAMERA.fx)
+    window = reached(None, lines_of(depth, CAMERA))
     assert not window.cut.any()
     low, _ = cut_off(depth, "top", 0.5)
-    assert not untold(reached(window, low, CAMERA.fx), low, CAMERA.fx)[window.ends[1] + 1 :].any()
+    assert not reached(window, lines_of(low, CAMERA)).cut[1]
 
 
 @pytest.mark.parametrize("border", ["top", "bottom"])
 def test_near_an_images_border_a_line_tells_nothing(border):
     depth = np.full((CAMERA.height, CAMERA.width), np.nan, np.float32)
     depth[{"top": np.s_[20:150, 100:220], "bottom": np.s_[90:220, 100:220]}[border]] = 2.5
-    assert reached(None, depth, CAMERA.fx).cut.tolist() == [border != "top", border != "bottom", True, True]
+    assert reached(None, lines_of(depth, CAMERA)).cut.tolist() == [border != "top", border != "bottom", True, True]
 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_a_cut_is_remembered_until_something_is_beyond(side):
     whole = render(PERSON, standing((0.0, 0.1, 3.0)), CAMERA).depth
     depth, beyond = cut_off(whole, side, 0.6)
-    window = reached(None, depth, CAMERA.fx)
+    window = reached(None, lines_of(depth, CAMERA))
     assert window.cut[SIDES.index(side)]
     nothing = np.full(depth.shape, np.nan, np.float32)
-    assert reached(window, nothing, CAMERA.fx) is window
+    assert reached(window, lines_of(nothing, CAMERA)) is window
     inner, _ = cut_off(depth, side, 0.7)  # somebody who does not reach the line now
-    assert untold(reached(window, inner, CAMERA.fx), inner, CAMERA.fx)[beyond].all()
-    assert not reached(window, whole, CAMERA.fx).cut[SIDES.index(side)]
+    assert untold(reached(window, lines_of(inner, CAMERA)), lines_of(inner, CAMERA))[beyond].all()
+    assert not reached(window, lines_of(whole, CAMERA)).cut[SIDES.index(side)]
 
 
 def test_rows_without_anything_amid_the_person_hide_them():

@@ -18,13 +18,14 @@ from ..errors import MismatchError
 from .passers import passers, passers_pixels
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of, slack
 from .surfaces import JUMP_NEAR, STEP, about, box_of, hidden, joined, most_like_a_body, surfaces_of
-from .window import Window, reached, untold
+from .window import Window, lines_of, reached, untold
 
 __all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "remember", "scene_of"]
 
 BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast narrower shadows or none
 CLOSING = 5  # px; dropout inside the person is narrower
 ROOM = 0.05  # share of an image's pixels that show something beside people, from which on there is a room
+_CLOSING = np.ones((CLOSING, CLOSING), np.uint8)
 _MISSED = 1.0  # s without the person, after which a passer is taken for them
 _NEARER = 0.15  # m, than the person's middle is what may hide a part of them
 
@@ -172,8 +173,12 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     if np.mean(np.isfinite(depth) & ~somebody) > ROOM:
         free = np.isfinite(depth) & ~before & ~np.isfinite(person)
     else:  # the background was taken away
-        window = reached(scene.window, depth, frame.camera.fx) if scene.bare else None
-        free = beside(np.isfinite(person), depth, window, frame.camera.fx)
+        free = beside(np.isfinite(person))
+        if scene.bare:
+            lines = lines_of(depth, frame.camera)
+            window = reached(scene.window, lines)
+            away = None if window is None else untold(window, lines)
+            free = free if away is None else free & ~away
     kernels.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
     kernels.gaps(depth, person, free, BASELINE * numbers[0], rim)
@@ -204,8 +209,10 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     if person.found:
         scene = replace(scene, person=person.depth, since=frame.time, stirred=max(scene.stirred, person.stirred))
     scene = scene if scene.others is None and person.others is None else replace(scene, others=person.others)
-    scene = scene if person.window is None else replace(scene, window=person.window)
-    if not seen.any() or scene.window is not None:
+    # Who is not told apart for a while leaves what was taken away so; a room that comes into view is one.
+    window = person.window if person.found or np.mean(seen) > ROOM else scene.window
+    scene = scene if window is scene.window else replace(scene, window=window)
+    if not seen.any() or window is not None:
         return scene
     if person.found:
         # Beside the person only what is clearly behind them: a piece of them that was missed must not be learned.
@@ -230,19 +237,16 @@ def _nobody(free: Bools, others: Singles | None = None) -> Foreground:
     return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), free, others=others)
 
 
-def beside(person: Bools, depth: Singles, window: Window | None, focal: float) -> Bools:
-    """(H, W) pixels where the person surely is not, of a recording whose background was taken away.
+def beside(person: Bools) -> Bools:
+    """Pixels where the person surely is not, of a recording whose background was taken away.
 
     Parameters
     ----------
-    person : (H, W) where they are; holes in them stay unknown.
-    depth : (H, W) m, NaN = no return. window : in which anything is measured at all, if known.
-    focal : px.
+    person : (h, w) where they are; holes in them stay unknown.
     """
     import cv2
 
-    free = cv2.morphologyEx(person.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)) == 0
-    return np.asarray(free if window is None else free & ~untold(window, depth, focal))
+    return np.asarray(cv2.morphologyEx(person.view(np.uint8), cv2.MORPH_CLOSE, _CLOSING) == 0)
 
 
 def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bools:

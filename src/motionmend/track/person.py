@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Floats, Singles
+from ..arrays import Floats
 from ..bodies.camera import DepthFrame
 from ..bodies.surface import intrinsics
 from .evidence import listed, middle
 from .foreground import CLOSING, Foreground, Scene, beside, find_person, mended, remember
 from .surfaces import LARGEST, SMALLEST, about
-from .window import Window, reached, untold
+from .window import Lines, lines_of, reached, untold
 
 GAP = 0.5  # m, that one body has nowhere: less than a forearm
 PIECE = 0.01  # m², at least, of somebody else who comes into view
@@ -30,40 +30,35 @@ def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int)
     for something else.
     """
     if scene.bare and scene.others is None:
-        from ..kernels import regions
-
-        box = np.empty(4, np.int64)
-        area = regions.extent(frame.depth, box) / (frame.camera.fx * frame.camera.fy)
-        few = listed(frame.depth, intrinsics(frame.camera), 4)[1]
-        if SMALLEST < area < LARGEST and not _apart(few, area):
-            window = reached(scene.window, frame.depth, frame.camera.fx)
-            person = _all_of_it(frame, median, about(box, frame.depth.shape, CLOSING + median), window)
+        lines = lines_of(frame.depth, frame.camera)
+        if lines is not None and SMALLEST < lines.area < LARGEST and not _apart(frame, lines):
+            window = reached(scene.window, lines)
+            person = _all_of_it(frame, median, about(lines.box, frame.depth.shape, CLOSING + median))
+            away = None if window is None else untold(window, lines)
+            person = person if away is None else replace(person, free=person.free & ~away)
             return person, replace(scene, window=window, person=person.depth, since=frame.time)
     person = find_person(scene, frame, last, median)
     return person, remember(scene, frame, person)
 
 
-def _apart(points: Singles, area: float) -> bool:
-    """Whether points (N, 3) in m of so much surface, m², are of two things: with a gap between that no body has."""
-    least = int(np.ceil(PIECE / area * len(points)))
+def _apart(frame: DepthFrame, lines: Lines) -> bool:
+    """Whether all that is measured is of two things: with a gap between that no body has."""
+    points = listed(frame.depth, intrinsics(frame.camera), 4)[1]
+    least = int(np.ceil(PIECE / lines.area * len(points)))
     if len(points) < 2 * least:
         return False
     across, away = points[:, 0], points[:, 2]
-    for along in (across, away, np.sqrt(0.5) * (across + away), np.sqrt(0.5) * (across - away)):
-        ranked = np.sort(along)[least - 1 : len(points) - least + 1]
-        if np.diff(ranked).max(initial=0.0) > GAP:
-            return True
-    return False
+    ways = np.sort(np.stack([across, away, np.sqrt(0.5) * (across + away), np.sqrt(0.5) * (across - away)]), axis=1)
+    within = ways[:, least - 1 : len(points) - least + 1]
+    return bool((within[:, 1:] - within[:, :-1]).max(initial=0.0) > GAP)
 
 
-def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice], window: Window | None) -> Foreground:
+def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice]) -> Foreground:
     """What is measured, cleaned; `box` holds all of it and a margin wide enough for the clean-up."""
     depth, free = np.full(frame.depth.shape, np.nan, np.float32), np.ones(frame.depth.shape, np.bool_)
     part = mended(frame.depth[box], median)
     depth[box] = part
-    free[box] = beside(np.isfinite(part), frame.depth[box], None, frame.camera.fx)
-    if window is not None:
-        free &= ~untold(window, frame.depth, frame.camera.fx)
+    free[box] = beside(np.isfinite(part))
     points = listed(depth, intrinsics(frame.camera), 4)[1]
     if not len(points):
         return Foreground(depth, False, np.full(3, np.nan), free)

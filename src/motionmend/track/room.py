@@ -59,6 +59,8 @@ class Scene:
     @property
     def bare(self) -> bool:
         """Whether nothing is known of a room: so it stays where the background was taken away."""
+        if self.window is not None:
+            return True  # from then on no background is learned
         return not len(self.planes) and not bool(np.isfinite(self.background).any())
 
 

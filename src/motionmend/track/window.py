@@ -16,17 +16,16 @@ from typing import final
 import numpy as np
 
 from ..arrays import Bools, Ints, Singles, frozen
+from ..bodies.camera import Camera
 
 KNIFE = 0.85  # times as wide as farther within is the end of somebody cut off, at least; what is round is half as wide
 WITHIN = 0.03  # m, farther within
-WIDE = np.array(
-    [0.2, 0.12, 0.2, 0.2]
-)  # m, at least, is cut through at the ends, in `Window`'s order: below it is shins
+WIDE = (0.2, 0.12, 0.2, 0.2)  # m, at least, is cut through at the ends, in `Window`'s order; below it is shins
 TALL = 1.45  # m, of somebody is seen at least whose feet are, too
 CLEFT, CLEFT_WIDE = 0.7, 0.06  # for KNIFE and m for WIDE on either side of lines that cut somebody in two
 INSIDE = 0.15  # share of the image's height or width that is without anything beyond such a line, at least
 
-_BELOW = np.array([False, True, False, False])
+_OUTWARDS = (-1, 1, -1, 1)
 
 
 @final
@@ -50,71 +49,116 @@ class Window:
         object.__setattr__(self, "cut", frozen(self.cut, np.bool_))
 
 
-def reached(window: Window | None, depth: Singles, focal: float) -> Window | None:
+@final
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """How much is measured in each row and column of an image.
+
+    Attributes
+    ----------
+    counts : (H,) and (W,) px.
+    box : (4,) px, first and last row, first and last column with anything.
+    area : m², of what is measured, as if it faced the camera.
+    pixels : of a metre at its distance.
+    """
+
+    counts: tuple[Ints, Ints]
+    box: Ints
+    area: float
+    pixels: float
+
+
+def lines_of(depth: Singles, camera: Camera) -> Lines | None:
+    """The lines of an image (H, W) in m, NaN = no return; None = nothing is measured."""
+    from ..kernels import regions
+
+    counts = np.empty(depth.shape[0], np.int64), np.empty(depth.shape[1], np.int64)
+    squares = regions.tally(depth, *counts)
+    rows, columns = (np.flatnonzero(count) for count in counts)
+    if not len(rows):
+        return None
+    box = np.array([rows[0], rows[-1], columns[0], columns[-1]])
+    away = float(np.sqrt(squares / counts[0].sum()))
+    return Lines(counts, box, squares / (camera.fx * camera.fy), camera.fx / away)
+
+
+def reached(window: Window | None, lines: Lines | None) -> Window | None:
     """The window as known with one more image.
 
     Parameters
     ----------
     window : as known so far; None = not at all.
-    depth : (H, W) m, NaN = no return; of a recording whose background was taken away.
-    focal : px.
+    lines : of an image of a recording whose background was taken away.
 
     Returns
     -------
     The same kind; what was cut off is so no longer where something is measured beyond. None while nothing ever was.
     """
-    on = np.isfinite(depth)
-    if not on.any():
+    if lines is None:
         return window
-    pixels = focal / float(np.median(depth[on][::7]))  # of a metre
-    within = _within(pixels)
-    ends, cut = np.empty(4, np.int64), np.zeros(4, np.bool_)
-    for axis in (0, 1):
-        counts = np.count_nonzero(on, axis=1 - axis)
-        first, last = np.flatnonzero(counts)[[0, -1]].tolist()
-        ends[2 * axis : 2 * axis + 2] = first, last
-        inwards = counts[first : first + within + 1], counts[max(last - within, 0) : last + 1][::-1]
-        for end, beyond in ((0, first), (1, len(counts) - 1 - last)):
-            least = WIDE[2 * axis + end] * pixels
-            cut[2 * axis + end] = beyond >= INSIDE * len(counts) and _knife(inwards[end], within, KNIFE, least)
-    feet = bool(ends[1] - ends[0] > TALL * pixels)
-    if window is None:
-        return Window(ends, cut & ~(_BELOW & feet), feet)
-    farther = np.array([1, -1, 1, -1]) * (window.ends - ends)  # > 0 where this image reaches beyond
-    feet = (feet and farther[1] >= 0) or (window.feet and farther[1] <= 0)
-    known = np.where(farther > 0, cut, np.where(farther == 0, cut | window.cut, window.cut)) & ~(_BELOW & feet)
-    return Window(np.where(farther > 0, ends, window.ends), known, feet)
+    found, within = lines.box.tolist(), _within(lines.pixels)
+    first, last, left, right = found
+    down, across = lines.counts
+    height, width = len(down), len(across)
+    feet = last - first > TALL * lines.pixels
+    cut = [
+        beyond >= INSIDE * size and _knife(counts, within, KNIFE, wide * lines.pixels)
+        for beyond, size, counts, wide in (
+            (first, height, down[first : first + within + 1], WIDE[0]),
+            (height - 1 - last, height, down[max(last - within, 0) : last + 1][::-1], WIDE[1]),
+            (left, width, across[left : left + within + 1], WIDE[2]),
+            (width - 1 - right, width, across[max(right - within, 0) : right + 1][::-1], WIDE[3]),
+        )
+    ]
+    ends = found
+    if window is not None:
+        known, before = window.ends.tolist(), window.cut.tolist()
+        farther = [sign * (now - then) for sign, now, then in zip(_OUTWARDS, found, known, strict=True)]
+        feet = (feet and farther[1] >= 0) or (window.feet and farther[1] <= 0)
+        cut = [(far >= 0 and now) or (far <= 0 and then) for far, now, then in zip(farther, cut, before, strict=True)]
+        ends = [now if far > 0 else then for far, now, then in zip(farther, found, known, strict=True)]
+    cut[1] &= not feet
+    if window is not None and (ends, cut, feet) == (known, before, window.feet):
+        return window
+    return Window(np.array(ends), np.array(cut), feet)
 
 
-def untold(window: Window, depth: Singles, focal: float) -> Bools:
+def untold(window: Window, lines: Lines | None) -> Bools | None:
     """Pixels that say nothing though nothing is measured in them.
 
     Parameters
     ----------
-    window, depth, focal : as for `reached`, the window with this image.
+    window : with this image. lines : of the image.
 
     Returns
     -------
     (H, W) True beyond an end at which somebody was cut off, and in rows and columns without anything that cut somebody
-    in two.
+    in two; None = there are no such pixels.
     """
-    on, out = np.isfinite(depth), np.zeros(depth.shape, np.bool_)
-    pixels = focal / float(np.median(depth[on][::7])) if on.any() else 1.0
-    within, least = _within(pixels), CLEFT_WIDE * pixels
-    for axis in (0, 1):
-        lines = out if axis == 0 else out.T
-        first, last = window.ends[2 * axis : 2 * axis + 2].tolist()
+    if lines is None:
+        return None
+    found: tuple[list[slice], list[slice]] = ([], [])
+    within, least = _within(lines.pixels), CLEFT_WIDE * lines.pixels
+    for axis, counts in enumerate(lines.counts):
         if window.cut[2 * axis]:
-            lines[:first] = True
+            found[axis].append(slice(0, int(window.ends[2 * axis])))
         if window.cut[2 * axis + 1]:
-            lines[last + 1 :] = True
-        counts = np.count_nonzero(on, axis=1 - axis)
+            found[axis].append(slice(int(window.ends[2 * axis + 1]) + 1, None))
         where = np.flatnonzero(counts)
+        if len(where) == where[-1] - where[0] + 1:
+            continue
         for k in np.flatnonzero(np.diff(where) > 1):
             begin, end = int(where[k]), int(where[k + 1])
-            ends = counts[max(begin - within, 0) : begin + 1][::-1], counts[end : end + within + 1]
-            if all(_knife(one, within, CLEFT, least) for one in ends):
-                lines[begin + 1 : end] = True
+            sides = counts[max(begin - within, 0) : begin + 1][::-1], counts[end : end + within + 1]
+            if all(_knife(side, within, CLEFT, least) for side in sides):
+                found[axis].append(slice(begin + 1, end))
+    if not any(found):
+        return None
+    out = np.zeros((len(lines.counts[0]), len(lines.counts[1])), np.bool_)
+    for rows in found[0]:
+        out[rows] = True
+    for columns in found[1]:
+        out[:, columns] = True
     return out
 
 
@@ -131,4 +175,6 @@ def _knife(counts: Ints, within: int, share: float, least: float) -> bool:
     counts : (n,) pixels of its lines from the end inwards. within : lines that are looked at.
     share : of the others' pixels that the end has. least : pixels that are cut through.
     """
-    return len(counts) > within and bool(counts[0] >= max(share * counts[1:].mean(), least, 3.0))
+    if len(counts) <= within or counts[0] < max(least, 3.0):
+        return False
+    return bool(counts[0] >= share * counts[1:].mean())
