@@ -22,7 +22,7 @@ KNIFE = 0.85  # times as wide as farther within is the end of somebody cut off, 
 WITHIN = 0.03  # m, farther within
 WIDE = (0.2, 0.12, 0.2, 0.2)  # m, at least, is cut through at the ends, in `Window`'s order; below it is shins
 TALL = 1.45  # m, of somebody is seen at least whose feet are, too
-CLEFT, CLEFT_WIDE = 0.7, 0.06  # for KNIFE and m for WIDE on either side of lines that cut somebody in two
+CLEFT, CLEFT_WIDE = 0.7, 0.12  # for KNIFE and m for WIDE on either side of WITHIN or more that cuts somebody in two
 INSIDE = 0.15  # share of the image's height or width that is without anything beyond such a line, at least
 
 _OUTWARDS = (-1, 1, -1, 1)
@@ -147,7 +147,7 @@ def untold(window: Window, lines: Lines | None) -> Bools | None:
         where = np.flatnonzero(counts)
         if len(where) == where[-1] - where[0] + 1:
             continue
-        for k in np.flatnonzero(np.diff(where) > 1):
+        for k in np.flatnonzero(np.diff(where) > within):
             begin, end = int(where[k]), int(where[k + 1])
             sides = counts[max(begin - within, 0) : begin + 1][::-1], counts[end : end + within + 1]
             if all(_knife(side, within, CLEFT, least) for side in sides):
