@@ -71,6 +71,16 @@ def test_whole_bodies_do_not_end_as_if_cut():
     assert not any(found)
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize(("tall", "cut"), [(0.3, False), (0.55, False), (0.9, True)])
+def test_the_straight_side_of_a_limb_is_no_cut_that_of_most_of_a_body_is(side, tall, cut):
+    depth = np.full((CAMERA.height, CAMERA.width), np.nan, np.float32)
+    depth[40:200, 140:180] = 2.5  # a trunk
+    depth[120 - 60 : 120 - 60 + round(tall * CAMERA.fy / 2.5), 128:192] = 2.5  # and what hangs at its sides
+    window = reached(None, lines_of(depth, CAMERA))
+    assert window.cut[SIDES.index(side)] == cut
+
+
 def in_blocks(depth, rows=4):
     """The image with what shows feet and floor taken away in blocks, as in recordings whose background was."""
     lines = np.flatnonzero(np.isfinite(depth).any(axis=1))

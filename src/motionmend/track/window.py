@@ -20,7 +20,9 @@ from ..bodies.camera import Camera
 
 KNIFE = 0.85  # times as wide as farther within is the end of somebody cut off, at least; what is round is half as wide
 WITHIN = 0.03  # m, farther within
-WIDE = (0.2, 0.12, 0.2, 0.2)  # m, at least, is cut through at the ends, in `Window`'s order; below it is shins
+# m, at least, is cut through at the ends, in `Window`'s order: a trunk, for heads end straight; shins; most of a body,
+# for the side of a leg or a hanging arm is straight, too.
+WIDE = (0.2, 0.12, 0.7, 0.7)
 TALL = 1.45  # m, of somebody is seen at least whose feet are, too
 CLEFT, CLEFT_WIDE = 0.7, 0.12  # for KNIFE and m for WIDE on either side of WITHIN or more that cuts somebody in two
 INSIDE = 0.15  # share of the image's height or width that is without anything beyond such a line, at least
