@@ -181,6 +181,17 @@ def test_the_extent_of_what_is_measured(seed, share):
     assert total == pytest.approx(float(np.nansum(depth.astype(float) ** 2)))
 
 
+@given(seed=st.integers(0, 10_000), share=st.sampled_from([0.0, 0.01, 0.5]))
+def test_the_tally_of_what_is_measured(seed, share):
+    rng = np.random.default_rng(seed)
+    depth = np.where(rng.uniform(size=(13, 21)) < share, rng.uniform(1, 4, (13, 21)), np.nan).astype(np.float32)
+    rows, columns = np.full(13, -1), np.full(21, -1)
+    total = regions.tally(depth, rows, columns)
+    assert (rows == np.isfinite(depth).sum(axis=1)).all()
+    assert (columns == np.isfinite(depth).sum(axis=0)).all()
+    assert total == pytest.approx(np.nansum(np.square(depth, dtype=np.float64)))
+
+
 def test_a_pose_that_is_reached_already_stays():
     pose = standing()
     found, left = reach(BODY, pose, landmarks(BODY, pose))

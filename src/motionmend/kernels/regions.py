@@ -37,6 +37,26 @@ def extent(depth: Singles, box: Ints) -> float:
 
 
 @compiled
+def tally(depth: Singles, rows: Ints, columns: Ints) -> float:
+    """How many pixels of each row (H,) and column (W,) are measured; the sum of their depths² in m²."""
+    height, width = depth.shape
+    rows[:], columns[:], total = 0, 0, 0.0
+    for r in range(height):
+        measured = 0
+        for c in range(width):
+            measured += depth[r, c] == depth[r, c]  # as in `extent`
+        rows[r] = measured
+        if measured == 0:
+            continue
+        for c in range(width):
+            z = np.float64(depth[r, c])
+            if not np.isnan(z):
+                total += z * z
+                columns[c] += 1
+    return total
+
+
+@compiled
 def mend(depth: Singles, radius: int, enough: int, jump: float, out: Singles) -> None:
     """Fill holes of one pixel and take the median of what is measured around each pixel.
 

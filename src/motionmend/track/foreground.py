@@ -18,10 +18,14 @@ from ..errors import MismatchError
 from .passers import passers, passers_pixels
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of, slack
 from .surfaces import JUMP_NEAR, STEP, about, box_of, hidden, joined, most_like_a_body, surfaces_of
+from .window import Window, lines_of, reached, untold
 
 __all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "remember", "scene_of"]
 
 BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast narrower shadows or none
+CLOSING = 5  # px; dropout inside the person is narrower
+ROOM = 0.05  # share of an image's pixels that show something beside people, from which on there is a room
+_CLOSING = np.ones((CLOSING, CLOSING), np.uint8)
 _MISSED = 1.0  # s without the person, after which a passer is taken for them
 _NEARER = 0.15  # m, than the person's middle is what may hide a part of them
 
@@ -43,6 +47,7 @@ class Foreground:
         it is a camera's loss at a step in depth: the person ends before it. None = nowhere.
     others : (H, W) m, who else is there, NaN beside; None = nobody (`passers`).
     stirred : share of the person's pixels with the room seen behind them before.
+    window : the part of the images in which anything is measured, where the background was taken away; else None.
     """
 
     depth: Singles
@@ -52,6 +57,7 @@ class Foreground:
     rim: Bools | None = None
     others: Singles | None = None
     stirred: float = 0.0
+    window: Window | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", frozen(self.depth, np.float32))
@@ -160,12 +166,23 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     x = (columns[some] + box[1].start - numbers[2]) * z / numbers[0]
     y = (rows[some] + box[0].start - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
-    free = _free(depth, before, mask, np.isfinite(person))
+    others = passers_pixels(seen, depth, strange, kept)
+    window, somebody = None, mask
+    if scene.bare:
+        somebody = mask | seen.pixels_of([s for s, like in seen.likeness.items() if like > 0.0 or strange[s]])
+    if np.mean(np.isfinite(depth) & ~somebody) > ROOM:
+        free = np.isfinite(depth) & ~before & ~np.isfinite(person)
+    else:  # the background was taken away
+        free = beside(np.isfinite(person))
+        if scene.bare:
+            lines = lines_of(depth, frame.camera)
+            window = reached(scene.window, lines)
+            away = None if window is None else untold(window, lines)
+            free = free if away is None else free & ~away
     kernels.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
     kernels.gaps(depth, person, free, BASELINE * numbers[0], rim)
-    others = passers_pixels(seen, depth, strange, kept)
-    return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]))
+    return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]), window)
 
 
 def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
@@ -192,7 +209,10 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
     if person.found:
         scene = replace(scene, person=person.depth, since=frame.time, stirred=max(scene.stirred, person.stirred))
     scene = scene if scene.others is None and person.others is None else replace(scene, others=person.others)
-    if not seen.any():
+    # Who is not told apart for a while leaves what was taken away so; a room that comes into view is one.
+    window = person.window if person.found or np.mean(seen) > ROOM else scene.window
+    scene = scene if window is scene.window else replace(scene, window=window)
+    if not seen.any() or window is not None:
         return scene
     if person.found:
         # Beside the person only what is clearly behind them: a piece of them that was missed must not be learned.
@@ -217,16 +237,16 @@ def _nobody(free: Bools, others: Singles | None = None) -> Foreground:
     return Foreground(np.full(free.shape, np.nan), False, np.full(3, np.nan), free, others=others)
 
 
-def _free(depth: Singles, before: Bools, mask: Bools, person: Bools) -> Bools:
-    """Pixels where the person surely is not."""
-    measured = np.isfinite(depth)
-    if np.mean(measured & ~mask) > 0.05:
-        return np.asarray(measured & ~before & ~person)
-    # Next to nothing is measured beside the person: the background was taken away. Holes in the person stay unknown.
+def beside(person: Bools) -> Bools:
+    """Pixels where the person surely is not, of a recording whose background was taken away.
+
+    Parameters
+    ----------
+    person : (h, w) where they are; holes in them stay unknown.
+    """
     import cv2
 
-    closed = cv2.morphologyEx(person.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    return np.asarray(closed == 0)
+    return np.asarray(cv2.morphologyEx(person.view(np.uint8), cv2.MORPH_CLOSE, _CLOSING) == 0)
 
 
 def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bools:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Singles, frozen
 from ..bodies.camera import Camera, DepthFrame
+from .window import Window
 
 # A structured-light camera's axial noise is about 1.9 mm at 1 m and grows with the square of the depth (Nguyen et al.
 # 2012); three standard deviations, and the width of a depth step of its 11 bits.
@@ -30,6 +31,7 @@ class Scene:
     person : (H, W) float32 m, who was last seen, NaN beside; None before anybody was.
     others : (H, W) float32 m, who else was in the last frame, NaN beside; None = nobody (`passers`).
     alive : whether who was last seen has moved before the background, and so is no furniture.
+    window : the part of the images in which anything is measured, where the background was taken away; else None.
     """
 
     planes: Floats
@@ -39,6 +41,7 @@ class Scene:
     since: float = float("nan")
     stirred: float = 0.0
     vouched: bool = False
+    window: Window | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", frozen(self.planes))
@@ -52,6 +55,13 @@ class Scene:
     def alive(self) -> bool:
         """Whether who was last seen is surely no furniture: that stays where it is."""
         return self.vouched or self.stirred > STIRRED
+
+    @property
+    def bare(self) -> bool:
+        """Whether nothing is known of a room: so it stays where the background was taken away."""
+        if self.window is not None:
+            return True  # from then on no background is learned
+        return not len(self.planes) and not bool(np.isfinite(self.background).any())
 
 
 def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:

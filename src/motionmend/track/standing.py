@@ -13,7 +13,7 @@ from ..bodies.camera import Camera, DepthFrame
 from ..bodies.surface import intrinsics
 from .fineness import evened
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of
-from .surfaces import Surfaces, joined, most_like_a_body, surfaces_of
+from .surfaces import Surfaces, is_board, joined, most_like_a_body, surfaces_of
 
 LOOKED_AT = 24  # frames of a recording, spread over all of it
 SEEN, SAME = 0.5, 0.9  # share of them in which a pixel is measured, and of those in which it is the same
@@ -50,21 +50,32 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
         return None
     camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
+    room, scene = scene_of(even[0]), None
     stays, leaving = _stays(depths, camera.fx * camera.fy)
-    if leaving < SOMEBODY:
+    alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
+    if leaving < SOMEBODY and not alone:
         return None
-    scene, room = None, scene_of(even[0])
     window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
+    somebody_sways = not alone
     for _ in range(MOST):
         seen, main = _likest(room, depths[0], camera)
-        mask = seen.pixels_of([main] if main >= 0 else [])
-        inner = cv2.erode(mask.view(np.uint8), window) > 0
-        if not inner.any() or np.isfinite(stays[inner]).mean() < STILL or _sways(depths, inner):
+        some = [main] if main >= 0 else []
+        if alone:  # no room is behind it, and a table would be taken for a part of the person
+            large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]
+            some += [s for s in large if is_board(seen.measures[s], seen.clouds[s])]
+        standing = None
+        for s in some:
+            mask = seen.pixels_of([s])
+            inner = cv2.erode(mask.view(np.uint8), window) > 0
+            sways = not inner.any() or np.isfinite(stays[inner]).mean() < STILL or _sways(depths, inner)
+            somebody_sways |= sways
+            standing = mask if not sways and standing is None else standing
+        if standing is None:
             break
-        nearest = np.where(mask & np.isfinite(stays), stays, np.float32(np.inf))
+        nearest = np.where(standing & np.isfinite(stays), stays, np.float32(np.inf))
         nearest = cv2.erode(nearest, window, borderType=cv2.BORDER_REPLICATE)
         room = scene = replace(room, background=np.where(np.isfinite(nearest), nearest, room.background))
-    if scene is None:
+    if scene is None or not somebody_sways:
         return None
     # What else stays is the room: but not somebody's feet.
     somebody = np.zeros(depths[0].shape, np.bool_)
@@ -72,6 +83,8 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         seen, main = _likest(scene, depth, camera)
         if main >= 0:
             somebody |= seen.pixels_of(joined(main, seen, np.zeros(len(seen.measures), np.bool_)))
+    if alone and not somebody.any():
+        return None
     apart = cv2.dilate(somebody.view(np.uint8), window) == 0
     return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
 

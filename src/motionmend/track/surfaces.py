@@ -74,7 +74,8 @@ def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats)
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
     measures = np.empty((count, 14))
-    moved = (before & np.isfinite(scene.background)).view(np.uint8)
+    # Where the background was taken away there is no furniture either.
+    moved = (before if scene.window is not None else before & np.isfinite(scene.background)).view(np.uint8)
     regions.measures(depth, labels, moved, intrinsics, measures)
     size = measures[:, 1]
     large = np.flatnonzero((size > 0.0005) & (measures[:, 0] >= 8))  # a noisy camera's frame has thousands of specks
@@ -231,6 +232,14 @@ def _shared(depth: Singles, labels: Labels, pixels: Floats, before: Singles | No
     return np.asarray(np.bincount(part[same], minlength=len(pixels)) / np.maximum(pixels, 1.0))
 
 
+def is_board(measure: Floats, cloud: Floats) -> bool:
+    """Whether a surface, `measures` (14,) and points (N, 3) in m of it, has no relief: a board, a table top."""
+    flat = np.sqrt(max(np.linalg.eigvalsh(np.cov(cloud.T))[0], 0.0))
+    # What the worst of cameras adds at this depth, or less where the surface itself is smoother than that.
+    noise = np.fmin(0.3 * NOISE_STEEP * measure[10] ** 2, _OF_BENDS * measure[13])
+    return bool(flat < np.hypot(NOISE_NEAR, noise))  # relief and noise add as variances
+
+
 def _likeness(measure: Floats, cloud: Floats, shortest: float = SHORTEST) -> float:
     """How much a surface is like a body by its shape and place; 0 = not at all."""
     area = measure[1]
@@ -238,13 +247,8 @@ def _likeness(measure: Floats, cloud: Floats, shortest: float = SHORTEST) -> flo
     # A person's size is bounded; of one who is partly out of view less is asked.
     if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < shortest * (measure[12] == 0):
         return 0.0
-    spread = np.cov(cloud.T)
-    flat = np.sqrt(max(np.linalg.eigvalsh(spread)[0], 0.0))
-    still = measure[11] < 0.5
-    # What the worst of cameras adds at this depth, or less where the surface itself is smoother than that.
-    noise = np.fmin(0.3 * NOISE_STEEP * measure[10] ** 2, _OF_BENDS * measure[13])
-    if still and flat < np.hypot(NOISE_NEAR, noise):  # relief and noise add as variances
-        return 0.0  # a board, a table top
+    if measure[11] < 0.5 and is_board(measure, cloud):
+        return 0.0
     score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
     score /= 1.0 + (measure[10] / 4.0) ** 2  # who is filmed stands in front
     return float(score)
