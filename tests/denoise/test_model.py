@@ -266,26 +266,34 @@ def test_unknown_channels_are_left_and_said(markers_model, walk, method):
 def test_unknown_channels_are_repaired_by_what_they_show_themselves(markers_model, walk):
     """As without a library; the others stay what the library made of them, and their gaps are filled from all."""
     truth = with_prop(markers(walk), markers(walk).positions[:, 0] + 0.3)
-    away = np.zeros((3, 2))
-    for draw in range(3):
-        bad = corrupt(truth, noise=0.005, outliers=0.05, gaps=0.05, seed=3 + draw)
-        positions = bad.recording.positions.copy()
-        positions[40:46, -1] = np.nan
-        bad_recording = bad.recording.with_positions(positions)
-        repaired = markers_model.repair(bad_recording)
-        off = np.linalg.norm(repaired.recording.positions - truth.positions, axis=2)[:, -1]
-        assert np.sqrt(np.mean(np.square(off))) < 0.01
-        assert repaired.origin[41, -1] == Origin.FILLED
-        assert (repaired.origin[bad.outlier[:, -1] & np.isfinite(positions[:, -1, 0]), -1] == Origin.REPAIRED).all()
-        assert repaired.noise[-1] == pytest.approx(0.005, rel=0.5)
-        assert any("PROP1" in w and "repaired by what they show themselves" in w for w in repaired.warnings)
-        assert not any("left as recorded" in w or "left open" in w for w in repaired.warnings)
-        known = markers_model.repair(Markers(truth.names[:-1], positions[:, :-1], truth.fps, up=truth.up))
-        both, seen = (repaired.recording.positions[:, :-1], known.recording.positions), known.origin < Origin.FILLED
-        np.testing.assert_array_equal(both[0][seen], both[1][seen])
-        for k, one in enumerate(both):
-            away[draw, k] = np.square(np.linalg.norm(one - truth.positions[:, :-1], axis=2)[~seen]).mean()
-    assert away[:, 0].sum() < 1.1 * away[:, 1].sum()  # a single draw's gaps are few: 0.85 to 1.11
+    bad = corrupt(truth, noise=0.005, outliers=0.05, gaps=0.05, seed=3)
+    positions = bad.recording.positions.copy()
+    positions[40:46, -1] = np.nan
+    bad_recording = bad.recording.with_positions(positions)
+    repaired = markers_model.repair(bad_recording)
+    off = np.linalg.norm(repaired.recording.positions - truth.positions, axis=2)[:, -1]
+    assert np.sqrt(np.mean(np.square(off))) < 0.01
+    assert repaired.origin[41, -1] == Origin.FILLED
+    assert (repaired.origin[bad.outlier[:, -1] & np.isfinite(positions[:, -1, 0]), -1] == Origin.REPAIRED).all()
+    assert repaired.noise[-1] == pytest.approx(0.005, rel=0.5)
+    assert any("PROP1" in w and "repaired by what they show themselves" in w for w in repaired.warnings)
+    assert not any("left as recorded" in w or "left open" in w for w in repaired.warnings)
+    known = markers_model.repair(Markers(truth.names[:-1], positions[:, :-1], truth.fps, up=truth.up))
+    both, seen = (repaired.recording.positions[:, :-1], known.recording.positions), known.origin < Origin.FILLED
+    np.testing.assert_array_equal(both[0][seen], both[1][seen])
+
+
+def test_unknown_markers_leave_the_gaps_of_others_as_well_filled(markers_model, walk):
+    """A single draw's gaps are few, with errors of 0.85 to 1.11 times those without the unknown marker."""
+    truth = with_prop(markers(walk), markers(walk).positions[:, 0] + 0.3)
+    away = np.zeros(2)
+    for seed in (3, 4, 5):
+        bad = corrupt(truth, noise=0.005, outliers=0.05, gaps=0.05, seed=seed).recording.positions
+        known = markers_model.repair(Markers(truth.names[:-1], bad[:, :-1], truth.fps, up=truth.up))
+        both = markers_model.repair(truth.with_positions(bad)).recording.positions[:, :-1], known.recording.positions
+        gaps = known.origin >= Origin.FILLED
+        away += [np.square(np.linalg.norm(one - truth.positions[:, :-1], axis=2)[gaps]).sum() for one in both]
+    assert away[0] < 1.1 * away[1]
 
 
 def test_joint_angles_that_a_library_does_not_know_are_repaired_too(joints_model, walk):
