@@ -12,6 +12,8 @@ from ..bodies.performer import DOFS, Performer, Pose, landmarks
 from ..bodies.surface import intrinsics
 from ..errors import UsageError
 from ..numerics.least_squares import Solution
+from ..numerics.neighbors import Neighbors
+from .afresh import Afresh, better, watched
 from .certainty import astray, certainty_of, shown_and_denied, trust_of
 from .evidence import Evidence, evidence_of
 from .facing import Facing, faces_otherwise, unlikeliness
@@ -35,6 +37,7 @@ from .settings import TrackSettings
 from .smooth_term import difference
 from .solve import solve_pose
 from .stages import Stages
+from .terms import Term
 
 __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"]
 
@@ -64,6 +67,7 @@ class TrackState:
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
     facing : what is known of front and back. sides : of left and right.
+    afresh : what is known of a body that was just found for the first time; None when that is closed.
     hypothesis : another pose that is followed beside this one, until one of them is refuted.
     girth : what was learned of the person's widths; None where they are not learned.
     before : bones, intensities, depths and intrinsics of the last frame, where colour counts.
@@ -84,6 +88,7 @@ class TrackState:
     searched: int = 0
     facing: Facing = field(default_factory=Facing)
     sides: Sides = field(default_factory=Sides)
+    afresh: Afresh | None = None
     hypothesis: Hypothesis | None = None
     girth: Girth | None = None
     before: tuple[Floats, Singles, Singles, Floats] | None = None
@@ -259,6 +264,16 @@ def step(
             solution = solve_pose(state.performer, evidence, terms, found, settings)
             wrong, recovered = disagreement(state.performer, solution.state, coarse), True
         clock.lap("detect")
+    if state.afresh is not None and state.afresh.due:
+        anew = None
+        if state.afresh.doubted and not (recovered or is_lost(state, wrong)):
+            ways = _found(model, settings, replace(state, pose=None), observation, evidence, coarse)
+            anew = _taken_up(model, settings, state, evidence, coarse, solution, wrong, ways)
+        state = replace(state, afresh=state.afresh.later if state.afresh.doubted else None)
+        if anew is not None:
+            state, terms, solution, wrong = anew
+            elapsed, recovered = 0.0, True
+        clock.lap("detect")
     if settings.search and not is_lost(state, wrong):
         mended = solution
         state, solution, wrong, turned_about = faced(
@@ -278,7 +293,10 @@ def step(
         else:
             restarts += solution is not mended
         clock.lap("facing")
+    if settings.search and first and model.detector is not None:
+        state = replace(state, afresh=Afresh())
     return _tracked(
+        model.database.search,
         settings,
         state,
         observation,
@@ -350,7 +368,33 @@ def _found(
     return [best, *[way.pose for way in ways[1:] if faces_otherwise(best, way.pose)][:1]]
 
 
+def _taken_up(
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: TrackState,
+    evidence: Evidence,
+    coarse: Coarse,
+    solution: Solution[Pose],
+    wrong: float,
+    ways: list[Pose],
+) -> tuple[TrackState, list[Term], Solution[Pose], float] | None:
+    """State, terms, solution and share explained wrongly of a search's best pose, if that is clearly better."""
+    if not ways:
+        return None
+    fresh = replace(state, pose=ways[0], velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
+    terms = terms_of(model, settings, fresh, evidence, ways[0])
+    found = solve_pose(state.performer, evidence, terms, ways[0], settings)
+    share = disagreement(state.performer, found.state, coarse)
+    if not better(model.database.search, solution.state, wrong, found.state, share):
+        return None
+    # What was usual, and what was learned of widths, was the other pose's.
+    girth = None if state.girth is None else Girth(state.girth.base)
+    body = state.performer if girth is None else girth.base
+    return replace(fresh, performer=body, girth=girth, wrong=share, hypothesis=None, afresh=None), terms, found, share
+
+
 def _tracked(
+    search: Neighbors,
     settings: TrackSettings,
     state: TrackState,
     observation: Observation,
@@ -394,6 +438,7 @@ def _tracked(
         girth = learned(girth, performer, pose, evidence, coarse, settings)
         performer = girth.performer
         clock.lap("girth")
+    afresh = None if lost or state.afresh is None else watched(state.afresh, elapsed, search, pose, wrong, trust)
     # A pose that fits worse than usual says little of what is usual, nor does the first one if it fits badly.
     share = 0.1 if wrong < 1.2 * state.wrong and not unclaimed else 0.02
     running = min(wrong, UNPROVEN) if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
@@ -407,6 +452,7 @@ def _tracked(
         scene=scene,
         performer=performer,
         girth=girth,
+        afresh=afresh,
         pose=pose,
         velocity=frozen(velocity),
         trust=frozen(trust),
