@@ -12,6 +12,7 @@ from motionmend.bodies.performer import Pose, Poses, rotation
 from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.neighbors import Neighbors
+from motionmend.track import measure
 from motionmend.track.afresh import DOUBTED, FIRST, LAST, Afresh, better, odds_misread, watched
 from motionmend.track.detect import fit_detector
 from motionmend.track.facing import about_face
@@ -70,6 +71,20 @@ def test_who_is_followed_rightly_is_never_looked_for(model, is_given):
         assert state.afresh is None or not state.afresh.doubted
         assert "recovered" not in estimate.flags
     assert open_for == (0 if is_given else round(FIRST / DT) + 1)
+
+
+def test_nobody_is_looked_for_anew_while_measured(model, monkeypatch):
+    """What a body explains badly that is not the person's says nothing of the pose."""
+    before = []
+
+    def spied(fitted, settings, state, frame):
+        before.append(state)
+        return step(fitted, settings, state, frame)
+
+    monkeypatch.setattr(measure, "step", spied)
+    measure.measure_person(model, settings_of(), list(seen(walk(12, 30.0)))[::3])
+    assert len(before) >= 4
+    assert all(state.afresh is None for state in before)
 
 
 @given(st.lists(st.floats(0.0, 0.2), max_size=60))

@@ -85,6 +85,8 @@ def measure_person(
         followed = []
         for k, frame in enumerate(frames):
             state, estimate = step(model, settings, state, frame)
+            # Bodies are tried that nobody has, and what those explain badly says nothing of the pose.
+            state = replace(state, afresh=None)
             if k in seen and estimate.pose is not None and "tracked" in estimate.flags:
                 followed.append((estimate.wrong, seen[k], estimate.pose))
         good = [one for one in followed if one[0] < SURE]
