@@ -135,6 +135,9 @@ def test_names_of_nuitrack_mean_the_same_with_and_without_their_prefix() -> None
         ("r_mknee_study", "RKnee"),
         ("L.ASIS_study", "LHip"),
         ("r_calc_study", "RHeel"),
+        ("r_5meta_study", "RBigToe"),
+        ("l_metacarpal_2", "LWrist"),
+        ("LForearm1", "LShoulder"),  # there is no elbow, and a forearm no ear
         ("MidHip", "Hip"),
         ("LPelvis", "Hip"),
         ("mouth_left", "Nose"),

@@ -99,6 +99,7 @@ def test_help_states_units(capsys: pytest.CaptureFixture[str], command: str, opt
         "inspect a.amc --fps 0",
         "fit denoiser a.amc -o b.mend --fps -30",
         "fit tracker a.amc -o b.mend --fps nan",
+        "correct a.csv -m a.mend -o b.csv --fps 0",
         "report a.amc -o b.png",
         "fit denoiser a.amc -o b.npz",
         "fit denoiser a.amc",

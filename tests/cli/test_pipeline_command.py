@@ -148,6 +148,18 @@ def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp
     assert motion.fps == pytest.approx(30)
 
 
+def test_what_is_guessed_of_a_sensor_s_recording_is_said_once(
+    cli: Command, takes: Path, sensor: Postures, tmp_path: Path
+) -> None:
+    milliseconds = Postures(sensor.names, sensor.positions, 1000.0 * sensor.times, state=sensor.state)
+    write_joint_table(tmp_path / "seen.csv", milliseconds)
+    ran = cli("pipeline", tmp_path / "seen.csv", "-m", takes / "sensor.mend", "-o", tmp_path / "o.bvh")
+    assert ran.code == 0, ran.err
+    guesses = json.loads((tmp_path / "o.mend.json").read_text())["guesses"]
+    assert sum("milliseconds" in guess for guess in guesses) == 1
+    assert len(set(guesses)) == len(guesses)
+
+
 def test_what_is_there_stays_unless_forced_and_resume_skips(cli: Command, takes: Path, tmp_path: Path) -> None:
     command = ["pipeline", takes / "takes" / "seen.csv", "-m", takes / "sensor.mend", "-o", tmp_path / "seen.csv"]
     assert cli(*command).code == 0

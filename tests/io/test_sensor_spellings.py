@@ -192,6 +192,7 @@ def test_azure_confidences_may_have_any_key(tmp_path: Path, key: str) -> None:
     content = json.loads(path.read_text("utf-8"))
     levels = [k % 3 for k in range(32)]
     for frame in content["frames"]:
+        frame["bodies"][0]["body_confidence"] = 0.9  # of the person, not of joints
         frame["bodies"][0][key] = levels
     path.write_text(json.dumps(content), "utf-8")
     np.testing.assert_array_equal(read_postures(path).state, [levels] * 3)

@@ -114,6 +114,20 @@ def test_certainty_far_from_its_ends_does_not_feel_a_vague_start():
     assert (vague > 0).all()
 
 
+@given(seed=st.integers(0, 10**6), free=st.floats(1e4, 1e8), sure=st.floats(10.0, 1e6))
+def test_sure_samples_beside_free_steps_are_sure(seed, free, sure):
+    """Between a clean sample and one that is nowhere near, all precision of their difference may be lost."""
+    rng, weight, step_var, (place_var, speed_var) = _samples(seed, 30)
+    weight, step_var = sure * weight, np.where(rng.random(step_var.shape) < 0.3, free, step_var / sure)
+    variance, doubt = walk_certainty(weight, step_var, place_var, speed_var)
+    assert (variance > 0.0).all()
+    seen = weight > 0.0
+    assert (variance[seen] * weight[seen] <= 1.0 + 1e-9).all()
+    alone = np.where(seen[1:-1] & (step_var[1:-1] == free) & (step_var[2:] == free), weight[1:-1] * variance[1:-1], 1.0)
+    assert (alone > 0.1).all()  # hardly anything else tells of it
+    assert ((doubt > 0.0) & (doubt <= 1.0)).all()
+
+
 @given(SIZES)
 @settings(max_examples=40)
 def test_bends_forward_and_back_are_those_of_the_plain_twins(size):

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from .. import __version__
 from ..errors import FileError, UsageError, counted
 from .inputs import Input, Job
-from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing
+from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing, check_rate
 from .output import Done
 from .transform import Forms, transform, write_json
 
@@ -51,7 +51,9 @@ def correct(
             "latency is stated. Not given: each frame from the whole recording."
         ),
     ] = None,
-    fps: Annotated[float | None, Parameter(help="Rate in Hz of files without times; 30 when not given.")] = None,
+    fps: Annotated[
+        float | None, Parameter(help="Rate in Hz of files without times; 30 when not given.", validator=check_rate)
+    ] = None,
     format: Annotated[
         str | None, Parameter(help="csv, bvh or amc: what to write for a folder or several files; csv when not given.")
     ] = None,
@@ -177,7 +179,9 @@ class Correction:
         """Write the output and what is said of it."""
         from ..bodies.posed_skeleton import motion_of
 
+        start = perf_counter()
         made = corrected if job.target.suffix.lower() == ".csv" else motion_of(corrected, rate_of(sensor, self.fps))
+        seconds = {**seconds, "write": perf_counter() - start}
         warnings += tuple(one for one in made.guesses if one not in corrected.guesses)
         counts = tallied(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
@@ -216,7 +220,7 @@ class Correction:
         start = perf_counter()
         with job.together(".mend.json"):
             _write(job.target, made)
-            seconds = {**seconds, "write": perf_counter() - start}
+            seconds["write"] += perf_counter() - start
             seconds["total"] = sum(seconds.values())
             rounded = {name: round(value, 4) for name, value in seconds.items()}
             write_json(job.beside(".mend.json"), {**facts, "seconds": {**rounded, "frame_ms": frame_ms}})

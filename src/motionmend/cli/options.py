@@ -9,7 +9,13 @@ from typing import Annotated, TypeAlias
 from cyclopts import Parameter
 
 
-def _rate(_type: object, value: float | None) -> None:
+def check_rate(_type: object, value: float | None) -> None:
+    """Refuse what is no frame rate in Hz, as bad usage.
+
+    Raises
+    ------
+    ValueError : it is 0 or below, or not finite.
+    """
     if value is not None and not 0 < value < inf:
         raise ValueError("A frame rate above 0 Hz was wanted.")
 
@@ -23,7 +29,7 @@ Out: TypeAlias = Annotated[
 ]
 Rate: TypeAlias = Annotated[
     float | None,
-    Parameter(help="Rate in Hz of files that carry none (.amc: 120 when not given).", validator=_rate),
+    Parameter(help="Rate in Hz of files that carry none (.amc: 120 when not given).", validator=check_rate),
 ]
 SkeletonFile: TypeAlias = Annotated[
     Path | None,

@@ -154,7 +154,7 @@ class Chain:
 
         if isinstance(recording, Postures):
             return self._table(take, recording, step, guesses, {"read": read_seconds, step.name: step.seconds})
-        recording = replace(recording, guesses=(*recording.guesses, *guesses))
+        recording = replace(recording, guesses=tuple(dict.fromkeys((*guesses, *recording.guesses))))  # each once
         return self._cleaned(take, recording, (step,), {"read": read_seconds, step.name: step.seconds})
 
     def _tracked(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
@@ -191,9 +191,9 @@ class Chain:
         corrected = self.correction.model.correct(sensor, online=self.correction.online, method=self.correction.method)
         corrected = empty_where_empty(sensor, corrected)
         refuse_nobody(take.job.source, corrected)
+        result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
-        result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
         return result, step, sensor.guesses, was_read - start
 
     def _cleaned(

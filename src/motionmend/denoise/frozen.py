@@ -93,11 +93,13 @@ def held_ends(recording: Motion | Markers) -> tuple[int, int]:
     """
     steps = max(recording.frames - 1, 0)
     moves, seen = np.zeros(steps, dtype=np.bool_), np.zeros(steps, dtype=np.bool_)
-    for _, values, _ in parts_of(recording):
-        step = np.diff(values, axis=0)
+    values = recording.q[:, :, None] if isinstance(recording, Motion) else recording.positions
+    for channel in range(values.shape[1]):
+        step = np.diff(values[:, channel], axis=0)
         there = np.isfinite(step).all(axis=1)
-        seen |= there
-        moves |= there & (step != 0.0).any(axis=1)
+        changes = there & (step != 0.0).any(axis=1)
+        if changes.any():  # what never moves, at rest or gone, shows nothing
+            moves, seen = moves | changes, seen | there
     if not moves.any():
         return 0, 0
     same = seen & ~moves  # steps; a frame of which nothing is seen repeats nothing

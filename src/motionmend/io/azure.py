@@ -88,7 +88,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         for frame in tracks[body].frames:
             positions[frame] = places[body, frame]
             one = found[body, frame]
-            levels = next((one[key] for key in one if "confidence" in key), None)
+            levels = next((one[key] for key in one if "confidence" in key and isinstance(one[key], list)), None)
             if levels is not None:
                 confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
                 stated = True

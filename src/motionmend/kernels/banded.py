@@ -6,6 +6,7 @@ from ..arrays import Floats
 from .compile import compiled
 
 LEAST_PIVOT = 1e-11  # of a diagonal element: closer to nothing it is rounding, and turns what it divides away
+PRECISION = 1e-15  # of a variance that another is taken from; no smaller difference is one
 
 
 @compiled
@@ -95,20 +96,22 @@ def walk_certainty(weight: Floats, step_var: Floats, place_var: Floats, speed_va
         for t in range(frames):
             if t > 0:
                 e = step_var[t, ch]
-                a, b, c = a + 2.0 * b + c + e, b + c + e, c + e
+                a, b, c = max(a + 2.0 * b + c, 0.0) + e, b + c + e, c + e
             place[t], both[t], pace[t] = a, b, c
-            gain = weight[t, ch] / (1.0 + a * weight[t, ch])
-            a, b, c = a - gain * a * a, b - gain * a * b, c - gain * b * b
+            # a divided, not a less what is known: beside a free step and a sure sample the difference would be lost
+            one = 1.0 / (1.0 + a * weight[t, ch])
+            a, b, c = a * one, b * one, max(c - weight[t, ch] * one * b * b, 0.0)
         n00, n01, n11 = 0.0, 0.0, 0.0  # what all later samples know of the state
         for t in range(frames - 1, -1, -1):
-            a, b = place[t], both[t]
             m00, m01, m11 = n00, n00 + n01, n00 + 2.0 * n01 + n11
-            gain = weight[t, ch] / (1.0 + a * weight[t, ch])
-            one, other = 1.0 - a * gain, -b * gain
+            one = 1.0 / (1.0 + place[t] * weight[t, ch])
+            gain, other = weight[t, ch] * one, -both[t] * weight[t, ch] * one
+            a, b = place[t] * one, both[t] * one
+            left = a - (a * a * m00 + 2.0 * a * b * m01 + b * b * m11)
+            variance[t, ch] = max(left, PRECISION * a)
             n00 = one * one * m00 + 2.0 * one * other * m01 + other * other * m11 + gain
             n01 = one * m01 + other * m11
             n11 = m11
-            variance[t, ch] = a - (a * a * n00 + 2.0 * a * b * n01 + b * b * n11)
             if t > 0:
                 doubt[t, ch] = min(1.0, max(1e-3, 1.0 - step_var[t, ch] * (n00 + 2.0 * n01 + n11)))
     return variance, doubt
