@@ -18,13 +18,11 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
-from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS, STILL
-from ..numerics.whittaker import whittaker
+from ..kernels.bones import LOOSE, ROUNDS, STILL
 from .limits import Hinges
+from .steadying import smoothed, steadied
 
-STEADY = 0.06  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 4 Hz
 COURSE = 1.0  # the same of where a joint is going: half passes at 5 Hz
-MOVING = 0.3  # m/s, a centimetre a frame: what a joint that is seen trembles hardly shows beside it
 SLOW = 33.0, 528.0  # the same of how joints give way, of those that move: half passes at 2 Hz, and at rest: 1 Hz
 OFFSET = 2.3, 1437.0  # and of learned offsets: 4 and 0.8 Hz
 OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
@@ -69,7 +67,7 @@ def bones_outward(names: Sequence[str]) -> Ints:
 
 
 def settled_recording(
-    positions: Floats, times: Floats, trust: Floats, bones: Ints, hinges: Hinges | None = None
+    positions: Floats, times: Floats, trust: Floats, bones: Ints, hinges: Hinges | None = None, size: float = 1.0
 ) -> Floats:
     """A whole recording made steady, then its bones made constant, and limbs bent back that bend too far.
 
@@ -80,10 +78,11 @@ def settled_recording(
     trust : (T, J) in [0, 1].
     bones : (B, 2) of `bones_outward`.
     hinges : joints that have limits.
+    size : of the person, by that of a usual one: what is large or quick goes by it.
     """
     if not len(positions):
         return positions
-    steady = steadied(positions, times, trust)
+    steady = size * steadied(positions / size, times, trust)
     lengths = _lengths(steady, bones)
     usual = np.full(len(bones), np.nan)
     for b, (parent, child) in enumerate(bones):
@@ -146,20 +145,6 @@ def settled_frame(
     return Body(placed, body.last, time, body.time, lengths, yielded), placed
 
 
-def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
-    """(T, J, 3) smoothed where joints rest or are not believed; a believed joint's quick moves stay as they came.
-
-    Parameters
-    ----------
-    positions : (T, J, 3) m; NaN = missing.
-    times : (T,) s.
-    trust : (T, J) in [0, 1].
-    """
-    calm = smoothed(positions, times, STEADY)
-    share = (1.0 - (1.0 - _resting(positions, times, MOVING)) * trust)[..., None]
-    return np.asarray(positions + share * (calm - positions))
-
-
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:
     """Shifts of joints smoothed, and more where a joint rests: what others do is then no reason to tremble.
 
@@ -186,35 +171,6 @@ def _resting(positions: Floats, times: Floats, moving: float) -> Floats:
     going = np.where(known, around, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1) / usual
     speed = np.sqrt((going * going).sum(axis=2))
     return np.asarray(1.0 / (1.0 + (speed / moving) ** 4))
-
-
-def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
-    """(T, J, 3) each joint smoothed where it is seen without a long break; what is missing stays so.
-
-    Parameters
-    ----------
-    weight : of the second differences by that of the values, at 30 Hz.
-    """
-    steps = np.diff(times)
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    steady = np.array(values)
-    if usual <= 0:
-        return steady
-    smoothness = weight * (1.0 / (30.0 * usual)) ** 4
-    there = np.isfinite(values).all(axis=2)
-    patterns, same = np.unique(there, axis=1, return_inverse=True)
-    for k, pattern in enumerate(patterns.T):  # joints that are missing in the same frames
-        joints, seen = np.flatnonzero(same.ravel() == k), np.flatnonzero(pattern)
-        steps = np.diff(times[seen])
-        for stretch in np.split(seen, np.flatnonzero((steps > BREAK_STEPS * usual) | (steps <= 0)) + 1):
-            if len(stretch) < 4:
-                continue
-            # frames that were dropped, or in which nobody is seen, take their time all the same
-            at = np.cumsum(np.append(0, np.maximum(np.rint(np.diff(times[stretch]) / usual), 1))).astype(int)
-            flat, weights = np.zeros((at[-1] + 1, 3 * len(joints))), np.zeros(at[-1] + 1)
-            flat[at], weights[at] = values[np.ix_(stretch, joints)].reshape(len(stretch), -1), 1.0
-            steady[np.ix_(stretch, joints)] = whittaker(flat, weights, smoothness)[at].reshape(len(stretch), -1, 3)
-    return steady
 
 
 def _lengths(positions: Floats, bones: Ints) -> Floats:
