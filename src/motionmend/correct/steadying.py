@@ -140,7 +140,7 @@ def _middle_of_three(values: Floats) -> Floats:
     apart = three - np.roll(three, 1, axis=0)
     far = np.sqrt((apart * apart).sum(axis=3))
     nearest = np.argmin(far + np.roll(far, -1, axis=0), axis=0)
-    return np.take_along_axis(three, nearest[None, ..., None], axis=0)[0]
+    return np.asarray(np.take_along_axis(three, nearest[None, ..., None], axis=0)[0])
 
 
 def _likeliest(values: Floats, weights: Floats, variance: Floats, penalty: Floats) -> Floats:
