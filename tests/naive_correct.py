@@ -97,19 +97,40 @@ def followed_slowly(before, now, seconds, lasting, resting, last, earlier, betwe
     return np.where(np.isfinite(slow), slow, now)
 
 
-def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded):
+def steady_frame(positions, seconds, motion):
+    """One live frame made steady by a Kalman filter for each joint; how freely speed drifts is told by surprises."""
+    from motionmend.kernels import steadying as kernel
+
+    calm, after = positions.copy(), np.full(motion.shape, np.nan)
+    frames = kernel.RATE * seconds
+    for j in np.flatnonzero(np.isfinite(positions).all(axis=1)):
+        if not 0 < seconds < kernel.LOST_SECONDS or not np.isfinite(motion[j]).all():
+            after[j] = [*positions[j], 0, 0, 0, kernel.NOISE**2, kernel.BEGUN**2, 0, kernel.CALMEST**2]
+            continue
+        noise = kernel.NOISE**2 / min(frames, 1.0)
+        state, drift = motion[j, :6].reshape(2, 3), motion[j, 9]
+        cov = np.array([[motion[j, 6], motion[j, 8]], [motion[j, 8], motion[j, 7]]])
+        ahead = np.array([[1.0, frames], [0.0, kernel.LASTING**frames]])
+        drifted = drift * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
+        state, cov = ahead @ state, ahead @ cov @ ahead.T + drifted
+        off = positions[j] - state[0]
+        gain = cov[:, 0] / (cov[0, 0] + noise)
+        state, cov = state + np.outer(gain, off), cov - np.outer(gain, cov[0])
+        lively = max(kernel.LIVELIER * (np.mean(off**2) - noise) / frames**2, kernel.CALMEST**2)
+        lively += np.exp(-frames / kernel.PASSING) * (drift - lively)
+        calm[j] = state[0]
+        after[j] = [*state.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], lively]
+    return calm, after
+
+
+def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded, motion):
     """One live frame made steady, its bones brought to their lengths."""
     from motionmend.kernels import bones as kernel
 
     LOOSE, ROUNDS = kernel.LOOSE, kernel.ROUNDS
     first, second = times
-    calm = positions.copy()
-    if 0 < first < kernel.BREAK_STEPS * second and second < kernel.BREAK_STEPS * first:
-        ahead = last + (last - earlier) * (first / second)
-        rest = at_rest(last, earlier, second, kernel.MOVING)
-        weight = kernel.STEADY * min(1.0 / (30.0 * first) ** 4, 1.0) * (1.0 - trust * (1.0 - rest))[:, None]
-        calm = np.where(np.isfinite(ahead), (positions + weight * ahead) / (1.0 + weight), positions)
-    lengths = np.linalg.norm(calm[bones[:, 1]] - calm[bones[:, 0]], axis=1)
+    calm, going = steady_frame(positions, first, motion)
+    lengths = np.linalg.norm(positions[bones[:, 1]] - positions[bones[:, 0]], axis=1)
     passed = 1.0 / 30.0 if np.isnan(first) else min(first, kernel.LONG_SECONDS)
     share = np.where(np.isfinite(lengths), passed * trust[bones].min(axis=1), 0.0)
     enough = kernel.ACQUAINTED_SECONDS
@@ -123,7 +144,7 @@ def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, k
     mobility = 1.0 + LOOSE * (1.0 - trust)[None]
     relaxed = settle(calm[None], bones, usual[None], mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, relaxed, first, kernel.SLOW_SECONDS, kernel.REST_SECONDS, last, earlier, second)
-    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave
+    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave, going
 
 
 # ---- kernels/following.py --------------------------------------------------------

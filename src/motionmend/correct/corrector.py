@@ -272,7 +272,8 @@ class CorrectorModel:
         prior = self.bones[joining.model_bones] * sight.scale
         shown, settled = settled_frame(state.shown, placed[0], time, trust[0], joining.bones, prior, state.hinges, kin)
         if memory is not None:
-            shifts = inward(joining, [sight], settled[None])[0] - learned[0]
+            calm = shown.motion[:, :3]  # what time adds to it is behind the person, and nothing to be learned
+            shifts = inward(joining, [sight], settled[None])[0] - inward(joining, [sight], calm[None])[0]
             memory = taken_in(memory, time, inputs, shifts, 1.0 - failing, unsure < 0.01)
         flags = _words(sight, failing[joining.common], kin)
         after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset, kin=kin)

@@ -19,6 +19,7 @@ from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
 from ..kernels.bones import LOOSE, ROUNDS, STILL
+from ..kernels.steadying import STATE
 from .limits import Hinges
 from .steadying import smoothed, steadied
 
@@ -39,6 +40,7 @@ class Body:
     time, before : s, of those; NaN = none.
     lengths : (2, B) so far in m, and s for which they were seen.
     yielded : (J, 3) m, how far joints gave way to their bones.
+    motion : (J, 10) where joints are and go, of `kernels.steadying.steady_frame`.
     """
 
     last: Floats
@@ -47,12 +49,13 @@ class Body:
     before: float
     lengths: Floats
     yielded: Floats
+    motion: Floats
 
 
 def unborn(joints: int, bones: int) -> Body:
     """Before the first frame."""
     nothing = np.full((joints, 3), np.nan)
-    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing)
+    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing, np.full((joints, STATE), np.nan))
 
 
 def bones_outward(names: Sequence[str]) -> Ints:
@@ -127,7 +130,7 @@ def settled_frame(
     if not np.isfinite(positions).any():
         return body, positions  # what was put out last still is when somebody is seen again
     first, second = time - body.time, body.time - body.before
-    placed, lengths, yielded = kernel.settle_frame(
+    placed, lengths, yielded, motion = kernel.settle_frame(
         positions,
         trust,
         bones,
@@ -139,10 +142,11 @@ def settled_frame(
         body.earlier,
         body.lengths,
         body.yielded,
+        body.motion,
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
-    return Body(placed, body.last, time, body.time, lengths, yielded), placed
+    return Body(placed, body.last, time, body.time, lengths, yielded, motion), placed
 
 
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:
