@@ -1,9 +1,7 @@
 """Corrected joints made a body's: steady from frame to frame, with bones that keep their lengths.
 
-The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the
-two before it lead. What trembles shows at rest; a quick move hides it and would lose its peak, so a joint that is
-believed and moves is left alone (by speed, as Casiez et al., 1 Euro filter, CHI 2012). The lengths are the person's
-own: the median of the recording, or live what the first moments showed.
+A whole recording is made steady first (`steadying.py`); live each joint is followed by a Kalman filter. The lengths are
+the person's own: the median of the recording, or live what the first moments showed.
 
 Both ends of a bone give way to its length, but slowly: what a body's bones ask of a joint changes with its posture, so
 it is smoothed in time, and only what is left is taken up from the root outward. A foot that a sensor throws about for a
