@@ -21,7 +21,9 @@ from ..kernels.steadying import STATE
 from .limits import Hinges
 from .steadying import smoothed, steadied
 
-COURSE = 1.0  # the same of where a joint is going: half passes at 5 Hz
+COURSE = (
+    1.0  # weight of second differences by that of the values, at 30 Hz, of where a joint is going: 5 Hz passes half
+)
 SLOW = 33.0, 528.0  # the same of how joints give way, of those that move: half passes at 2 Hz, and at rest: 1 Hz
 OFFSET = 2.3, 1437.0  # and of learned offsets: 4 and 0.8 Hz
 OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
@@ -158,11 +160,11 @@ def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[floa
     weights : as of `smoothed`, of joints that move and at rest.
     """
     moving, resting = smoothed(shifts, times, weights[0]), smoothed(shifts, times, weights[1])
-    return np.asarray(moving + _resting(positions, times, STILL)[..., None] * (resting - moving))
+    return np.asarray(moving + _resting(positions, times)[..., None] * (resting - moving))
 
 
-def _resting(positions: Floats, times: Floats, moving: float) -> Floats:
-    """(T, J) how far joints rest: 1 if they stay, half at `moving` m/s."""
+def _resting(positions: Floats, times: Floats) -> Floats:
+    """(T, J) how far joints rest: 1 if they stay, half at `STILL` m/s."""
     usual = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     if usual <= 0:
         return np.ones(positions.shape[:2])
@@ -172,7 +174,7 @@ def _resting(positions: Floats, times: Floats, moving: float) -> Floats:
     known = np.isfinite(around)
     going = np.where(known, around, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1) / usual
     speed = np.sqrt((going * going).sum(axis=2))
-    return np.asarray(1.0 / (1.0 + (speed / moving) ** 4))
+    return np.asarray(1.0 / (1.0 + (speed / STILL) ** 4))
 
 
 def _lengths(positions: Floats, bones: Ints) -> Floats:

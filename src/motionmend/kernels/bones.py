@@ -90,7 +90,7 @@ def followed_slowly(
     """
     after = np.empty(now.shape)
     for j in range(now.shape[0]):
-        long = lasting + (resting - lasting) * _rest(last[j], earlier[j], between, STILL)
+        long = lasting + (resting - lasting) * _rest(last[j], earlier[j], between)
         share = 1.0 - exp(-max(seconds, 0.0) / long) if seconds < 1.0 else 1.0
         for d in range(3):
             slow = before[j, d] + share * (now[j, d] - before[j, d])
@@ -99,14 +99,14 @@ def followed_slowly(
 
 
 @compiled
-def _rest(last: Floats, earlier: Floats, between: float, moving: float) -> float:
-    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `moving`, 0 if unknown."""
+def _rest(last: Floats, earlier: Floats, between: float) -> float:
+    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `STILL` m/s; 0 = unknown."""
     square = 0.0
     for d in range(3):
         square += (last[d] - earlier[d]) ** 2
     if not (between > 0.0 and isfinite(square)):
         return 0.0
-    rest: float = 1.0 / (1.0 + (square / (between * moving) ** 2) ** 2)
+    rest: float = 1.0 / (1.0 + (square / (between * STILL) ** 2) ** 2)
     return rest
 
 
