@@ -100,7 +100,7 @@ def followed_slowly(
 
 @compiled
 def _rest(last: Floats, earlier: Floats, between: float) -> float:
-    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `STILL` m/s; 0 = unknown."""
+    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `STILL`; 0 = unknown."""
     square = 0.0
     for d in range(3):
         square += (last[d] - earlier[d]) ** 2
