@@ -97,39 +97,55 @@ def followed_slowly(before, now, seconds, lasting, resting, last, earlier, betwe
     return np.where(np.isfinite(slow), slow, now)
 
 
-def steady_frame(positions, seconds, motion):
-    """One live frame made steady by a Kalman filter for each joint; how freely speed drifts is told by surprises."""
+def steady_frame(positions, seconds, motion, later, steps):
+    """One live frame made steady: a Kalman filter for each joint, then smoothed back from the frames after it."""
     from motionmend.kernels import steadying as kernel
 
-    calm, after = positions.copy(), np.full(motion.shape, np.nan)
-    frames = kernel.RATE * seconds
-    for j in np.flatnonzero(np.isfinite(positions).all(axis=1)):
-        if not 0 < seconds < kernel.LOST_SECONDS or not np.isfinite(motion[j]).all():
-            after[j] = [*positions[j], 0, 0, 0, kernel.NOISE**2, kernel.BEGUN**2, 0, kernel.CALMEST**2]
-            continue
-        noise = kernel.NOISE**2 / min(frames, 1.0)
-        state, drift = motion[j, :6].reshape(2, 3), motion[j, 9]
-        cov = np.array([[motion[j, 6], motion[j, 8]], [motion[j, 8], motion[j, 7]]])
-        ahead = np.array([[1.0, frames], [0.0, kernel.LASTING**frames]])
+    def ahead(state, cov, drift, frames):
+        moved = np.array([[1.0, frames], [0.0, kernel.LASTING**frames]])
         drifted = drift * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
-        state, cov = ahead @ state, ahead @ cov @ ahead.T + drifted
-        off = positions[j] - state[0]
+        return moved, moved @ state, moved @ cov @ moved.T + drifted
+
+    def met(state, cov, drift, where, frames):
+        noise = kernel.NOISE**2 / min(frames, 1.0)
+        off = where - state[0]
         gain = cov[:, 0] / (cov[0, 0] + noise)
-        state, cov = state + np.outer(gain, off), cov - np.outer(gain, cov[0])
         lively = max(kernel.LIVELIER * (np.mean(off**2) - noise) / frames**2, kernel.CALMEST**2)
         lively += np.exp(-frames / kernel.PASSING) * (drift - lively)
-        calm[j] = state[0]
-        after[j] = [*state.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], lively]
+        return state + np.outer(gain, off), cov - np.outer(gain, cov[0]), lively
+
+    calm, after = positions.copy(), np.full(motion.shape, np.nan)
+    usable = (steps > 0) & (steps < kernel.LOST_SECONDS)
+    usable = len(steps) if usable.all() else int(np.argmin(usable))
+    for j in np.flatnonzero(np.isfinite(positions).all(axis=1)):
+        state = np.array([positions[j], np.zeros(3)]), np.diag([kernel.NOISE**2, kernel.BEGUN**2]), kernel.CALMEST**2
+        if 0 < seconds < kernel.LOST_SECONDS and np.isfinite(motion[j]).all():
+            frames = kernel.RATE * seconds
+            cov = np.array([[motion[j, 6], motion[j, 8]], [motion[j, 8], motion[j, 7]]])
+            _, *there = ahead(motion[j, :6].reshape(2, 3), cov, motion[j, 9], frames)
+            state = met(*there, motion[j, 9], positions[j], frames)
+        values, cov, drift = state
+        after[j] = [*values.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], drift]
+        passed = []
+        for where, step in zip(later[:usable, j], steps[:usable], strict=True):
+            frames = kernel.RATE * step
+            moved, values, cov = ahead(*state, frames)
+            passed.append((state, moved, values, cov))
+            state = met(values, cov, state[2], where, frames) if np.isfinite(where).all() else (values, cov, state[2])
+        values = state[0]
+        for (filtered, before, _), moved, expected, cov in reversed(passed):
+            values = filtered + before @ moved.T @ np.linalg.inv(cov) @ (values - expected)
+        calm[j] = values[0]
     return calm, after
 
 
-def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded, motion):
+def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded, motion, later, steps):
     """One live frame made steady, its bones brought to their lengths."""
     from motionmend.kernels import bones as kernel
 
     LOOSE, ROUNDS = kernel.LOOSE, kernel.ROUNDS
     first, second = times
-    calm, going = steady_frame(positions, first, motion)
+    calm, going = steady_frame(positions, first, motion, later, steps)
     lengths = np.linalg.norm(positions[bones[:, 1]] - positions[bones[:, 0]], axis=1)
     passed = 1.0 / 30.0 if np.isnan(first) else min(first, kernel.LONG_SECONDS)
     share = np.where(np.isfinite(lengths), passed * trust[bones].min(axis=1), 0.0)
@@ -144,7 +160,7 @@ def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, k
     mobility = 1.0 + LOOSE * (1.0 - trust)[None]
     relaxed = settle(calm[None], bones, usual[None], mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, relaxed, first, kernel.SLOW_SECONDS, kernel.REST_SECONDS, last, earlier, second)
-    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave, going
+    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave, going, calm
 
 
 # ---- kernels/following.py --------------------------------------------------------

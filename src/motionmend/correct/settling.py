@@ -41,6 +41,7 @@ class Body:
     lengths : (2, B) so far in m, and s for which they were seen.
     yielded : (J, 3) m, how far joints gave way to their bones.
     motion : (J, 10) where joints are and go, of `kernels.steadying.steady_frame`.
+    calm : (J, 3) m, `last` before joints gave way to their bones.
     """
 
     last: Floats
@@ -50,12 +51,15 @@ class Body:
     lengths: Floats
     yielded: Floats
     motion: Floats
+    calm: Floats
 
 
 def unborn(joints: int, bones: int) -> Body:
     """Before the first frame."""
     nothing = np.full((joints, 3), np.nan)
-    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing, np.full((joints, STATE), np.nan))
+    return Body(
+        nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing, np.full((joints, STATE), np.nan), nothing
+    )
 
 
 def bones_outward(names: Sequence[str]) -> Ints:
@@ -113,6 +117,7 @@ def settled_frame(
     prior: Floats,
     hinges: Hinges | None = None,
     belief: float = 1.0,
+    later: tuple[Floats, Floats] | None = None,
 ) -> tuple[Body, Floats]:
     """One live frame made steady, its bones kept, and limbs bent back that bend too far.
 
@@ -126,11 +131,12 @@ def settled_frame(
     prior : (B,) m, lengths to begin with; NaN = not known.
     hinges : joints that have limits.
     belief : in [0, 1], in `prior`.
+    later : (N, J, 3) m, the same joints in the frames after it, NaN = not known; and (N,) s, each since the one before.
     """
     if not np.isfinite(positions).any():
         return body, positions  # what was put out last still is when somebody is seen again
     first, second = time - body.time, body.time - body.before
-    placed, lengths, yielded, motion = kernel.settle_frame(
+    placed, lengths, yielded, motion, calm = kernel.settle_frame(
         positions,
         trust,
         bones,
@@ -143,10 +149,11 @@ def settled_frame(
         body.lengths,
         body.yielded,
         body.motion,
+        *(later or (np.empty((0, *positions.shape)), np.empty(0))),
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
-    return Body(placed, body.last, time, body.time, lengths, yielded, motion), placed
+    return Body(placed, body.last, time, body.time, lengths, yielded, motion, calm), placed
 
 
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:

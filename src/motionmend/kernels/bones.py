@@ -124,6 +124,8 @@ def settle_frame(
     known: Floats,
     yielded: Floats,
     motion: Floats,
+    later: Floats,
+    steps: Floats,
 ) -> Any:
     """One live frame made steady, its bones kept.
 
@@ -136,15 +138,16 @@ def settle_frame(
     last, earlier : (J, 3) m, what was put out then.
     known : (2, B) lengths so far in m, and s for which they were seen, 0 at first.
     yielded : (J, 3) m, how far joints gave way to their bones.
-    motion : (J, 10) of `steady_frame`.
+    motion, later, steps : (J, 10), (N, J, 3) m and (N,) s, of `steady_frame`.
 
     Returns
     -------
-    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3), and motion (J, 10).
+    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3), motion (J, 10), and where joints were
+    before they gave way (J, 3).
     """
     joints, count = positions.shape[0], bones.shape[0]
     lengths = np.empty((1, count))
-    calm, going = steady_frame(positions, first, motion)
+    calm, going = steady_frame(positions, first, motion, later, steps)
     steadied = calm.copy().reshape(1, joints, 3)
     after, mobility = np.empty(known.shape), np.empty((1, joints))
     passed = min(first, LONG_SECONDS) if first >= 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
@@ -174,4 +177,4 @@ def settle_frame(
     # Not from where joints gave way to before: what bones have nothing against would stay for ever.
     asked = settle(steadied, bones, lengths, mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, asked, first, SLOW_SECONDS, REST_SECONDS, last, earlier, second)
-    return settle(steadied + gave, bones, lengths, mobility, 0)[0], after, gave, going
+    return settle(steadied + gave, bones, lengths, mobility, 0)[0], after, gave, going, calm
