@@ -101,51 +101,58 @@ def steady_frame(positions, seconds, motion, later, steps):
     """One live frame made steady: a Kalman filter for each joint, then smoothed back from the frames after it."""
     from motionmend.kernels import steadying as kernel
 
-    def ahead(state, cov, drift, frames):
-        moved = np.array([[1.0, frames], [0.0, kernel.LASTING**frames]])
-        drifted = drift * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
-        return moved, moved @ state, moved @ cov @ moved.T + drifted
+    def drifted(drift, frames):
+        return drift * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
 
-    def met(state, cov, drift, where, frames):
-        noise = kernel.NOISE**2 / min(frames, 1.0)
+    def ahead(state, cov, drift, surprise, frames):
+        moved = np.array([[1.0, frames], [0.0, 1.0]])
+        return moved, moved @ state, moved @ cov @ moved.T + drifted(drift, frames)
+
+    def met(state, cov, drift, surprise, where, frames):
         off = where - state[0]
-        gain = cov[:, 0] / (cov[0, 0] + noise)
-        lively = max(kernel.LIVELIER * (np.mean(off**2) - noise) / frames**2, kernel.CALMEST**2)
-        lively += np.exp(-frames / kernel.PASSING) * (drift - lively)
-        return state + np.outer(gain, off), cov - np.outer(gain, cov[0]), lively
+        lively = max(off @ surprise / 3.0 / frames**2, kernel.CALMEST**2)
+        after = lively + np.exp(-frames / (kernel.ROUSED if lively > drift else kernel.RESTED)) * (drift - lively)
+        cov = cov + drifted(max(after - drift, 0.0), frames)
+        gain = cov[:, 0] / (cov[0, 0] + kernel.NOISE**2 / min(frames, 1.0))
+        return cov, (state + np.outer(gain, off), cov - np.outer(gain, cov[0]), after, off)
 
     calm, after = positions.copy(), np.full(motion.shape, np.nan)
-    usable = (steps > 0) & (steps < kernel.LOST_SECONDS)
+    usable = np.array([kernel.told(step) for step in steps], dtype=bool)
     usable = len(steps) if usable.all() else int(np.argmin(usable))
     for j in np.flatnonzero(np.isfinite(positions).all(axis=1)):
-        state = np.array([positions[j], np.zeros(3)]), np.diag([kernel.NOISE**2, kernel.BEGUN**2]), kernel.CALMEST**2
-        if 0 < seconds < kernel.LOST_SECONDS and np.isfinite(motion[j]).all():
-            frames = kernel.RATE * seconds
+        begun = np.diag([kernel.NOISE**2, kernel.BEGUN**2]), kernel.CALMEST**2, np.zeros(3)
+        state = np.array([positions[j], np.zeros(3)]), *begun
+        if kernel.told(seconds) and np.isfinite(motion[j]).all():
+            frames, rest = kernel.RATE * seconds, (motion[j, 9], motion[j, 10:])
             cov = np.array([[motion[j, 6], motion[j, 8]], [motion[j, 8], motion[j, 7]]])
-            _, *there = ahead(motion[j, :6].reshape(2, 3), cov, motion[j, 9], frames)
-            state = met(*there, motion[j, 9], positions[j], frames)
-        values, cov, drift = state
-        after[j] = [*values.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], drift]
+            _, *there = ahead(motion[j, :6].reshape(2, 3), cov, *rest, frames)
+            state = met(*there, *rest, positions[j], frames)[1]
+        values, cov, drift, surprise = state
+        after[j] = [*values.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], drift, *surprise]
         passed = []
         for where, step in zip(later[:usable, j], steps[:usable], strict=True):
             frames = kernel.RATE * step
             moved, values, cov = ahead(*state, frames)
-            passed.append((state, moved, values, cov))
-            state = met(values, cov, state[2], where, frames) if np.isfinite(where).all() else (values, cov, state[2])
+            before, state = state, (values, cov, *state[2:])
+            if np.isfinite(where).all():
+                cov, state = met(*state, where, frames)
+            passed.append((before, moved, values, cov))
         values = state[0]
-        for (filtered, before, _), moved, expected, cov in reversed(passed):
+        for (filtered, before, *_), moved, expected, cov in reversed(passed):
             values = filtered + before @ moved.T @ np.linalg.inv(cov) @ (values - expected)
         calm[j] = values[0]
     return calm, after
 
 
-def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded, motion, later, steps):
+def settle_frame(
+    positions, trust, bones, prior, belief, times, last, earlier, known, yielded, step, motion, later, steps
+):
     """One live frame made steady, its bones brought to their lengths."""
     from motionmend.kernels import bones as kernel
 
     LOOSE, ROUNDS = kernel.LOOSE, kernel.ROUNDS
     first, second = times
-    calm, going = steady_frame(positions, first, motion, later, steps)
+    calm, going = steady_frame(positions, step, motion, later, steps)
     lengths = np.linalg.norm(positions[bones[:, 1]] - positions[bones[:, 0]], axis=1)
     passed = 1.0 / 30.0 if np.isnan(first) else min(first, kernel.LONG_SECONDS)
     share = np.where(np.isfinite(lengths), passed * trust[bones].min(axis=1), 0.0)

@@ -80,4 +80,4 @@ def test_live_steps_are_nearer_to_the_truth_and_places_as_near(action: str, fps:
     off = [np.square(one - true).mean() for one in (np.stack(frames), seen)]
     steps = [np.square(np.diff(one - true, axis=0)).mean() for one in (np.stack(frames), seen)]
     assert off[0] < (1.2 if action == "jump" else 1.0) * off[1]
-    assert steps[0] < 0.6 * steps[1]
+    assert steps[0] < 0.65 * steps[1]

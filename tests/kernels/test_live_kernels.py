@@ -258,7 +258,8 @@ def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
 def some_motion(rng, places):
     """As `steady_frame` leaves it."""
     speed, small = 0.01 * rng.normal(size=(JOINTS, 3)), 1e-5 * rng.uniform(1.0, 2.0, (JOINTS, 3))
-    return np.hstack([places, speed, small[:, :2], 0.1 * small[:, :1], 0.1 * small[:, 2:]])
+    surprise = 0.01 * rng.normal(size=(JOINTS, 3))
+    return np.hstack([places, speed, small[:, :2], 0.1 * small[:, :1], 0.1 * small[:, 2:], surprise])
 
 
 def some_later(rng, frames):
@@ -291,7 +292,14 @@ def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belie
     count[1::4] = bones.ACQUAINTED_SECONDS if known else 0.0
     sums = np.stack([np.where(count > 0, 0.3, 0.0), count])
     times = (1 / 30, 1 / 30) if known else (np.nan, np.nan)
-    state = (last, earlier, sums, yielded, some_motion(rng, last) if known else np.full((JOINTS, 10), np.nan))
+    state = (
+        last,
+        earlier,
+        sums,
+        yielded,
+        times[0],
+        some_motion(rng, last) if known else np.full((JOINTS, steadying.STATE), np.nan),
+    )
     state = (*state, *some_later(rng, 3 if known else 0))
     got = bones.settle_frame(positions, trust, TREE, prior, belief, *times, *state)
     same(got, naive.settle_frame(positions, trust, TREE, prior, belief, times, *state))

@@ -39,12 +39,9 @@ def test_straight_lines_cross_gaps_of_thousands_of_frames():
 def test_it_is_the_minimum_of_its_cost(seed):
     rng, frames, weights, smoothness = _case(seed)
     y = rng.normal(size=(frames, 1))
-    if seed % 2:
-        smoothness = smoothness * 10.0 ** rng.uniform(-3, 0, frames)
 
     def cost(z):
-        bends = np.broadcast_to(smoothness, frames)[1:-1, None]
-        return (weights[:, None] * (y - z) ** 2).sum() + (bends * np.diff(z, 2, axis=0) ** 2).sum()
+        return (weights[:, None] * (y - z) ** 2).sum() + smoothness * (np.diff(z, 2, axis=0) ** 2).sum()
 
     z = whittaker(y, weights, smoothness)
     assert cost(z) <= cost(z + 1e-3 * rng.normal(size=z.shape)) + 1e-9

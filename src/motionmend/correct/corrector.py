@@ -257,8 +257,8 @@ class CorrectorModel:
     ) -> tuple[CorrectorState, Corrected]:
         """What is put out of a frame, and the state after it and the `latest` frame that came.
 
-        Known are its posture (J of model, 3), the deviation of that, and which joints fail (1 + N, J of model) in it and
-        in the frames that wait behind it.
+        Known are its posture (J of model, 3), the deviation of that, and which joints fail (1 + N, J of model) in it
+        and in the frames that wait behind it.
         """
         state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)

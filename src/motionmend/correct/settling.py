@@ -16,8 +16,8 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
-from ..kernels.bones import LOOSE, ROUNDS, STILL
-from ..kernels.steadying import STATE
+from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS, STILL
+from ..kernels.steadying import STATE, told
 from .limits import Hinges
 from .steadying import smoothed, steadied
 
@@ -27,6 +27,7 @@ COURSE = (
 SLOW = 33.0, 528.0  # the same of how joints give way, of those that move: half passes at 2 Hz, and at rest: 1 Hz
 OFFSET = 2.3, 1437.0  # and of learned offsets: 4 and 0.8 Hz
 OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
+FASTER, FOLLOWED = 0.6, 0.1  # of usual steps of time: shorter ones are others, and so much of each is followed
 TURNS = 2  # of relaxing and smoothing
 
 
@@ -40,7 +41,8 @@ class Body:
     time, before : s, of those; NaN = none.
     lengths : (2, B) so far in m, and s for which they were seen.
     yielded : (J, 3) m, how far joints gave way to their bones.
-    motion : (J, 10) where joints are and go, of `kernels.steadying.steady_frame`.
+    step : s, usual time between frames; NaN = not known.
+    motion : (J, 13) where joints are and go, of `kernels.steadying.steady_frame`.
     calm : (J, 3) m, `last` before joints gave way to their bones.
     """
 
@@ -50,6 +52,7 @@ class Body:
     before: float
     lengths: Floats
     yielded: Floats
+    step: float
     motion: Floats
     calm: Floats
 
@@ -58,7 +61,15 @@ def unborn(joints: int, bones: int) -> Body:
     """Before the first frame."""
     nothing = np.full((joints, 3), np.nan)
     return Body(
-        nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing, np.full((joints, STATE), np.nan), nothing
+        nothing,
+        nothing,
+        np.nan,
+        np.nan,
+        np.zeros((2, bones)),
+        nothing,
+        np.nan,
+        np.full((joints, STATE), np.nan),
+        nothing,
     )
 
 
@@ -136,6 +147,7 @@ def settled_frame(
     if not np.isfinite(positions).any():
         return body, positions  # what was put out last still is when somebody is seen again
     first, second = time - body.time, body.time - body.before
+    step, passed = _steps(body.step, first, second)
     placed, lengths, yielded, motion, calm = kernel.settle_frame(
         positions,
         trust,
@@ -148,12 +160,29 @@ def settled_frame(
         body.earlier,
         body.lengths,
         body.yielded,
+        passed,
         body.motion,
         *(later or (np.empty((0, *positions.shape)), np.empty(0))),
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
-    return Body(placed, body.last, time, body.time, lengths, yielded, motion, calm), placed
+    return Body(placed, body.last, time, body.time, lengths, yielded, step, motion, calm), placed
+
+
+def _steps(usual: float, first: float, second: float) -> tuple[float, float]:
+    """Usual s between frames, and s since the frame before in such steps, as frames do not come as evenly as they are
+    taken; NaN where it says nothing, so long or so short beside the one before.
+
+    Parameters
+    ----------
+    usual : so far; NaN = not known. first, second : since the frame before, and from the one before that; NaN = none.
+    """
+    if not told(first) or first > BREAK_STEPS * second or second > BREAK_STEPS * first:
+        return usual, np.nan
+    if np.isnan(usual) or first < FASTER * usual:
+        return first, first
+    steps = round(first / usual)
+    return usual + FOLLOWED * (first / steps - usual), steps * usual
 
 
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:

@@ -1,66 +1,63 @@
-"""Corrected joints made steady: as much as the sensor's own noise asks for, and no quick move less quick.
+"""Corrected joints made steady: as far, at each moment, as that brings them nearer to where they were.
 
 The temporal term of eq. 20 over a whole recording is Whittaker's smoother. One weight for all of it either leaves the
-noise or takes the peaks of quick moves. Two things are read off the recording instead: the noise of each joint, by what
-is left above 4 Hz in the median frame, and how sharply the joint turns about each moment, by its slow course. Their
-ratio is the weight of that moment. A sensor also throws joints away for a frame or two; residuals that are large count
-by their size, not by its square. What is quick, in the middle one of three frames and for a tenth of a second, stays as
-it came.
+noise or takes the peaks of quick moves, and who shakes at 5 Hz is taken for noise. The noise of each joint is read off
+the recording by differences of a high order, which those of motion are small beside; then Stein's estimate says at each
+moment how much farther from the truth each weight leaves a joint, and the weights share it by that. What a sensor
+throws away for a frame is brought near first, and what is quick for a tenth of a second stays as it came.
 """
 
 from collections.abc import Iterator
+from math import comb
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Floats, Ints
 from ..kernels.bones import BREAK_STEPS
 from ..numerics.whittaker import whittaker
 
-STILLEST = 2.3  # weight of second differences by that of the values, at 30 Hz: half passes at 4 Hz, the rest is noise
-NOISIER, MOST = 1.7, 0.006  # times the median of that rest; and m, at most: where all is quick it is motion
-COURSE = 14.0  # as STILLEST, of the slow course by which a joint is seen to turn: half passes at 2.5 Hz
-ABOUT = 520.0  # and of how sharply it turns, which is asked of about a second
-CALMEST = 0.4 / 30.0**2  # m by (1/30 s)²: who rests is let go by 0.4 m/s²
-OUTLYING = 2.5  # standard deviations from which on a residual counts by its size, not by its square
-ROUNDS = 5  # of weighing residuals
-FEWEST = 10  # frames in a row: fewer do not show how sharply a joint turns
-GUESSED = 0.1  # weight of a frame in which the joint is not believed
-QUICK, TREMBLES = 0.6, 0.01  # m/s; and m of noise, by whose cube it takes more: what trembles widely looks quick
-MOVE = 0.1  # s that a quick move takes
-SHARPLY = 8.0  # power by which a move above that speed is left alone
+WEIGHTS = 104.0, 13.9, 2.28, 0.524, 0.152  # of second differences, at 30 Hz: half passes at 1.5, 2.5, 4, 6 and 9 Hz
+DOUBTED = 2.28  # that of a joint which is not believed
+ORDER, USUAL = 6, 2.366  # of the differences that tell noise, and median of chi2(3)
+NOISIER, MOST = 1.5, 0.02  # times what they say, for a sensor's noise is partly slow; and m, at most
+FEWEST = 10  # such differences that tell, and frames in a row that are smoothed
+ABOUT = 0.2  # s to either side, over which the risk is asked
+THROWN = 4.0  # deviations of the noise, to which a place is brought near that of its neighbours
+QUICK, TREMBLES = 1.2, 0.01  # m/s; and m of noise, by whose cube it takes more: what trembles widely looks quick
+MOVE, SHARPLY = 0.1, 8.0  # s that a quick move takes, and the power by which it is left alone above that speed
 
 
 def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
-    """(T, J, 3) each joint made as steady as its noise, and how sharply it turns, make likeliest; quick moves stay.
+    """(T, J, 3) each joint made as steady as brings it nearer to where it was, by its noise; quick moves stay.
 
     Parameters
     ----------
     positions : (T, J, 3) m; NaN = missing.
     times : (T,) s.
     trust : (T, J) in [0, 1].
+
+    Source
+    ------
+    Stein, Estimation of the mean of a multivariate normal distribution, Annals of Statistics 9(6), 1981.
     """
     usual = _usual_step(times)
     steady = np.array(positions)
     if usual <= 0:
         return steady
-    noise = _noise(positions - smoothed(positions, times, STILLEST))
-    rate = (1.0 / (30.0 * usual)) ** 4
+    noise = _noise(positions, times, usual)
+    calm = smoothed(positions, times, DOUBTED)
     for joints, frames, at in _stretches(positions, times, usual):
-        if len(frames) < FEWEST:
+        noisy = joints[noise[joints] > 0]
+        if len(frames) < FEWEST or not len(noisy):
             continue
-        some, shape = np.ix_(frames, joints), (at[-1] + 1, len(joints))
-        values, believed, weights = np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape)
-        values[at], believed[at] = positions[some], trust[some]
-        weights[at] = np.maximum(trust[some], GUESSED)
-        turning = _turning(values, weights > 0, rate)
-        quick = _speed(positions[some], at, usual) / np.hypot(QUICK, (noise[joints] / TREMBLES) ** 3)
-        for k, j in enumerate(joints):
-            variance = min(NOISIER * noise[j], MOST) ** 2
-            if variance > 0:
-                much = 1.0 + believed[:, k] * quick[:, k] ** SHARPLY
-                penalty = rate * variance / (turning[:, k] * much)
-                steady[frames, j] = _likeliest(values[:, k], weights[:, k], variance * much, penalty)[at]
+        some = np.ix_(frames, noisy)
+        quick = _speed(positions[some], at, usual)[at] / np.hypot(QUICK, (noise[noisy] / TREMBLES) ** 3)
+        as_came = (quick**SHARPLY / (1.0 + quick**SHARPLY))[..., None]
+        nearest = _nearest(positions[some], at, usual, np.minimum(NOISIER * noise[noisy], MOST))
+        share = trust[some][..., None]
+        believed = nearest + as_came * (positions[some] - nearest)
+        steady[some] = calm[some] + share * (believed - calm[some])
     return steady
 
 
@@ -102,20 +99,55 @@ def _stretches(values: Floats, times: Floats, usual: float) -> Iterator[tuple[In
                 yield joints, stretch, np.cumsum(np.append(0, passed)).astype(int)
 
 
-def _noise(rest: Floats) -> Floats:
-    """(J,) m, root mean square of a coordinate of what is left (T, J, 3), in the median frame; 0 if there is none."""
-    sizes = np.sqrt((rest * rest).sum(axis=2) / 3.0)
-    return np.array([np.median(one[np.isfinite(one)]) if np.isfinite(one).any() else 0.0 for one in sizes.T])
+def _noise(positions: Floats, times: Floats, usual: float) -> Floats:
+    """(J,) m, white noise of a coordinate, by differences of a high order in the median frame; 0 where few tell."""
+    noise = np.zeros(positions.shape[1])
+    if len(times) < ORDER + FEWEST:
+        return noise
+    even = np.abs(np.diff(times) - usual) < 0.5 * usual
+    regular = np.lib.stride_tricks.sliding_window_view(even, ORDER).all(axis=1)
+    sizes = np.square(np.diff(positions, ORDER, axis=0)[regular]).sum(axis=2) / comb(2 * ORDER, ORDER)
+    told = np.isfinite(sizes).sum(axis=0) >= FEWEST
+    noise[told] = np.sqrt(np.nanmedian(sizes[:, told], axis=0) / USUAL)
+    return noise
 
 
-def _turning(values: Floats, seen: Bools, rate: float) -> Floats:
-    """(T, J) variance of second differences, of a coordinate at 30 Hz, that joints (T, J, 3) show about each moment."""
-    frames, joints = seen.shape
-    course = whittaker(values.reshape(frames, -1), seen[:, 0].astype(np.float64), COURSE * rate)
-    turns = np.zeros((frames, joints))
-    turns[1:-1] = np.square(np.diff(course, 2, axis=0)).reshape(-1, joints, 3).mean(axis=2) * rate
-    around = whittaker(turns, np.ones(frames), ABOUT * rate)
-    return np.asarray(np.maximum(around, 0.0) + CALMEST**2)
+def _nearest(positions: Floats, at: Ints, usual: float, noise: Floats) -> Floats:
+    """(F, J, 3) joints (F, J, 3) that are seen at steps `at` (F,), smoothed by several weights, by the risk of each.
+
+    Parameters
+    ----------
+    usual : s, a step. noise : (J,) m, above 0, of a coordinate.
+    """
+    middle = _middle_of_three(positions)
+    apart = np.sqrt(np.square(positions - middle).sum(axis=2, keepdims=True))
+    near = middle + (positions - middle) * np.minimum(1.0, THROWN * noise[:, None] / np.maximum(apart, 1e-12))
+    rate = (1.0 / (30.0 * usual)) ** 4
+    flat, weights = np.zeros((at[-1] + 1, 3 * len(noise))), np.zeros(at[-1] + 1)
+    flat[at], weights[at] = near.reshape(len(at), -1), 1.0
+    half = max(1, round(ABOUT / usual))
+    count = _around(weights[:, None], half)[at]
+    angles = np.linspace(0.0, np.pi, 257)
+    ways, risks = [near], [np.broadcast_to(np.square(noise), near.shape[:2])]
+    for weight in WEIGHTS:
+        passed = (1.0 / (1.0 + weight * rate * (2.0 - 2.0 * np.cos(angles)) ** 2)).mean()
+        smooth = whittaker(flat, weights, weight * rate)
+        rest = np.square(smooth - flat).reshape(len(flat), -1, 3).mean(axis=2) * weights[:, None]
+        ways.append(smooth[at].reshape(near.shape))
+        risks.append(_around(rest, half)[at] / count + (2.0 * passed - 1.0) * np.square(noise))
+    risk = np.stack(risks)
+    # Coordinates in a thirtieth of a second tell each for itself; what two weights leave is partly the same.
+    told = 3.0 * count * min(1.0, 30.0 * usual) / (4.0 * np.square(noise))
+    likely = np.exp((risk.min(axis=0) - risk) * told)
+    return np.asarray(np.einsum("wtj,wtjd->tjd", likely / likely.sum(axis=0), np.stack(ways)))
+
+
+def _around(values: Floats, half: int) -> Floats:
+    """(T, C) sums over so many steps to either side; the first and last ones stand for what is beyond."""
+    padded = np.pad(values, ((half + 1, half), (0, 0)), mode="edge")
+    padded[0] = 0.0
+    sums = np.cumsum(padded, axis=0)
+    return np.asarray(sums[2 * half + 1 :] - sums[: -2 * half - 1])
 
 
 def _speed(values: Floats, at: Ints, usual: float) -> Floats:
@@ -134,24 +166,11 @@ def _speed(values: Floats, at: Ints, usual: float) -> Floats:
 
 
 def _middle_of_three(values: Floats) -> Floats:
-    """(F, J, 3) of three places in a row, about each frame, the one that is nearest to both others."""
-    middle = np.clip(np.arange(len(values)), 1, len(values) - 2)
-    three = values[np.stack([middle, middle - 1, middle + 1])]
+    """(F, J, 3) of three places in a row, about each frame, the one nearest to both others; the first and last stay."""
+    three = np.stack([values[1:-1], values[:-2], values[2:]])
     apart = three - np.roll(three, 1, axis=0)
     far = np.sqrt((apart * apart).sum(axis=3))
     nearest = np.argmin(far + np.roll(far, -1, axis=0), axis=0)
-    return np.asarray(np.take_along_axis(three, nearest[None, ..., None], axis=0)[0])
-
-
-def _likeliest(values: Floats, weights: Floats, variance: Floats, penalty: Floats) -> Floats:
-    """(T, 3) the course that is near and bends little: under Charbonnier's estimator, by weights that are renewed.
-
-    Parameters
-    ----------
-    values, weights : (T, 3) m and (T,), 0 = missing. variance : (T,) m² of a residual. penalty : (T,) of its bends.
-    """
-    course = whittaker(values, weights, penalty)
-    for _ in range(ROUNDS):
-        off = np.square(values - course).sum(axis=1) / variance
-        course = whittaker(values, weights / np.sqrt(1.0 + off / OUTLYING**2), penalty)
-    return course
+    found = np.array(values)
+    found[1:-1] = np.take_along_axis(three, nearest[None, ..., None], axis=0)[0]
+    return found

@@ -123,6 +123,7 @@ def settle_frame(
     earlier: Floats,
     known: Floats,
     yielded: Floats,
+    step: float,
     motion: Floats,
     later: Floats,
     steps: Floats,
@@ -138,16 +139,16 @@ def settle_frame(
     last, earlier : (J, 3) m, what was put out then.
     known : (2, B) lengths so far in m, and s for which they were seen, 0 at first.
     yielded : (J, 3) m, how far joints gave way to their bones.
-    motion, later, steps : (J, 10), (N, J, 3) m and (N,) s, of `steady_frame`.
+    step, motion, later, steps : s, (J, 13), (N, J, 3) m and (N,) s, of `steady_frame`.
 
     Returns
     -------
-    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3), motion (J, 10), and where joints were
+    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3), motion (J, 13), and where joints were
     before they gave way (J, 3).
     """
     joints, count = positions.shape[0], bones.shape[0]
     lengths = np.empty((1, count))
-    calm, going = steady_frame(positions, first, motion, later, steps)
+    calm, going = steady_frame(positions, step, motion, later, steps)
     steadied = calm.copy().reshape(1, joints, 3)
     after, mobility = np.empty(known.shape), np.empty((1, joints))
     passed = min(first, LONG_SECONDS) if first >= 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz

@@ -8,15 +8,14 @@ from ..arrays import Floats
 LEAST_WEIGHT = 1e-12  # of the largest; keeps stretches without any sample determined (straight lines)
 
 
-def whittaker(values: Floats, weights: Floats, smoothness: float | Floats) -> Floats:
-    """Minimise  sum_t w_t |y_t - z_t|² + sum_t s_t |z_{t+1} - 2 z_t + z_{t-1}|².
+def whittaker(values: Floats, weights: Floats, smoothness: float) -> Floats:
+    """Minimise  sum_t w_t |y_t - z_t|² + smoothness · sum_t |z_{t+1} - 2 z_t + z_{t-1}|².
 
     Parameters
     ----------
     values : (T, C) y; read only where the weight is above 0.
     weights : (T,) at least 0, the same for all channels; at least two above 0.
-    smoothness : s, above 0, one for all or (T,), of the bend at each frame (the first's and last's are not asked); half
-        of a sine of f cycles a frame passes when it is w (2 sin(pi f))^-4.
+    smoothness : above 0; half of a sine of f cycles a frame passes when it is (2 sin(pi f))^-4 / w.
 
     Returns
     -------
@@ -31,18 +30,17 @@ def whittaker(values: Floats, weights: Floats, smoothness: float | Floats) -> Fl
     diagonal = np.zeros(frames)
     beside, beyond = np.zeros(frames), np.zeros(frames)
     if frames > 2:
-        bend = np.broadcast_to(smoothness, frames)[1:-1]
-        diagonal[:-2] += bend
-        diagonal[1:-1] += 4.0 * bend
-        diagonal[2:] += bend
-        beside[1:-1] -= 2.0 * bend
-        beside[2:] -= 2.0 * bend
-        beyond[2:] = bend
+        diagonal[:-2] += 1.0
+        diagonal[1:-1] += 4.0
+        diagonal[2:] += 1.0
+        beside[1:-1] -= 2.0
+        beside[2:] -= 2.0
+        beyond[2:] = 1.0
     # without its straight line a long stretch without samples comes back as exact zeros, not as rounding errors
     time = np.stack([np.ones(frames), np.arange(frames) - frames / 2.0], axis=1)
     share = np.sqrt(weights)[:, None]
     line = time @ np.linalg.lstsq(share * time, share * known, rcond=None)[0]
     ridge = LEAST_WEIGHT * float(weights.max(initial=1.0))
-    bands = np.stack([beyond, beside, diagonal + weights + ridge])
+    bands = np.stack([smoothness * beyond, smoothness * beside, smoothness * diagonal + weights + ridge])
     bent = solveh_banded(bands, weights[:, None] * (known - line), check_finite=False)
     return np.asarray(line + bent)
