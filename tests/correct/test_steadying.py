@@ -1,4 +1,4 @@
-"""Joints are made as steady as their noise asks for: nothing known is lost by it, and quick moves stay quick."""
+"""Joints are made as steady as their noise asks for: quick moves stay quick, and who shakes goes on to shake."""
 
 import numpy as np
 import pytest
@@ -96,3 +96,25 @@ def test_few_frames_are_no_error(frames: int) -> None:
 def test_what_does_not_move_stays_where_it_is() -> None:
     still = np.repeat(truth("walk", 3)[:1], 60, axis=0)
     np.testing.assert_allclose(steadied(still, times_of(still), np.ones(still.shape[:2])), still, atol=1e-12)
+
+
+@pytest.mark.parametrize("fps", [25.0, 30.0, 60.0, 120.0])
+@pytest.mark.parametrize(("hertz", "far"), [(2.0, 0.03), (3.0, 0.03), (4.0, 0.06), (5.0, 0.015)])
+def test_who_waves_or_shakes_goes_on_to(hertz: float, far: float, fps: float) -> None:
+    times = np.arange(round(8 * fps)) / fps
+    true = np.zeros((len(times), 1, 3))
+    true[:, 0, 0] = far * np.sin(2.0 * np.pi * hertz * times)
+    found = steadied(noisy(true, 3, 0.002), times, np.ones((len(times), 1)))
+    inner = slice(round(fps), -round(fps))
+    kept = (found[inner] * true[inner]).sum() / np.square(true[inner]).sum()
+    assert 0.75 < kept < 1.02
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_who_moves_off_in_the_last_frames_is_not_held_back(frames: int) -> None:
+    true = np.zeros((60, 1, 3))
+    true[-frames:, 0, 0] = 0.06 * np.arange(1, frames + 1)  # 1.8 m/s
+    seen = noisy(true, 4, 0.002)
+    times, trust = times_of(true), np.ones((60, 1))
+    assert np.abs(steadied(seen, times, trust) - true).max() < 0.015
+    assert np.abs(steadied(seen[::-1], times, trust)[::-1] - true).max() < 0.015

@@ -16,10 +16,10 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
-from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS, STILL
+from ..kernels.bones import LOOSE, ROUNDS, STILL
 from ..kernels.steadying import STATE, told
 from .limits import Hinges
-from .steadying import smoothed, steadied
+from .steadying import BREAK_STEPS, smoothed, steadied
 
 COURSE = (
     1.0  # weight of second differences by that of the values, at 30 Hz, of where a joint is going: 5 Hz passes half
@@ -27,7 +27,8 @@ COURSE = (
 SLOW = 33.0, 528.0  # the same of how joints give way, of those that move: half passes at 2 Hz, and at rest: 1 Hz
 OFFSET = 2.3, 1437.0  # and of learned offsets: 4 and 0.8 Hz
 OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
-FASTER, FOLLOWED = 0.6, 0.1  # of usual steps of time: shorter ones are others, and so much of each is followed
+FASTER = 0.8  # of usual steps of time: frames that come faster
+SHORTER, FOLLOWED = 0.4, 0.1  # how much of the time of such a frame, and of others, is followed
 TURNS = 2  # of relaxing and smoothing
 
 
@@ -179,10 +180,11 @@ def _steps(usual: float, first: float, second: float) -> tuple[float, float]:
     """
     if not told(first) or first > BREAK_STEPS * second or second > BREAK_STEPS * first:
         return usual, np.nan
-    if np.isnan(usual) or first < FASTER * usual:
+    if np.isnan(usual):
         return first, first
-    steps = round(first / usual)
-    return usual + FOLLOWED * (first / steps - usual), steps * usual
+    steps = max(round(first / usual), 1)
+    usual += (SHORTER if first < FASTER * usual else FOLLOWED) * (first / steps - usual)
+    return usual, steps * usual
 
 
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:

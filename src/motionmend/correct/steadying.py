@@ -14,7 +14,6 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from ..arrays import Floats, Ints
-from ..kernels.bones import BREAK_STEPS
 from ..numerics.whittaker import whittaker
 
 WEIGHTS = 104.0, 13.9, 2.28, 0.524, 0.152  # of second differences, at 30 Hz: half passes at 1.5, 2.5, 4, 6 and 9 Hz
@@ -25,6 +24,7 @@ FEWEST = 10  # such differences that tell, and frames in a row that are smoothed
 ABOUT = 0.2  # s to either side, over which the risk is asked
 THROWN = 4.0  # deviations of the noise, to which a place is brought near that of its neighbours
 QUICK, TREMBLES = 1.2, 0.01  # m/s; and m of noise, by whose cube it takes more: what trembles widely looks quick
+BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
 MOVE, SHARPLY = 0.1, 8.0  # s that a quick move takes, and the power by which it is left alone above that speed
 
 

@@ -1,4 +1,4 @@
-"""Joints moved so that bones have given lengths, and made steady."""
+"""Joints moved so that bones have given lengths."""
 
 from math import exp, isfinite, sqrt
 from typing import Any
@@ -13,7 +13,6 @@ SLOW_SECONDS, REST_SECONDS = 0.16, 0.3  # how slowly joints give way live, when 
 STILL = 0.1  # m/s; what is slower is at rest: what others do is then no reason for it to tremble
 ROUNDS = 20  # of relaxation
 LOOSE = 4.0  # how much more a joint moves that is not trusted
-BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
 PRIOR_SECONDS = 0.1  # for which lengths must be seen to count as much as those to begin with
 ACQUAINTED_SECONDS = 0.6  # in which lengths are learned: bones that go on changing are none
 LATER = 1.5  # how much more than the mean so far the latest frame counts then: the first ones know the person least
