@@ -48,16 +48,13 @@ def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
     noise = _noise(positions, times, usual)
     calm = smoothed(positions, times, DOUBTED)
     for joints, frames, at in _stretches(positions, times, usual):
-        noisy = joints[noise[joints] > 0]
-        if len(frames) < FEWEST or not len(noisy):
-            continue
-        some = np.ix_(frames, noisy)
-        quick = _speed(positions[some], at, usual)[at] / np.hypot(QUICK, (noise[noisy] / TREMBLES) ** 3)
-        as_came = (quick**SHARPLY / (1.0 + quick**SHARPLY))[..., None]
-        nearest = _nearest(positions[some], at, usual, np.minimum(NOISIER * noise[noisy], MOST))
-        share = trust[some][..., None]
-        believed = nearest + as_came * (positions[some] - nearest)
-        steady[some] = calm[some] + share * (believed - calm[some])
+        for j in joints[noise[joints] > 0] if len(frames) >= FEWEST else ():
+            given, share = positions[frames, j], trust[frames, j][:, None]
+            quick = _speed(given, at, usual)[at] / np.hypot(QUICK, (noise[j] / TREMBLES) ** 3)
+            as_came = (quick**SHARPLY / (1.0 + quick**SHARPLY))[:, None]
+            nearest = _nearest(given, at, usual, min(NOISIER * float(noise[j]), MOST))
+            believed = nearest + as_came * (given - nearest)
+            steady[frames, j] = calm[frames, j] + share * (believed - calm[frames, j])
     return steady
 
 
@@ -112,46 +109,44 @@ def _noise(positions: Floats, times: Floats, usual: float) -> Floats:
     return noise
 
 
-def _nearest(positions: Floats, at: Ints, usual: float, noise: Floats) -> Floats:
-    """(F, J, 3) joints (F, J, 3) that are seen at steps `at` (F,), smoothed by several weights, by the risk of each.
+def _nearest(positions: Floats, at: Ints, usual: float, noise: float) -> Floats:
+    """(F, 3) a joint that is seen at steps `at` (F,), smoothed by several weights, by the risk of each.
 
     Parameters
     ----------
-    usual : s, a step. noise : (J,) m, above 0, of a coordinate.
+    positions : (F, 3) m. usual : s, a step. noise : m, above 0, of a coordinate.
     """
     middle = _middle_of_three(positions)
-    apart = np.sqrt(np.square(positions - middle).sum(axis=2, keepdims=True))
-    near = middle + (positions - middle) * np.minimum(1.0, THROWN * noise[:, None] / np.maximum(apart, 1e-12))
+    apart = np.sqrt(np.square(positions - middle).sum(axis=1, keepdims=True))
+    near = middle + (positions - middle) * np.minimum(1.0, THROWN * noise / np.maximum(apart, 1e-12))
     rate = (1.0 / (30.0 * usual)) ** 4
-    flat, weights = np.zeros((at[-1] + 1, 3 * len(noise))), np.zeros(at[-1] + 1)
-    flat[at], weights[at] = near.reshape(len(at), -1), 1.0
+    values, weights = np.zeros((at[-1] + 1, 3)), np.zeros(at[-1] + 1)
+    values[at], weights[at] = near, 1.0
     half = max(1, round(ABOUT / usual))
-    count = _around(weights[:, None], half)[at]
+    count = _around(weights, half)[at]
     angles = np.linspace(0.0, np.pi, 257)
-    ways, risks = [near], [np.broadcast_to(np.square(noise), near.shape[:2])]
+    ways, risks = [near], [np.full(len(at), noise**2)]
     for weight in WEIGHTS:
-        passed = (1.0 / (1.0 + weight * rate * (2.0 - 2.0 * np.cos(angles)) ** 2)).mean()
-        smooth = whittaker(flat, weights, weight * rate)
-        rest = np.square(smooth - flat).reshape(len(flat), -1, 3).mean(axis=2) * weights[:, None]
-        ways.append(smooth[at].reshape(near.shape))
-        risks.append(_around(rest, half)[at] / count + (2.0 * passed - 1.0) * np.square(noise))
+        passed = float((1.0 / (1.0 + weight * rate * (2.0 - 2.0 * np.cos(angles)) ** 2)).mean())
+        smooth = whittaker(values, weights, weight * rate)
+        rest = np.square(smooth - values).mean(axis=1) * weights
+        ways.append(smooth[at])
+        risks.append(_around(rest, half)[at] / count + (2.0 * passed - 1.0) * noise**2)
     risk = np.stack(risks)
     # Coordinates in a thirtieth of a second tell each for itself; what two weights leave is partly the same.
-    told = 3.0 * count * min(1.0, 30.0 * usual) / (4.0 * np.square(noise))
+    told = 3.0 * count * min(1.0, 30.0 * usual) / (4.0 * noise**2)
     likely = np.exp((risk.min(axis=0) - risk) * told)
-    return np.asarray(np.einsum("wtj,wtjd->tjd", likely / likely.sum(axis=0), np.stack(ways)))
+    return np.asarray(np.einsum("wt,wtd->td", likely / likely.sum(axis=0), np.stack(ways)))
 
 
 def _around(values: Floats, half: int) -> Floats:
-    """(T, C) sums over so many steps to either side; the first and last ones stand for what is beyond."""
-    padded = np.pad(values, ((half + 1, half), (0, 0)), mode="edge")
-    padded[0] = 0.0
-    sums = np.cumsum(padded, axis=0)
+    """(T,) sums over so many steps to either side; the first and last ones stand for what is beyond."""
+    sums = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
     return np.asarray(sums[2 * half + 1 :] - sums[: -2 * half - 1])
 
 
 def _speed(values: Floats, at: Ints, usual: float) -> Floats:
-    """(T, J) m/s, how quick joints (F, J, 3) are in the quickest tenth of a second about each step of time.
+    """(T,) m/s, how quick a joint (F, 3) is in the quickest tenth of a second about each step of time.
 
     Parameters
     ----------
@@ -160,17 +155,16 @@ def _speed(values: Floats, at: Ints, usual: float) -> Floats:
     course = make_interp_spline(at, _middle_of_three(values), k=1)(np.arange(at[-1] + 1))
     apart = min(max(1, round(MOVE / usual)), at[-1])
     away = course[apart:] - course[:-apart]
-    going = np.sqrt((away * away).sum(axis=2)) / (apart * usual)
-    padded = np.pad(going, ((apart, apart), (0, 0)))
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, apart + 1, axis=0).max(axis=2))
+    going = np.pad(np.sqrt((away * away).sum(axis=1)) / (apart * usual), apart)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(going, apart + 1).max(axis=1))
 
 
 def _middle_of_three(values: Floats) -> Floats:
-    """(F, J, 3) of three places in a row, about each frame, the one nearest to both others; the first and last stay."""
+    """(F, 3) of three places in a row, about each frame, the one nearest to both others; the first and last stay."""
     three = np.stack([values[1:-1], values[:-2], values[2:]])
     apart = three - np.roll(three, 1, axis=0)
-    far = np.sqrt((apart * apart).sum(axis=3))
+    far = np.sqrt((apart * apart).sum(axis=2))
     nearest = np.argmin(far + np.roll(far, -1, axis=0), axis=0)
     found = np.array(values)
-    found[1:-1] = np.take_along_axis(three, nearest[None, ..., None], axis=0)[0]
+    found[1:-1] = np.take_along_axis(three, nearest[None, :, None], axis=0)[0]
     return found
