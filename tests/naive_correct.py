@@ -97,19 +97,63 @@ def followed_slowly(before, now, seconds, lasting, resting, last, earlier, betwe
     return np.where(np.isfinite(slow), slow, now)
 
 
-def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, known, yielded):
+def steady_frame(positions, seconds, motion, later, steps):
+    """One live frame made steady: a Kalman filter for each joint, then smoothed back from the frames after it."""
+    from motionmend.kernels import steadying as kernel
+
+    def drifted(drift, frames):
+        return drift * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
+
+    def ahead(state, cov, drift, surprise, frames):
+        moved = np.array([[1.0, frames], [0.0, 1.0]])
+        return moved, moved @ state, moved @ cov @ moved.T + drifted(drift, frames)
+
+    def met(state, cov, drift, surprise, where, frames):
+        off = where - state[0]
+        lively = max(off @ surprise / 3.0 / frames**2, kernel.CALMEST**2)
+        after = lively + np.exp(-frames / (kernel.ROUSED if lively > drift else kernel.RESTED)) * (drift - lively)
+        cov = cov + drifted(max(after - drift, 0.0), frames)
+        gain = cov[:, 0] / (cov[0, 0] + kernel.NOISE**2 / min(frames, 1.0))
+        return cov, (state + np.outer(gain, off), cov - np.outer(gain, cov[0]), after, off)
+
+    calm, after = positions.copy(), np.full(motion.shape, np.nan)
+    usable = np.array([kernel.told(step) for step in steps], dtype=bool)
+    usable = len(steps) if usable.all() else int(np.argmin(usable))
+    for j in np.flatnonzero(np.isfinite(positions).all(axis=1)):
+        begun = np.diag([kernel.NOISE**2, kernel.BEGUN**2]), kernel.CALMEST**2, np.zeros(3)
+        state = np.array([positions[j], np.zeros(3)]), *begun
+        if kernel.told(seconds) and np.isfinite(motion[j]).all():
+            frames, rest = kernel.RATE * seconds, (motion[j, 9], motion[j, 10:])
+            cov = np.array([[motion[j, 6], motion[j, 8]], [motion[j, 8], motion[j, 7]]])
+            _, *there = ahead(motion[j, :6].reshape(2, 3), cov, *rest, frames)
+            state = met(*there, *rest, positions[j], frames)[1]
+        values, cov, drift, surprise = state
+        after[j] = [*values.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], drift, *surprise]
+        passed = []
+        for where, step in zip(later[:usable, j], steps[:usable], strict=True):
+            frames = kernel.RATE * step
+            moved, values, cov = ahead(*state, frames)
+            before, state = state, (values, cov, *state[2:])
+            if np.isfinite(where).all():
+                cov, state = met(*state, where, frames)
+            passed.append((before, moved, values, cov))
+        values = state[0]
+        for (filtered, before, *_), moved, expected, cov in reversed(passed):
+            values = filtered + before @ moved.T @ np.linalg.inv(cov) @ (values - expected)
+        calm[j] = values[0]
+    return calm, after
+
+
+def settle_frame(
+    positions, trust, bones, prior, belief, times, last, earlier, known, yielded, step, motion, later, steps
+):
     """One live frame made steady, its bones brought to their lengths."""
     from motionmend.kernels import bones as kernel
 
     LOOSE, ROUNDS = kernel.LOOSE, kernel.ROUNDS
     first, second = times
-    calm = positions.copy()
-    if 0 < first < kernel.BREAK_STEPS * second and second < kernel.BREAK_STEPS * first:
-        ahead = last + (last - earlier) * (first / second)
-        rest = at_rest(last, earlier, second, kernel.MOVING)
-        weight = kernel.STEADY * min(1.0 / (30.0 * first) ** 4, 1.0) * (1.0 - trust * (1.0 - rest))[:, None]
-        calm = np.where(np.isfinite(ahead), (positions + weight * ahead) / (1.0 + weight), positions)
-    lengths = np.linalg.norm(calm[bones[:, 1]] - calm[bones[:, 0]], axis=1)
+    calm, going = steady_frame(positions, step, motion, later, steps)
+    lengths = np.linalg.norm(positions[bones[:, 1]] - positions[bones[:, 0]], axis=1)
     passed = 1.0 / 30.0 if np.isnan(first) else min(first, kernel.LONG_SECONDS)
     share = np.where(np.isfinite(lengths), passed * trust[bones].min(axis=1), 0.0)
     enough = kernel.ACQUAINTED_SECONDS
@@ -123,7 +167,7 @@ def settle_frame(positions, trust, bones, prior, belief, times, last, earlier, k
     mobility = 1.0 + LOOSE * (1.0 - trust)[None]
     relaxed = settle(calm[None], bones, usual[None], mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, relaxed, first, kernel.SLOW_SECONDS, kernel.REST_SECONDS, last, earlier, second)
-    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave
+    return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave, going, calm
 
 
 # ---- kernels/following.py --------------------------------------------------------

@@ -88,3 +88,15 @@ def test_only_the_default_looks_ahead(model: CorrectorModel) -> None:
         model.correct(raw, method="ridge", look_ahead=3)
     with pytest.raises(UsageError):
         model.start(raw.names, look_ahead=-1)
+
+
+@pytest.mark.parametrize("motion", ["reach", "walk"])
+def test_later_frames_make_what_is_given_out_steadier_and_nearer(model: CorrectorModel, motion: str) -> None:
+    true = truth(motion, 33, 4.0)
+    raw = recording(sensed(true, 33))
+    off = {n: model.correct(raw, look_ahead=n).positions - true for n in (0, 1, 3)}
+    places = [float(np.linalg.norm(off[n], axis=2).mean()) for n in off]
+    steps = [float(np.linalg.norm(np.diff(off[n], axis=0), axis=2).mean()) for n in off]
+    assert places[2] < 1.01 * places[0]
+    assert steps[0] > 1.1 * steps[1]
+    assert steps[0] > 1.3 * steps[2]

@@ -66,3 +66,70 @@ def test_live_bones_are_learned_within_a_second_and_hold(fps: float) -> None:
     for time in times[-1] + np.arange(1, 180.0, 0.2):
         body, placed = settled_frame(body, 1.2 * still, time, np.ones(len(NAMES)), bones, prior)
     np.testing.assert_allclose(lengths_of(placed, bones)[some], lengths_of(1.2 * still, bones)[some], rtol=0.03)
+
+
+@pytest.mark.parametrize(("action", "fps"), [("reach", 30), ("walk", 30), ("jump", 30), ("reach", 15)])
+def test_live_steps_are_nearer_to_the_truth_and_places_as_near(action: str, fps: int) -> None:
+    """Who is followed by what they did before lags behind hardly more than they trembled, even in a jump."""
+    true = truth(action, 3)[:: 30 // fps]
+    seen = true + 0.006 * np.random.default_rng(0).standard_normal(true.shape)
+    nothing, body, frames = np.zeros((0, 2), dtype=np.int64), unborn(len(NAMES), 0), []
+    for k, row in enumerate(seen):
+        body, placed = settled_frame(body, row, k / fps, np.ones(len(NAMES)), nothing, np.zeros(0))
+        frames.append(placed)
+    off = [np.square(one - true).mean() for one in (np.stack(frames), seen)]
+    steps = [np.square(np.diff(one - true, axis=0)).mean() for one in (np.stack(frames), seen)]
+    assert off[0] < (1.2 if action == "jump" else 1.0) * off[1]
+    assert steps[0] < 0.65 * steps[1]
+
+
+def followed(seen: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(T, J, 3) joints without bones, as they come out live."""
+    nothing, body, frames = np.zeros((0, 2), dtype=np.int64), unborn(seen.shape[1], 0), []
+    for row, time in zip(seen, times, strict=True):
+        body, placed = settled_frame(body, row, float(time), np.ones(seen.shape[1]), nothing, np.zeros(0))
+        frames.append(placed)
+    return np.stack(frames)
+
+
+@pytest.mark.parametrize("fps", [10.0, 30.0, 120.0])
+def test_who_walks_on_is_not_late(fps: float) -> None:
+    gliding = np.zeros((round(2 * fps), 1, 3))
+    gliding[:, 0, 0] = 1.5 * np.arange(len(gliding)) / fps
+    late = gliding - followed(gliding, np.arange(len(gliding)) / fps)
+    assert np.abs(late[round(fps) :]).max() < 1e-3
+    assert np.abs(late).max() < 0.03
+
+
+@pytest.mark.parametrize("fps", [10.0, 30.0, 120.0])
+def test_a_clean_sensor_is_hardly_changed(fps: float) -> None:
+    times = np.arange(round(4 * fps)) / fps
+    true = np.zeros((len(times), 1, 3))
+    true[:, 0, 0], true[:, 0, 1] = 0.3 * np.sin(2.0 * np.pi * times), 0.1 * np.sin(4.0 * np.pi * times)
+    off = np.linalg.norm(followed(true, times) - true, axis=2)
+    assert np.sqrt(np.square(off).mean()) < 0.012 * (30.0 / fps if fps < 30.0 else 1.0)
+
+
+@pytest.mark.parametrize("stamps", ["stand still", "go back", "each twice", "whole seconds"])
+def test_times_that_say_nothing_leave_frames_as_they_came(stamps: str) -> None:
+    true = truth("walk", 3)[:90]
+    regular = np.arange(len(true)) / 30.0
+    told = {
+        "stand still": np.arange(len(true)) * 1e-6,
+        "go back": np.maximum.accumulate(np.where(regular < 1.0, regular, regular - 0.5)) + 1e-6 * np.arange(len(true)),
+        "each twice": np.floor(regular * 15.0) / 15.0 + 1e-6 * np.arange(len(true)),
+        "whole seconds": np.floor(regular) + 1e-6 * np.arange(len(true)),
+    }
+    seen = true + 0.002 * np.random.default_rng(0).standard_normal(true.shape)
+    off = np.linalg.norm(followed(seen, told[stamps]) - true, axis=2)
+    assert np.sqrt(np.square(off).mean()) < 1.3 * np.sqrt(np.square(np.linalg.norm(seen - true, axis=2)).mean())
+    assert off.max() < 0.04
+
+
+def test_frames_that_arrive_unevenly_went_by_evenly() -> None:
+    true, rng = truth("walk", 3), np.random.default_rng(1)
+    times = np.arange(len(true)) / 30.0
+    seen = true + 0.005 * rng.standard_normal(true.shape)
+    arrived = times + 0.006 * rng.standard_normal(len(times))
+    off = [np.square(followed(seen, one) - true).mean() for one in (times, arrived)]
+    assert off[1] < 1.3 * off[0]

@@ -9,7 +9,7 @@ import naive_correct as naive
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, hops, proportions, shapes, sighting
+from motionmend.kernels import bones, hops, proportions, shapes, sighting, steadying
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -255,6 +255,31 @@ def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
     same((placed, deviation, reliable), naive.given_back(*told))
 
 
+def some_motion(rng, places):
+    """As `steady_frame` leaves it."""
+    speed, small = 0.01 * rng.normal(size=(JOINTS, 3)), 1e-5 * rng.uniform(1.0, 2.0, (JOINTS, 3))
+    surprise = 0.01 * rng.normal(size=(JOINTS, 3))
+    return np.hstack([places, speed, small[:, :2], 0.1 * small[:, :1], 0.1 * small[:, 2:], surprise])
+
+
+def some_later(rng, frames):
+    """Places in later frames, one joint never seen, another not at last, and s between them; once a long while."""
+    later = np.array([some_posture(rng, 1) for _ in range(frames)]).reshape(frames, JOINTS, 3)
+    later[:, 2], later[1:, 3] = np.nan, np.nan
+    steps = np.full(frames, 1 / 30)
+    steps[3:] = 0.7
+    return later, steps
+
+
+@pytest.mark.parametrize("seconds", [np.nan, 0.0, 1 / 120, 1 / 30, 0.1, 0.6])
+def test_a_frame_is_steadied_as_by_its_twin(seconds: float) -> None:
+    rng = np.random.default_rng(9)
+    positions, motion = some_posture(rng, 1), some_motion(rng, some_posture(rng, 1))
+    later, steps = some_later(rng, 4)
+    got, wanted = (one.steady_frame(positions, seconds, motion, later, steps) for one in (steadying, naive))
+    same(got, wanted, atol=1e-13)
+
+
 @pytest.mark.parametrize("belief", [1.0, 0.3])
 @pytest.mark.parametrize("known", [True, False])
 def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belief: float) -> None:
@@ -267,7 +292,15 @@ def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belie
     count[1::4] = bones.ACQUAINTED_SECONDS if known else 0.0
     sums = np.stack([np.where(count > 0, 0.3, 0.0), count])
     times = (1 / 30, 1 / 30) if known else (np.nan, np.nan)
-    state = (last, earlier, sums, yielded)
+    state = (
+        last,
+        earlier,
+        sums,
+        yielded,
+        times[0],
+        some_motion(rng, last) if known else np.full((JOINTS, steadying.STATE), np.nan),
+    )
+    state = (*state, *some_later(rng, 3 if known else 0))
     got = bones.settle_frame(positions, trust, TREE, prior, belief, *times, *state)
     same(got, naive.settle_frame(positions, trust, TREE, prior, belief, times, *state))
     whole = np.isfinite(got[0][TREE]).all(axis=(1, 2))

@@ -19,7 +19,7 @@ from .classic import FILTERS, Samples
 from .joining import Joining, inward, joined, outward
 from .learning import going_well, learned_factors, lessons, model_anatomy, offset_samples, usual_unsteadiness
 from .limits import Hinges, learned_limits
-from .look_ahead import Waiting, first_of
+from .look_ahead import Waiting, first_of, going_on
 from .normalise import Standard, bone_lengths
 from .noted import FOREIGN, noted
 from .online import blank, remembered, taken_in
@@ -193,7 +193,7 @@ class CorrectorModel:
         """
         state, sight, given = self._seen(state, positions, states, time)
         followed = sight.followed
-        return self._put_right(state, sight, sight, given, followed.posture, followed.std, followed.failing)
+        return self._put_right(state, sight, sight, given, followed.posture, followed.std, followed.failing[None])
 
     def feed(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -242,7 +242,7 @@ class CorrectorModel:
         assert waiting is not None
         posture, std, failing, belief = first_of(self.factors, waiting, self.watcher.body.mirror)
         left = replace(state, waiting=waiting.without_first(belief))
-        return self._put_right(left, state.sight, waiting.sights[0], waiting.given[0], posture, std, failing)
+        return self._put_right(left, state.sight, waiting.sights[0], waiting.given[0], posture, std, failing, waiting)
 
     def _put_right(
         self,
@@ -253,9 +253,13 @@ class CorrectorModel:
         posture: Floats,
         unsure: Floats,
         failing: Floats,
+        waiting: Waiting | None = None,
     ) -> tuple[CorrectorState, Corrected]:
-        """What is put out of a frame whose posture (J of model, 3), its deviation and failing joints are known, and the
-        state after it and the `latest` frame that came."""
+        """What is put out of a frame, and the state after it and the `latest` frame that came.
+
+        Known are its posture (J of model, 3), the deviation of that, and which joints fail (1 + N, J of model) in it
+        and in the frames that wait behind it.
+        """
         state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
         kin = state.kin_after(kinship(self.watcher, sight, joining.spineless), time)
@@ -268,13 +272,17 @@ class CorrectorModel:
         if memory is not None:
             learned = moved + remembered(memory, inputs)
         last = state.shown.last if since < REMEMBERED else np.full(given.shape, np.nan)
-        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[None], last)
+        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[:1], last)
         prior = self.bones[joining.model_bones] * sight.scale
-        shown, settled = settled_frame(state.shown, placed[0], time, trust[0], joining.bones, prior, state.hinges, kin)
+        later = None if waiting is None else going_on(joining, waiting, failing, placed[0])
+        shown, settled = settled_frame(
+            state.shown, placed[0], time, trust[0], joining.bones, prior, state.hinges, kin, later
+        )
         if memory is not None:
-            shifts = inward(joining, [sight], settled[None])[0] - learned[0]
-            memory = taken_in(memory, time, inputs, shifts, 1.0 - failing, unsure < 0.01)
-        flags = _words(sight, failing[joining.common], kin)
+            calm = shown.calm  # what following adds to it is behind the person, and nothing to be learned
+            shifts = inward(joining, [sight], settled[None])[0] - inward(joining, [sight], calm[None])[0]
+            memory = taken_in(memory, time, inputs, shifts, 1.0 - failing[0], unsure < 0.01)
+        flags = _words(sight, failing[0, joining.common], kin)
         after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset, kin=kin)
         return after, Corrected(settled, deviation[0], trust[0], flags)
 

@@ -15,8 +15,10 @@ from ..numerics import factors as process
 from ..numerics.factors import Belief, Factors
 from . import spikes
 from .hindsight import judged_again, less_own, trusted
+from .joining import Joining
 from .watching import PATIENCE, Sight
 
+BELIEVED = 0.5  # a joint is, that fails less likely
 LONGEST, MOST = 1.0, 60  # s and frames; more helps no more, and a frame costs more the farther it looks
 
 
@@ -85,8 +87,8 @@ def first_of(factors: Factors, waiting: Waiting, mirror: Ints) -> tuple[Floats, 
 
     Returns
     -------
-    The posture (J, 3) in standard form, the standard deviation (J,) of a coordinate, the probability (J,) that the
-    sensor's joint fails, and the belief of the factors after this frame and those before it.
+    The posture (J, 3) in standard form, the standard deviation (J,) of a coordinate, the probability (N, J) that the
+    sensor's joint fails in each frame that waits, and the belief of the factors after this frame and those before it.
     """
     sights = waiting.sights
     failing = np.where(_thrown(waiting, mirror), 1.0, judged_again(sights))
@@ -111,7 +113,31 @@ def first_of(factors: Factors, waiting: Waiting, mirror: Ints) -> tuple[Floats, 
     share = trust[0][:, None]
     posture = share * values[0] + (1.0 - share) * there
     unsure = np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + _open(factors, sights[0]))
-    return posture + factors.mean + own, (1.0 - trust[0]) * unsure, failing[0], beliefs[0]
+    return posture + factors.mean + own, (1.0 - trust[0]) * unsure, failing, beliefs[0]
+
+
+def going_on(joining: Joining, waiting: Waiting, failing: Floats, placed: Floats) -> tuple[Floats, Floats]:
+    """Where the oldest frame's joints, corrected (J, 3) m, go in the frames that wait behind it: as the sensor has it.
+
+    Parameters
+    ----------
+    failing : (N, J of model) of the frames that wait.
+
+    Returns
+    -------
+    (N - 1, J, 3) m, NaN where the sensor does not say or is not believed, and (N - 1,) s, each since the one before.
+    """
+    first, *sights = waiting.sights
+    turn = np.eye(3) if first.upright is None else first.upright
+    there = np.full((len(sights), *placed.shape), np.nan)
+    common = joining.common
+    for k, one in enumerate(sights):
+        if one.other:  # nor is anything known of who was there before
+            break
+        believed = np.maximum(failing[0], failing[k + 1])[common] < BELIEVED
+        steps = np.where(believed[:, None], (one.rows - first.rows)[common] @ turn, np.nan)
+        there[k, joining.to_model[common]] = placed[joining.to_model[common]] + steps
+    return there, np.diff(np.array([_time(one) for one in waiting.sights]))
 
 
 def _thrown(waiting: Waiting, mirror: Ints) -> Bools:

@@ -1,4 +1,4 @@
-"""Learning while correcting: what bones and time made of the offsets in clear frames is predicted in later ones.
+"""Learning while correcting: what a person's bones made of the offsets in clear frames is predicted in later ones.
 
 Nobody tells the truth live. But a clear frame, whose joints are all trusted and whose posture is well known, shows
 this person's bones, and what they add to the predicted offset is worth remembering for like postures. Only reliable and
@@ -17,7 +17,7 @@ from ..numerics.online_gp import learned
 MODELS, SIZE, NEAREST = 6, 24, 3  # per joint: the whole memory
 TRUSTED = 0.9  # reliability of a sample worth learning
 PAUSE = 0.2  # s between samples: neighbours in time say the same
-SIGNAL, NOISE = 0.01, 0.05  # standard metres: how much bones and time add, and how much of a frame's is chance
+SIGNAL, NOISE = 0.01, 0.05  # standard metres: how much bones add, and how much of a frame's is chance
 LENGTH = 0.3  # standard metres between postures that no longer resemble each other
 LIMIT = 0.02  # standard metres; no remembered shift is larger
 
@@ -66,7 +66,7 @@ def taken_in(memory: Memory, time: float, inputs: Floats, shifts: Floats, reliab
     ----------
     time : s.
     inputs : (J, D) each joint's neighbours.
-    shifts : (J, 3) what bones and time added to the predicted offset, standard units; NaN = not known. Live, to that
+    shifts : (J, 3) what a person's bones added to the predicted offset, standard units; NaN = not known. Live, to that
         and what was remembered: what comes back of it is no news.
     reliable : (J,) in [0, 1].
     certain : (J,) joints whose offset is well known.

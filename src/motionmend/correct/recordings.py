@@ -93,13 +93,13 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     if knowledge.fitted:
         moved = _kept_in_place(posture, moved, sights, knowledge.processes.told)
     positions, std, reliable = outward(joining, postures.positions, sights, moved, std, failing)
-    hinges = knowledge.hinges(joining)
-    settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
+    hinges, size = knowledge.hinges(joining), float(np.median([one.scale for one in sights]))
+    settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges, size)
     if online:
         shifts = inward(joining, sights, settled) - moved
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
-        settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges)
+        settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges, size)
     std = np.sqrt(std**2 + calm.variance)
     source = noted(joining, postures, settled, sights, kin)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)

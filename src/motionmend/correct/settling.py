@@ -1,9 +1,7 @@
 """Corrected joints made a body's: steady from frame to frame, with bones that keep their lengths.
 
-The temporal term of eq. 20 over a whole recording is Whittaker's smoother; live it pulls each frame toward where the
-two before it lead. What trembles shows at rest; a quick move hides it and would lose its peak, so a joint that is
-believed and moves is left alone (by speed, as Casiez et al., 1 Euro filter, CHI 2012). The lengths are the person's
-own: the median of the recording, or live what the first moments showed.
+A whole recording is made steady first (`steadying.py`); live each joint is followed by a Kalman filter. The lengths are
+the person's own: the median of the recording, or live what the first moments showed.
 
 Both ends of a bone give way to its length, but slowly: what a body's bones ask of a joint changes with its posture, so
 it is smoothed in time, and only what is left is taken up from the root outward. A foot that a sensor throws about for a
@@ -18,16 +16,19 @@ import numpy as np
 from ..arrays import Floats, Ints
 from ..bodies.joint_sets import parents
 from ..kernels import bones as kernel
-from ..kernels.bones import BREAK_STEPS, LOOSE, ROUNDS, STILL
-from ..numerics.whittaker import whittaker
+from ..kernels.bones import LOOSE, ROUNDS, STILL
+from ..kernels.steadying import STATE, told
 from .limits import Hinges
+from .steadying import BREAK_STEPS, smoothed, steadied
 
-STEADY = 0.06  # temporal weight by that of the posture, at 30 Hz: nearly all of a motion passes below 4 Hz
-COURSE = 1.0  # the same of where a joint is going: half passes at 5 Hz
-MOVING = 0.3  # m/s, a centimetre a frame: what a joint that is seen trembles hardly shows beside it
+COURSE = (
+    1.0  # weight of second differences by that of the values, at 30 Hz, of where a joint is going: 5 Hz passes half
+)
 SLOW = 33.0, 528.0  # the same of how joints give way, of those that move: half passes at 2 Hz, and at rest: 1 Hz
 OFFSET = 2.3, 1437.0  # and of learned offsets: 4 and 0.8 Hz
 OFFSET_SECONDS = 0.04, 0.2  # live, of joints that move (4 Hz) and at rest (0.8 Hz)
+FASTER = 0.8  # of usual steps of time: frames that come faster
+SHORTER, FOLLOWED = 0.4, 0.1  # how much of the time of such a frame, and of others, is followed
 TURNS = 2  # of relaxing and smoothing
 
 
@@ -41,6 +42,9 @@ class Body:
     time, before : s, of those; NaN = none.
     lengths : (2, B) so far in m, and s for which they were seen.
     yielded : (J, 3) m, how far joints gave way to their bones.
+    step : s, usual time between frames; NaN = not known.
+    motion : (J, 13) where joints are and go, of `kernels.steadying.steady_frame`.
+    calm : (J, 3) m, `last` before joints gave way to their bones.
     """
 
     last: Floats
@@ -49,12 +53,25 @@ class Body:
     before: float
     lengths: Floats
     yielded: Floats
+    step: float
+    motion: Floats
+    calm: Floats
 
 
 def unborn(joints: int, bones: int) -> Body:
     """Before the first frame."""
     nothing = np.full((joints, 3), np.nan)
-    return Body(nothing, nothing, np.nan, np.nan, np.zeros((2, bones)), nothing)
+    return Body(
+        nothing,
+        nothing,
+        np.nan,
+        np.nan,
+        np.zeros((2, bones)),
+        nothing,
+        np.nan,
+        np.full((joints, STATE), np.nan),
+        nothing,
+    )
 
 
 def bones_outward(names: Sequence[str]) -> Ints:
@@ -69,7 +86,7 @@ def bones_outward(names: Sequence[str]) -> Ints:
 
 
 def settled_recording(
-    positions: Floats, times: Floats, trust: Floats, bones: Ints, hinges: Hinges | None = None
+    positions: Floats, times: Floats, trust: Floats, bones: Ints, hinges: Hinges | None = None, size: float = 1.0
 ) -> Floats:
     """A whole recording made steady, then its bones made constant, and limbs bent back that bend too far.
 
@@ -80,10 +97,11 @@ def settled_recording(
     trust : (T, J) in [0, 1].
     bones : (B, 2) of `bones_outward`.
     hinges : joints that have limits.
+    size : of the person, by that of a usual one: what is large or quick goes by it.
     """
     if not len(positions):
         return positions
-    steady = steadied(positions, times, trust)
+    steady = size * steadied(positions / size, times, trust)
     lengths = _lengths(steady, bones)
     usual = np.full(len(bones), np.nan)
     for b, (parent, child) in enumerate(bones):
@@ -111,6 +129,7 @@ def settled_frame(
     prior: Floats,
     hinges: Hinges | None = None,
     belief: float = 1.0,
+    later: tuple[Floats, Floats] | None = None,
 ) -> tuple[Body, Floats]:
     """One live frame made steady, its bones kept, and limbs bent back that bend too far.
 
@@ -124,11 +143,13 @@ def settled_frame(
     prior : (B,) m, lengths to begin with; NaN = not known.
     hinges : joints that have limits.
     belief : in [0, 1], in `prior`.
+    later : (N, J, 3) m, the same joints in the frames after it, NaN = not known; and (N,) s, each since the one before.
     """
     if not np.isfinite(positions).any():
         return body, positions  # what was put out last still is when somebody is seen again
     first, second = time - body.time, body.time - body.before
-    placed, lengths, yielded = kernel.settle_frame(
+    step, passed = _steps(body.step, first, second)
+    placed, lengths, yielded, motion, calm = kernel.settle_frame(
         positions,
         trust,
         bones,
@@ -140,24 +161,30 @@ def settled_frame(
         body.earlier,
         body.lengths,
         body.yielded,
+        passed,
+        body.motion,
+        *(later or (np.empty((0, *positions.shape)), np.empty(0))),
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]
-    return Body(placed, body.last, time, body.time, lengths, yielded), placed
+    return Body(placed, body.last, time, body.time, lengths, yielded, step, motion, calm), placed
 
 
-def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
-    """(T, J, 3) smoothed where joints rest or are not believed; a believed joint's quick moves stay as they came.
+def _steps(usual: float, first: float, second: float) -> tuple[float, float]:
+    """Usual s between frames, and s since the frame before in such steps, as frames do not come as evenly as they are
+    taken; NaN where it says nothing, so long or so short beside the one before.
 
     Parameters
     ----------
-    positions : (T, J, 3) m; NaN = missing.
-    times : (T,) s.
-    trust : (T, J) in [0, 1].
+    usual : so far; NaN = not known. first, second : since the frame before, and from the one before that; NaN = none.
     """
-    calm = smoothed(positions, times, STEADY)
-    share = (1.0 - (1.0 - _resting(positions, times, MOVING)) * trust)[..., None]
-    return np.asarray(positions + share * (calm - positions))
+    if not told(first) or first > BREAK_STEPS * second or second > BREAK_STEPS * first:
+        return usual, np.nan
+    if np.isnan(usual):
+        return first, first
+    steps = max(round(first / usual), 1)
+    usual += (SHORTER if first < FASTER * usual else FOLLOWED) * (first / steps - usual)
+    return usual, steps * usual
 
 
 def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[float, float]) -> Floats:
@@ -171,11 +198,11 @@ def gently(shifts: Floats, positions: Floats, times: Floats, weights: tuple[floa
     weights : as of `smoothed`, of joints that move and at rest.
     """
     moving, resting = smoothed(shifts, times, weights[0]), smoothed(shifts, times, weights[1])
-    return np.asarray(moving + _resting(positions, times, STILL)[..., None] * (resting - moving))
+    return np.asarray(moving + _resting(positions, times)[..., None] * (resting - moving))
 
 
-def _resting(positions: Floats, times: Floats, moving: float) -> Floats:
-    """(T, J) how far joints rest: 1 if they stay, half at `moving` m/s."""
+def _resting(positions: Floats, times: Floats) -> Floats:
+    """(T, J) how far joints rest: 1 if they stay, half at `STILL` m/s."""
     usual = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     if usual <= 0:
         return np.ones(positions.shape[:2])
@@ -185,36 +212,7 @@ def _resting(positions: Floats, times: Floats, moving: float) -> Floats:
     known = np.isfinite(around)
     going = np.where(known, around, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1) / usual
     speed = np.sqrt((going * going).sum(axis=2))
-    return np.asarray(1.0 / (1.0 + (speed / moving) ** 4))
-
-
-def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
-    """(T, J, 3) each joint smoothed where it is seen without a long break; what is missing stays so.
-
-    Parameters
-    ----------
-    weight : of the second differences by that of the values, at 30 Hz.
-    """
-    steps = np.diff(times)
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    steady = np.array(values)
-    if usual <= 0:
-        return steady
-    smoothness = weight * (1.0 / (30.0 * usual)) ** 4
-    there = np.isfinite(values).all(axis=2)
-    patterns, same = np.unique(there, axis=1, return_inverse=True)
-    for k, pattern in enumerate(patterns.T):  # joints that are missing in the same frames
-        joints, seen = np.flatnonzero(same.ravel() == k), np.flatnonzero(pattern)
-        steps = np.diff(times[seen])
-        for stretch in np.split(seen, np.flatnonzero((steps > BREAK_STEPS * usual) | (steps <= 0)) + 1):
-            if len(stretch) < 4:
-                continue
-            # frames that were dropped, or in which nobody is seen, take their time all the same
-            at = np.cumsum(np.append(0, np.maximum(np.rint(np.diff(times[stretch]) / usual), 1))).astype(int)
-            flat, weights = np.zeros((at[-1] + 1, 3 * len(joints))), np.zeros(at[-1] + 1)
-            flat[at], weights[at] = values[np.ix_(stretch, joints)].reshape(len(stretch), -1), 1.0
-            steady[np.ix_(stretch, joints)] = whittaker(flat, weights, smoothness)[at].reshape(len(stretch), -1, 3)
-    return steady
+    return np.asarray(1.0 / (1.0 + (speed / STILL) ** 4))
 
 
 def _lengths(positions: Floats, bones: Ints) -> Floats:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Bools, Floats
-from .settling import smoothed
+from .steadying import smoothed
 
 LEAST, TIMES = 0.006, 3.0  # m, and times as much as the median joint: less noise is left as it is
 WHITE = 0.8  # of what differences of the third order say those of the fourth do, where it is noise

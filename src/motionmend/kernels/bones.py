@@ -1,4 +1,4 @@
-"""Joints moved so that bones have given lengths, and made steady."""
+"""Joints moved so that bones have given lengths."""
 
 from math import exp, isfinite, sqrt
 from typing import Any
@@ -7,17 +7,15 @@ import numpy as np
 
 from ..arrays import Floats, Ints
 from .compile import compiled
+from .steadying import steady_frame
 
-STEADY = 0.35  # temporal weight of a live frame by that of the posture, at 30 Hz; at higher rates for each frame
-MOVING = 0.5  # m/s; what was put out last tells speed less well than a whole recording does
 SLOW_SECONDS, REST_SECONDS = 0.16, 0.3  # how slowly joints give way live, when they move and at rest
 STILL = 0.1  # m/s; what is slower is at rest: what others do is then no reason for it to tremble
 ROUNDS = 20  # of relaxation
 LOOSE = 4.0  # how much more a joint moves that is not trusted
-BREAK_STEPS = 5.0  # usual steps of time; nothing is steadied over longer breaks
 PRIOR_SECONDS = 0.1  # for which lengths must be seen to count as much as those to begin with
 ACQUAINTED_SECONDS = 0.6  # in which lengths are learned: bones that go on changing are none
-LATER = 2.0  # how much more than the mean so far the latest frame counts then: the first ones know the person least
+LATER = 1.5  # how much more than the mean so far the latest frame counts then: the first ones know the person least
 LONG_SECONDS = 0.2  # a frame speaks for no longer time than this
 MEMORY_SECONDS = 60.0  # in which lengths follow from then on
 
@@ -91,7 +89,7 @@ def followed_slowly(
     """
     after = np.empty(now.shape)
     for j in range(now.shape[0]):
-        long = lasting + (resting - lasting) * _rest(last[j], earlier[j], between, STILL)
+        long = lasting + (resting - lasting) * _rest(last[j], earlier[j], between)
         share = 1.0 - exp(-max(seconds, 0.0) / long) if seconds < 1.0 else 1.0
         for d in range(3):
             slow = before[j, d] + share * (now[j, d] - before[j, d])
@@ -100,14 +98,14 @@ def followed_slowly(
 
 
 @compiled
-def _rest(last: Floats, earlier: Floats, between: float, moving: float) -> float:
-    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `moving`, 0 if unknown."""
+def _rest(last: Floats, earlier: Floats, between: float) -> float:
+    """How far a joint (3,) that came from `earlier` to `last` rests: 1 if it stays, half at `STILL`; 0 = unknown."""
     square = 0.0
     for d in range(3):
         square += (last[d] - earlier[d]) ** 2
     if not (between > 0.0 and isfinite(square)):
         return 0.0
-    rest: float = 1.0 / (1.0 + (square / (between * moving) ** 2) ** 2)
+    rest: float = 1.0 / (1.0 + (square / (between * STILL) ** 2) ** 2)
     return rest
 
 
@@ -124,6 +122,10 @@ def settle_frame(
     earlier: Floats,
     known: Floats,
     yielded: Floats,
+    step: float,
+    motion: Floats,
+    later: Floats,
+    steps: Floats,
 ) -> Any:
     """One live frame made steady, its bones kept.
 
@@ -136,29 +138,26 @@ def settle_frame(
     last, earlier : (J, 3) m, what was put out then.
     known : (2, B) lengths so far in m, and s for which they were seen, 0 at first.
     yielded : (J, 3) m, how far joints gave way to their bones.
+    step, motion, later, steps : s, (J, 13), (N, J, 3) m and (N,) s, of `steady_frame`.
 
     Returns
     -------
-    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3).
+    positions (J, 3), lengths and seconds (2, B), how far joints gave way (J, 3), motion (J, 13), and where joints were
+    before they gave way (J, 3).
     """
     joints, count = positions.shape[0], bones.shape[0]
-    steadied, lengths = np.empty((1, joints, 3)), np.empty((1, count))
-    steadied[0] = positions
-    calm = steadied[0]
+    lengths = np.empty((1, count))
+    calm, going = steady_frame(positions, step, motion, later, steps)
+    steadied = calm.copy().reshape(1, joints, 3)
     after, mobility = np.empty(known.shape), np.empty((1, joints))
-    if 0.0 < first < BREAK_STEPS * second and second < BREAK_STEPS * first:
-        most = STEADY * min((1.0 / (30.0 * first)) ** 4, 1.0)  # more would ring: the past alone cannot damp it
-        for j in range(joints):
-            rest = _rest(last[j], earlier[j], second, MOVING)
-            weight = most * (1.0 - (1.0 - rest) * trust[j])  # a believed joint that moves needs no steadying
-            for d in range(3):  # eq. 20, whose minimum is a division
-                ahead = last[j, d] + (last[j, d] - earlier[j, d]) * (first / second)
-                if isfinite(ahead):
-                    calm[j, d] += weight * (ahead - positions[j, d]) / (1.0 + weight)
     passed = min(first, LONG_SECONDS) if first >= 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz
     for b in range(count):
         p, c = bones[b, 0], bones[b, 1]
-        length = sqrt((calm[c, 0] - calm[p, 0]) ** 2 + (calm[c, 1] - calm[p, 1]) ** 2 + (calm[c, 2] - calm[p, 2]) ** 2)
+        length = sqrt(
+            (positions[c, 0] - positions[p, 0]) ** 2
+            + (positions[c, 1] - positions[p, 1]) ** 2
+            + (positions[c, 2] - positions[p, 2]) ** 2
+        )
         there = isfinite(length)
         share = passed * min(trust[p], trust[c]) if there else 0.0
         after[0, b], after[1, b] = known[0, b], min(known[1, b] + share, ACQUAINTED_SECONDS)
@@ -178,4 +177,4 @@ def settle_frame(
     # Not from where joints gave way to before: what bones have nothing against would stay for ever.
     asked = settle(steadied, bones, lengths, mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, asked, first, SLOW_SECONDS, REST_SECONDS, last, earlier, second)
-    return settle(steadied + gave, bones, lengths, mobility, 0)[0], after, gave
+    return settle(steadied + gave, bones, lengths, mobility, 0)[0], after, gave, going, calm
