@@ -110,6 +110,15 @@ def test_who_waves_or_shakes_goes_on_to(hertz: float, far: float, fps: float) ->
     assert 0.75 < kept < 1.02
 
 
+def test_a_slow_sensor_s_waves_are_not_taken_for_noise() -> None:
+    """Four a second, seen fifteen times a second: even differences of a high order are motion's."""
+    times = np.arange(120) / 15.0
+    true = np.zeros((120, 1, 3))
+    true[:, 0, 0] = 0.06 * np.sin(2.0 * np.pi * 4.0 * times)
+    found = steadied(noisy(true, 3, 0.002), times, np.ones((120, 1)))
+    assert np.sqrt(np.square(found - true).mean()) < 0.005
+
+
 @pytest.mark.parametrize("frames", [1, 2, 3])
 def test_who_moves_off_in_the_last_frames_is_not_held_back(frames: int) -> None:
     true = np.zeros((60, 1, 3))

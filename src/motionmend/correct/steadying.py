@@ -20,6 +20,7 @@ WEIGHTS = 104.0, 13.9, 2.28, 0.524, 0.152  # of second differences, at 30 Hz: ha
 DOUBTED = 2.28  # that of a joint which is not believed
 ORDER, USUAL = 6, 2.366  # of the differences that tell noise, and median of chi2(3)
 NOISIER, MOST = 1.5, 0.02  # times what they say, for a sensor's noise is partly slow; and m, at most
+WHITE = 0.8  # of what differences of the order below say those must say, where it is noise
 FEWEST = 10  # such differences that tell, and frames in a row that are smoothed
 ABOUT = 0.2  # s to either side, over which the risk is asked
 THROWN = 4.0  # deviations of the noise, to which a place is brought near that of its neighbours
@@ -97,16 +98,21 @@ def _stretches(values: Floats, times: Floats, usual: float) -> Iterator[tuple[In
 
 
 def _noise(positions: Floats, times: Floats, usual: float) -> Floats:
-    """(J,) m, white noise of a coordinate, by differences of a high order in the median frame; 0 where few tell."""
+    """(J,) m, white noise of a coordinate, by differences of a high order in the median frame; 0 where few tell, or
+    those of the order below say more: noise is alike in all of them, motion is not."""
     noise = np.zeros(positions.shape[1])
     if len(times) < ORDER + FEWEST:
         return noise
     even = np.abs(np.diff(times) - usual) < 0.5 * usual
-    regular = np.lib.stride_tricks.sliding_window_view(even, ORDER).all(axis=1)
-    sizes = np.square(np.diff(positions, ORDER, axis=0)[regular]).sum(axis=2) / comb(2 * ORDER, ORDER)
-    told = np.isfinite(sizes).sum(axis=0) >= FEWEST
-    noise[told] = np.sqrt(np.nanmedian(sizes[:, told], axis=0) / USUAL)
-    return noise
+    found = []
+    for order in (ORDER - 1, ORDER):
+        regular = np.lib.stride_tricks.sliding_window_view(even, order).all(axis=1)
+        sizes = np.square(np.diff(positions, order, axis=0)[regular]).sum(axis=2) / comb(2 * order, order)
+        told = np.isfinite(sizes).sum(axis=0) >= FEWEST
+        middle = np.zeros(positions.shape[1])
+        middle[told] = np.sqrt(np.nanmedian(sizes[:, told], axis=0) / USUAL)
+        found.append(middle)
+    return np.where(found[1] > WHITE * found[0], found[1], 0.0)
 
 
 def _nearest(positions: Floats, at: Ints, usual: float, noise: float) -> Floats:
