@@ -104,13 +104,13 @@ def steady_frame(positions, seconds, motion, later, steps):
     def drifted(drift, frames):
         return drift * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
 
-    def ahead(state, cov, drift, surprise, frames):
+    def ahead(state, cov, drift, innovation, frames):
         moved = np.array([[1.0, frames], [0.0, 1.0]])
         return moved, moved @ state, moved @ cov @ moved.T + drifted(drift, frames)
 
-    def met(state, cov, drift, surprise, where, frames):
+    def met(state, cov, drift, innovation, where, frames):
         off = where - state[0]
-        lively = max(off @ surprise / 3.0 / frames**2, kernel.CALMEST**2)
+        lively = max(off @ innovation / 3.0 / frames**2, kernel.CALMEST**2)
         after = lively + np.exp(-frames / (kernel.ROUSED if lively > drift else kernel.RESTED)) * (drift - lively)
         cov = cov + drifted(max(after - drift, 0.0), frames)
         gain = cov[:, 0] / (cov[0, 0] + kernel.NOISE**2 / min(frames, 1.0))
@@ -127,8 +127,8 @@ def steady_frame(positions, seconds, motion, later, steps):
             cov = np.array([[motion[j, 6], motion[j, 8]], [motion[j, 8], motion[j, 7]]])
             _, *there = ahead(motion[j, :6].reshape(2, 3), cov, *rest, frames)
             state = met(*there, *rest, positions[j], frames)[1]
-        values, cov, drift, surprise = state
-        after[j] = [*values.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], drift, *surprise]
+        values, cov, drift, innovation = state
+        after[j] = [*values.ravel(), cov[0, 0], cov[1, 1], cov[0, 1], drift, *innovation]
         passed = []
         for where, step in zip(later[:usable, j], steps[:usable], strict=True):
             frames = kernel.RATE * step

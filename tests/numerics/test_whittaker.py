@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.numerics.whittaker import whittaker
+from motionmend.numerics.whittaker import response, whittaker
 
 SEEDS = st.integers(0, 10**6)
 
@@ -66,3 +66,13 @@ def test_half_of_a_sine_at_the_cutoff_passes():
     sine = np.sin(2 * np.pi * frequency * np.arange(frames))[:, None]
     smooth = whittaker(sine, np.ones(frames), (2 * np.sin(np.pi * frequency)) ** -4)
     assert np.abs(smooth[500:1500]).max() == pytest.approx(0.5, abs=0.01)
+
+
+@given(st.floats(-2.0, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_its_response_says_what_comes_of_a_sample_itself_and_of_noise(size):
+    smoothness, one = 10.0**size, np.zeros((801, 1))
+    one[400] = 1.0
+    passed = whittaker(one, np.ones(801), smoothness)[:, 0]
+    assert passed[400] == pytest.approx(response(smoothness).mean(), rel=0.02)
+    assert np.square(passed).sum() == pytest.approx(np.square(response(smoothness)).mean(), rel=0.02)

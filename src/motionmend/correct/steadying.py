@@ -7,14 +7,14 @@ moment how much farther from the truth each weight leaves a joint, and the weigh
 throws away for a frame is brought near first, and what is quick for a tenth of a second stays as it came.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import comb
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from ..arrays import Floats, Ints
-from ..numerics.whittaker import whittaker
+from ..numerics.whittaker import response, whittaker
 
 WEIGHTS = 104.0, 13.9, 2.28, 0.524, 0.152  # of second differences, at 30 Hz: half passes at 1.5, 2.5, 4, 6 and 9 Hz
 DOUBTED = 2.28  # that of a joint which is not believed
@@ -48,12 +48,14 @@ def steadied(positions: Floats, times: Floats, trust: Floats) -> Floats:
         return steady
     noise = _noise(positions, times, usual)
     calm = smoothed(positions, times, DOUBTED)
+    rate = (1.0 / (30.0 * usual)) ** 4
+    ways = [(weight * rate, float(response(weight * rate).mean())) for weight in WEIGHTS]
     for joints, frames, at in _stretches(positions, times, usual):
         for j in joints[noise[joints] > 0] if len(frames) >= FEWEST else ():
             given, share = positions[frames, j], trust[frames, j][:, None]
             quick = _speed(given, at, usual)[at] / np.hypot(QUICK, (noise[j] / TREMBLES) ** 3)
             as_came = (quick**SHARPLY / (1.0 + quick**SHARPLY))[:, None]
-            nearest = _nearest(given, at, usual, min(NOISIER * float(noise[j]), MOST))
+            nearest = _nearest(given, at, usual, min(NOISIER * float(noise[j]), MOST), ways)
             believed = nearest + as_came * (given - nearest)
             steady[frames, j] = calm[frames, j] + share * (believed - calm[frames, j])
     return steady
@@ -64,6 +66,8 @@ def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
 
     Parameters
     ----------
+    values : (T, J, 3); NaN = missing.
+    times : (T,) s.
     weight : of the second differences by that of the values, at 30 Hz.
     """
     usual = _usual_step(times)
@@ -76,6 +80,17 @@ def smoothed(values: Floats, times: Floats, weight: float) -> Floats:
         flat[at], weights[at] = values[np.ix_(frames, joints)].reshape(len(frames), -1), 1.0
         steady[np.ix_(frames, joints)] = whittaker(flat, weights, smoothness)[at].reshape(len(frames), -1, 3)
     return steady
+
+
+def difference_squares(positions: Floats, order: int) -> Floats:
+    """(T - order, J) m², squares of differences, of which the median is the variance of a coordinate's white noise.
+
+    Parameters
+    ----------
+    positions : (T, J, 3) m; NaN = missing.
+    order : of the differences, at least 1.
+    """
+    return np.asarray(np.square(np.diff(positions, order, axis=0)).sum(axis=2) / (USUAL * comb(2 * order, order)))
 
 
 def _usual_step(times: Floats) -> float:
@@ -107,45 +122,43 @@ def _noise(positions: Floats, times: Floats, usual: float) -> Floats:
     found = []
     for order in (ORDER - 1, ORDER):
         regular = np.lib.stride_tricks.sliding_window_view(even, order).all(axis=1)
-        sizes = np.square(np.diff(positions, order, axis=0)[regular]).sum(axis=2) / comb(2 * order, order)
+        sizes = difference_squares(positions, order)[regular]
         told = np.isfinite(sizes).sum(axis=0) >= FEWEST
         middle = np.zeros(positions.shape[1])
-        middle[told] = np.sqrt(np.nanmedian(sizes[:, told], axis=0) / USUAL)
+        middle[told] = np.sqrt(np.nanmedian(sizes[:, told], axis=0))
         found.append(middle)
     return np.where(found[1] > WHITE * found[0], found[1], 0.0)
 
 
-def _nearest(positions: Floats, at: Ints, usual: float, noise: float) -> Floats:
-    """(F, 3) a joint that is seen at steps `at` (F,), smoothed by several weights, by the risk of each.
+def _nearest(positions: Floats, at: Ints, usual: float, noise: float, ways: Sequence[tuple[float, float]]) -> Floats:
+    """(F, 3) a joint that is seen at steps `at` (F,), smoothed in several ways, by the risk of each.
 
     Parameters
     ----------
     positions : (F, 3) m. usual : s, a step. noise : m, above 0, of a coordinate.
+    ways : smoothness of each, and the share of a sample that comes of itself.
     """
-    middle = _middle_of_three(positions)
+    middle = _medoid_of_three(positions)
     apart = np.sqrt(np.square(positions - middle).sum(axis=1, keepdims=True))
     near = middle + (positions - middle) * np.minimum(1.0, THROWN * noise / np.maximum(apart, 1e-12))
-    rate = (1.0 / (30.0 * usual)) ** 4
     values, weights = np.zeros((at[-1] + 1, 3)), np.zeros(at[-1] + 1)
     values[at], weights[at] = near, 1.0
     half = max(1, round(ABOUT / usual))
-    count = _around(weights, half)[at]
-    angles = np.linspace(0.0, np.pi, 257)
-    ways, risks = [near], [np.full(len(at), noise**2)]
-    for weight in WEIGHTS:
-        passed = float((1.0 / (1.0 + weight * rate * (2.0 - 2.0 * np.cos(angles)) ** 2)).mean())
-        smooth = whittaker(values, weights, weight * rate)
+    count = _sums_around(weights, half)[at]
+    courses, risks = [near], [np.full(len(at), noise**2)]
+    for smoothness, own in ways:
+        smooth = whittaker(values, weights, smoothness)
         rest = np.square(smooth - values).mean(axis=1) * weights
-        ways.append(smooth[at])
-        risks.append(_around(rest, half)[at] / count + (2.0 * passed - 1.0) * noise**2)
+        courses.append(smooth[at])
+        risks.append(_sums_around(rest, half)[at] / count + (2.0 * own - 1.0) * noise**2)
     risk = np.stack(risks)
-    # Coordinates in a thirtieth of a second tell each for itself; what two weights leave is partly the same.
+    # Coordinates in a thirtieth of a second tell each for itself; what two of them leave is partly the same.
     told = 3.0 * count * min(1.0, 30.0 * usual) / (4.0 * noise**2)
     likely = np.exp((risk.min(axis=0) - risk) * told)
-    return np.asarray(np.einsum("wt,wtd->td", likely / likely.sum(axis=0), np.stack(ways)))
+    return np.asarray(np.einsum("wt,wtd->td", likely / likely.sum(axis=0), np.stack(courses)))
 
 
-def _around(values: Floats, half: int) -> Floats:
+def _sums_around(values: Floats, half: int) -> Floats:
     """(T,) sums over so many steps to either side; the first and last ones stand for what is beyond."""
     sums = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
     return np.asarray(sums[2 * half + 1 :] - sums[: -2 * half - 1])
@@ -158,14 +171,14 @@ def _speed(values: Floats, at: Ints, usual: float) -> Floats:
     ----------
     at : (F,) the step of each frame, from 0 to T - 1. usual : s, a step.
     """
-    course = make_interp_spline(at, _middle_of_three(values), k=1)(np.arange(at[-1] + 1))
+    course = make_interp_spline(at, _medoid_of_three(values), k=1)(np.arange(at[-1] + 1))
     apart = min(max(1, round(MOVE / usual)), at[-1])
     away = course[apart:] - course[:-apart]
     going = np.pad(np.sqrt((away * away).sum(axis=1)) / (apart * usual), apart)
     return np.asarray(np.lib.stride_tricks.sliding_window_view(going, apart + 1).max(axis=1))
 
 
-def _middle_of_three(values: Floats) -> Floats:
+def _medoid_of_three(values: Floats) -> Floats:
     """(F, 3) of three places in a row, about each frame, the one nearest to both others; the first and last stay."""
     three = np.stack([values[1:-1], values[:-2], values[2:]])
     apart = three - np.roll(three, 1, axis=0)

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Bools, Floats
-from .steadying import smoothed
+from ..numerics.whittaker import response
+from .steadying import USUAL, difference_squares, smoothed
 
 LEAST, TIMES = 0.006, 3.0  # m, and times as much as the median joint: less noise is left as it is
 WHITE = 0.8  # of what differences of the third order say those of the fourth do, where it is noise
 FEWEST = 30  # frames that tell
 WEIGHTS = 4.0 ** np.arange(-1, 6)  # of second differences, at 30 Hz
-USUAL = 2.366  # median of chi2(3)
 CALMEST = (0.1, 0.584), (0.2, 1.005), (0.3, 1.424)  # quantiles of the same
 THROUGHOUT = 0.7  # of the noise that the calmest frames show as well: who fails for a while shakes then, and not else
 FAR = 4.0  # standard deviations of the noise beyond which a place counts no more
@@ -54,8 +54,7 @@ def calmed(positions: Floats, times: Floats) -> Calmed:
 def _noise(positions: Floats) -> Floats:
     """(J,) m, standard deviation of a coordinate's white noise; 0 where what is quick is motion, NaN where few frames
     tell."""
-    third, fourth = np.diff(positions, 3, axis=0), np.diff(positions, 4, axis=0)
-    sizes = [np.square(one).sum(axis=2) / (USUAL * scale) for one, scale in ((third, 20.0), (fourth, 70.0))]
+    sizes = [difference_squares(positions, order) for order in (3, 4)]
     enough: Bools = np.isfinite(sizes[1]).sum(axis=0) >= FEWEST
     found = np.full(positions.shape[1], np.nan)
     for j in np.flatnonzero(enough):
@@ -70,10 +69,9 @@ def _least_risk(positions: Floats, times: Floats, variance: float) -> tuple[Floa
     of it."""
     steps = np.diff(times)
     usual = float(np.median(steps)) if len(steps) else 0.0
-    angles = np.linspace(0.0, np.pi, 257)
     best, least, left = positions, variance, variance
     for weight in WEIGHTS if usual > 0 else ():
-        passed = 1.0 / (1.0 + weight * (1.0 / (30.0 * usual)) ** 4 * (2.0 - 2.0 * np.cos(angles)) ** 2)
+        passed = response(weight * (1.0 / (30.0 * usual)) ** 4)
         calm = smoothed(positions, times, float(weight))
         rest = np.square(positions - calm).sum(axis=2)
         rest = np.minimum(rest[np.isfinite(rest)], 3.0 * FAR**2 * variance)

@@ -1,11 +1,11 @@
-"""Joints made steady while frames come: a Kalman filter for each, as lively as what surprises it again and again.
+"""Joints made steady while frames come: a Kalman filter for each, as lively as its innovations are alike.
 
-Noise surprises a filter this way and that, motion the same way in one frame after the other: the product of a frame's
-surprise with that of the frame before says how freely the joint's speed changes just now.
+Noise makes innovations that point this way and that, motion such that point the same way in one frame after the other:
+the product of a frame's innovation with that of the frame before says how freely the joint's speed changes just now.
 
 What is known of a joint is a row of thirteen numbers: its place and speed (3 each), in m and frames of a thirtieth of a
 second, the variances of a coordinate of both, their covariance, the variance by which speed drifts in a frame, and the
-last surprise (3).
+last innovation (3).
 """
 
 from math import exp, isfinite
@@ -23,7 +23,7 @@ CALMEST = 0.001  # m a frame, by which speed drifts at least
 ROUSED, RESTED = 1.0, 4.0  # frames in which all but a share of 1 / e of a livelier, or a calmer, motion is believed
 SHORTEST, LONGEST = 0.0025, 0.5  # s, beyond which the time since the frame before says nothing
 STATE = 13
-PLACE, SPEED, BOTH, DRIFT, SURPRISE = 6, 7, 8, 9, 10
+PLACE_VAR, SPEED_VAR, COVARIANCE, DRIFT, INNOVATION = 6, 7, 8, 9, 10
 
 
 @compiled
@@ -53,27 +53,27 @@ def steady_frame(positions: Floats, seconds: float, motion: Floats, later: Float
         if not _there(positions[j]):
             continue
         if told(seconds) and isfinite(motion[j, 0]):
-            _go_on(motion[j], RATE * seconds, expected[0])
-            _meet(expected[0], positions[j], RATE * seconds, after[j])
+            _predict(motion[j], RATE * seconds, expected[0])
+            _update(expected[0], positions[j], RATE * seconds, after[j])
         else:
             for d in range(3):
                 after[j, d], after[j, 3 + d] = positions[j, d], 0.0
-            after[j, PLACE], after[j, SPEED] = NOISE**2, BEGUN**2
-            after[j, BOTH], after[j, DRIFT] = 0.0, CALMEST**2
-            after[j, SURPRISE:] = 0.0
+            after[j, PLACE_VAR], after[j, SPEED_VAR] = NOISE**2, BEGUN**2
+            after[j, COVARIANCE], after[j, DRIFT] = 0.0, CALMEST**2
+            after[j, INNOVATION:] = 0.0
         found[0] = after[j]
         known = 0
         for n in range(count):
             if not told(steps[n]):
                 break
-            _go_on(found[n], RATE * steps[n], expected[n + 1])
+            _predict(found[n], RATE * steps[n], expected[n + 1])
             if _there(later[n, j]):
-                _meet(expected[n + 1], later[n, j], RATE * steps[n], found[n + 1])
+                _update(expected[n + 1], later[n, j], RATE * steps[n], found[n + 1])
                 known = n + 1
             else:
                 found[n + 1] = expected[n + 1]
         for n in range(known - 1, -1, -1):
-            _look_back(found[n], expected[n + 1], found[n + 1], RATE * steps[n])
+            _smooth_back(found[n], expected[n + 1], found[n + 1], RATE * steps[n])
         calm[j] = found[0, :3]
     return calm, after
 
@@ -90,52 +90,52 @@ def _there(place: Floats) -> bool:
 
 
 @compiled
-def _go_on(state: Floats, frames: float, ahead: Floats) -> None:
+def _predict(state: Floats, frames: float, ahead: Floats) -> None:
     """What is expected so many frames on, put into `ahead` (13,)."""
     ahead[:] = state
     drift = state[DRIFT]
     for d in range(3):
         ahead[d] += frames * state[3 + d]
-    ahead[PLACE] += 2.0 * frames * state[BOTH] + frames**2 * state[SPEED] + drift * frames**3 / 3.0
-    ahead[BOTH] += frames * state[SPEED] + drift * frames**2 / 2.0
-    ahead[SPEED] += drift * frames
+    ahead[PLACE_VAR] += 2.0 * frames * state[COVARIANCE] + frames**2 * state[SPEED_VAR] + drift * frames**3 / 3.0
+    ahead[COVARIANCE] += frames * state[SPEED_VAR] + drift * frames**2 / 2.0
+    ahead[SPEED_VAR] += drift * frames
 
 
 @compiled
-def _meet(ahead: Floats, seen: Floats, frames: float, state: Floats) -> None:
+def _update(ahead: Floats, seen: Floats, frames: float, state: Floats) -> None:
     """What is known with a place (3,) that is seen so many frames after the last one, put into `state` (13,).
 
     A livelier motion than was expected counts in this frame already, and is put into `ahead`, too.
     """
-    again = 0.0
+    alike = 0.0
     for d in range(3):
         off = seen[d] - ahead[d]
-        again += off * ahead[SURPRISE + d] / 3.0
-        state[SURPRISE + d] = off
-    lively, drift = max(again / frames**2, CALMEST**2), ahead[DRIFT]
+        alike += off * ahead[INNOVATION + d] / 3.0
+        state[INNOVATION + d] = off
+    lively, drift = max(alike / frames**2, CALMEST**2), ahead[DRIFT]
     drift = lively + exp(-frames / (ROUSED if lively > drift else RESTED)) * (drift - lively)
     more = max(drift - ahead[DRIFT], 0.0)
-    ahead[PLACE] += more * frames**3 / 3.0
-    ahead[BOTH] += more * frames**2 / 2.0
-    ahead[SPEED] += more * frames
-    place, both = ahead[PLACE], ahead[BOTH]
+    ahead[PLACE_VAR] += more * frames**3 / 3.0
+    ahead[COVARIANCE] += more * frames**2 / 2.0
+    ahead[SPEED_VAR] += more * frames
+    place, both = ahead[PLACE_VAR], ahead[COVARIANCE]
     noise = NOISE**2 / min(frames, 1.0)  # frames that follow faster are no news
     gain, faster = place / (place + noise), both / (place + noise)
     for d in range(3):
-        off = state[SURPRISE + d]
+        off = state[INNOVATION + d]
         state[d], state[3 + d] = ahead[d] + gain * off, ahead[3 + d] + faster * off
-    state[PLACE], state[BOTH] = (1.0 - gain) * place, (1.0 - gain) * both
-    state[SPEED], state[DRIFT] = ahead[SPEED] - faster * both, drift
+    state[PLACE_VAR], state[COVARIANCE] = (1.0 - gain) * place, (1.0 - gain) * both
+    state[SPEED_VAR], state[DRIFT] = ahead[SPEED_VAR] - faster * both, drift
 
 
 @compiled
-def _look_back(state: Floats, ahead: Floats, later: Floats, frames: float) -> None:
+def _smooth_back(state: Floats, ahead: Floats, later: Floats, frames: float) -> None:
     """A state (13,) by what is known so many frames later, where it had expected `ahead`: place and speed."""
-    placed, going = state[PLACE] + frames * state[BOTH], state[BOTH] + frames * state[SPEED]
-    size = ahead[PLACE] * ahead[SPEED] - ahead[BOTH] ** 2
+    placed, going = state[PLACE_VAR] + frames * state[COVARIANCE], state[COVARIANCE] + frames * state[SPEED_VAR]
+    size = ahead[PLACE_VAR] * ahead[SPEED_VAR] - ahead[COVARIANCE] ** 2
     for d in range(3):
         off, faster = later[d] - ahead[d], later[3 + d] - ahead[3 + d]
-        to_place = (ahead[SPEED] * off - ahead[BOTH] * faster) / size
-        to_speed = (ahead[PLACE] * faster - ahead[BOTH] * off) / size
-        state[d] += placed * to_place + state[BOTH] * to_speed
-        state[3 + d] += going * to_place + state[SPEED] * to_speed
+        to_place = (ahead[SPEED_VAR] * off - ahead[COVARIANCE] * faster) / size
+        to_speed = (ahead[PLACE_VAR] * faster - ahead[COVARIANCE] * off) / size
+        state[d] += placed * to_place + state[COVARIANCE] * to_speed
+        state[3 + d] += going * to_place + state[SPEED_VAR] * to_speed

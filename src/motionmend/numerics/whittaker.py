@@ -44,3 +44,16 @@ def whittaker(values: Floats, weights: Floats, smoothness: float) -> Floats:
     bands = np.stack([smoothness * beyond, smoothness * beside, smoothness * diagonal + weights + ridge])
     bent = solveh_banded(bands, weights[:, None] * (known - line), check_finite=False)
     return np.asarray(line + bent)
+
+
+def response(smoothness: float) -> Floats:
+    """(257,) share of a sine that passes `whittaker` of weights 1, by its frequency from 0 to 1/2 cycle a frame.
+
+    Their mean is the share of a sample that comes of itself, the mean of their squares that of white noise's variance.
+
+    Parameters
+    ----------
+    smoothness : as of `whittaker`.
+    """
+    angles = np.linspace(0.0, np.pi, 257)
+    return np.asarray(1.0 / (1.0 + smoothness * (2.0 - 2.0 * np.cos(angles)) ** 2))
