@@ -80,26 +80,27 @@ class Survey:
             guesses[guess] = guesses.get(guess, ()) + paths
         return Survey(groups, guesses)
 
-    def alike(self) -> tuple[Alike, list[tuple[Path, Failure]]]:
-        """The clips that more than half of all go together with, and why each of the others does not.
+    def alike(self) -> tuple[Alike, tuple[Path, ...], list[tuple[Path, Failure]]]:
+        """The clips that more than half of all go together with, which of them turn in another order than most, and why
+        each of the others does not.
 
         Raises
         ------
         MismatchError : no more than half go together.
         """
         by_size = sorted(self.groups.values(), key=lambda alike: -len(alike.clips))
-        most, others = by_size[0], by_size[1:]
-        common = 2 * len(most.clips) > sum(len(alike.clips) for alike in by_size)
-        failures = []
-        for alike in others:
+        most, turned, apart = by_size[0], list[Path](), list[tuple[Path, Failure]]()
+        for alike in by_size[1:]:
             try:
-                most.sketch + alike.sketch
+                most = Alike(most.sketch + alike.sketch, most.clips + alike.clips)
             except MismatchError as error:
-                if not common:
-                    one, first = alike.clips[0].path, most.clips[0].path
-                    raise MismatchError(f"{one} does not go with {first}: {error}") from None
-                failures += [(clip.path, Failure("MismatchError", str(error), "")) for clip in alike.clips]
-        return most, failures
+                apart += [(clip.path, Failure("MismatchError", str(error), "")) for clip in alike.clips]
+            else:
+                turned += [clip.path for clip in alike.clips]
+        if apart and len(most.clips) <= len(apart):
+            path, why = apart[0]
+            raise MismatchError(f"{path} does not go with {most.clips[0].path}: {why.message}")
+        return most, tuple(turned), apart
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """`motionmend fit`: learn models from clean recordings."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -55,7 +55,7 @@ def denoiser(
             tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=False, debug=False)
         if found.value is None:
             raise FileError(f"{out} not written: {_NO_CLIP}")
-        alike, strange = found.value.alike()
+        alike, turned, strange = found.value.alike()
         failures += _told(strange, working)
         was_read = perf_counter()
         with one_blas_thread():
@@ -75,7 +75,8 @@ def denoiser(
     was_fitted = perf_counter()
     out.parent.mkdir(parents=True, exist_ok=True)
     sha256 = save_model(out, model)
-    for note in model.notes:
+    notes = (*_of_another_order(turned), *model.notes)
+    for note in notes:
         say(f"note: {note}")
     facts = {
         "output": out,
@@ -88,7 +89,7 @@ def denoiser(
         "settings": {"window": window, "model_fps": model_fps, "energy": energy},
         "failed": len(failures) + len(refused),
         "short": learned.value.short,
-        "warnings": model.notes,
+        "warnings": notes,
         "guesses": list(found.value.guesses),
         "seconds": {
             "read": was_read - start,
@@ -109,3 +110,11 @@ def _told(failures: Iterable[tuple[Path, Failure]], working: Working) -> list[Fa
         tell_failure(path, failure, as_json=False, debug=working.debug)
         told.append(failure)
     return told
+
+
+def _of_another_order(clips: Sequence[Path]) -> tuple[str, ...]:
+    """What is said of clips whose joints turn in another order than those of most."""
+    if not clips:
+        return ()
+    those = str(clips[0]) if len(clips) == 1 else f"{len(clips)} clips, {clips[0]} first"
+    return (f"{those}: joints turn in another order than in most clips; their angles were written in that of most",)

@@ -1,7 +1,7 @@
 """Which channels a model knows: learned from a bounded sample of frames of every clip."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..bodies.skeleton import ROTATION, Skeleton, turned_in_other_order
 from ..errors import MismatchError
 from .cloud import Anchors, bare_name, distance_change, learn_anchors, righting
 from .joints import middle, own_middle, unit
+from .rotation_order import few, in_order_of
 from .thinning import MOST_VALUES, Sample, first_number, nothing, sample
 
 CLOUD_FRAMES = 400  # of a clip; enough to see what is rigid
@@ -75,12 +76,8 @@ class Sketch:
                 f"all clips need the same channels, this one {' and '.join(found)}: "
                 "fit clips of one skeleton or marker set"
             )
-        if other.skeleton is not None and len(otherwise := turned_in_other_order(other.skeleton, self.names)):
-            turned = _few([other.skeleton.names[joint] for joint in otherwise])
-            raise MismatchError(
-                f"all clips need their joints to turn in the same order, in this one others do so: {turned}; "
-                "fit clips of one kind"
-            )
+        if other.skeleton is not None:
+            other = other.in_order_of(self.names)
         frames, changes = other.frames, other.changes
         if other.names != self.names:
             order = np.array([other.names.index(name) for name in self.names])
@@ -90,6 +87,23 @@ class Sketch:
             upright = righting(other.up, self.up)
             frames = replace(frames, items=tuple(frame @ upright.T for frame in frames.items))
         return replace(self, frames=self.frames + frames, changes=self.changes + changes)
+
+    def in_order_of(self, names: Sequence[str]) -> "Sketch":
+        """A sketch of motions with their joints turning in the order of these names."""
+        assert self.skeleton is not None
+        if not len(turned_in_other_order(self.skeleton, names)):
+            return self
+        scale = unit(self.skeleton)
+        q = np.array(self.frames.items).reshape(-1, len(scale)) / scale
+        ordered = in_order_of(Motion(self.skeleton, q, 1.0), names)
+        if len(otherwise := turned_in_other_order(ordered.skeleton, names)):
+            turned = few([ordered.skeleton.names[joint] for joint in otherwise])
+            raise MismatchError(
+                "all clips need their joints to turn in the same order, or in another one about three axes at right "
+                f"angles, in this one others do so: {turned}; fit clips of one kind"
+            )
+        frames = replace(self.frames, items=tuple(ordered.q * unit(ordered.skeleton)))
+        return replace(self, names=ordered.channels, skeleton=ordered.skeleton, frames=frames)
 
     @property
     def common(self) -> tuple[str, ...]:

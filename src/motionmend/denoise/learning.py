@@ -13,6 +13,7 @@ from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import whole_stretches
 from .channels import to_channels
 from .layout import Layout
+from .rotation_order import in_order_of
 from .thinning import MOST_VALUES, first_number
 
 LEAST_PIECE = 4096  # frames
@@ -60,7 +61,8 @@ def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterat
     for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         first, last = max(0, start - margin), min(recording.frames, stop + max(margin, after))
         raw = _piece(recording, first, last, gaps)
-        values, own = to_channels(raw, layout).values, slice(start - first, stop - first)
+        ordered = in_order_of(raw, layout.names) if isinstance(raw, Motion) else raw
+        values, own = to_channels(ordered, layout).values, slice(start - first, stop - first)
         filled = _bridged(values, limit)
         yield Example(
             values=filled[own.start : own.stop + after],

@@ -156,6 +156,12 @@ def typical_bends(windows: Floats | Singles) -> Floats:
     return np.asarray(products / count)
 
 
+def mean_bends(windows: Floats | Singles) -> Floats:
+    """(C, C) mean outer product of the second differences in windows (N, M, C), as they are; of none 0."""
+    bends = _bends(windows)
+    return np.asarray(bends.T @ bends / max(len(bends), 1))
+
+
 def _bends(windows: Floats | Singles) -> Floats:
     """(N (M - 2), C) second differences in windows (N, M, C); a missing sample counts as 0."""
     whole: Floats = np.nan_to_num(windows)

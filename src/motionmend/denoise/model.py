@@ -2,16 +2,17 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..arrays import Floats
 from ..bodies.motion import Markers, Motion, Recording, Repaired
 from ..errors import UsageError
 from ..numerics.robust import ESTIMATORS
-from ..numerics.ssa import Eigenbases, eigenbases
+from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
 from .channels import to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
@@ -23,17 +24,19 @@ from .likeliest_gaps import process_of
 from .lost_capture import but_for_lost_capture
 from .marker_library import MarkerLibrary
 from .mend_recording import Knowledge, mend_alone, mend_recording
-from .other_order import by_what_is_meant
+from .other_order import by_what_is_meant, rewritten
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .passages import rejoined
 from .repair import repair_channels
 from .rest_first import but_for_rest_pose
+from .rotation_order import Reordered, few, reordered
 from .statistics import Statistics, statistics
 
 MODEL_METHODS = ("adaptive", "paper", "kalman-data")
 CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
 METHODS = (*MODEL_METHODS, *CLASSIC_METHODS)
 MODEL_FREE_METHODS = ("adaptive", *CLASSIC_METHODS)
+SHORTEST_BENT = 3  # frames of a window that shows how clean motion bends
 
 
 @dataclass(frozen=True)
@@ -175,13 +178,32 @@ class DenoiserModel:
             outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
-                by_example = partial(self._by_example, method=method, robust=robust)
-                meant = partial(by_what_is_meant, by_example, names=self.layout.names)
-                taught = partial(but_for_rest_pose, meant)
-                outcome = but_for_lost_capture(taught, recording) if method == "adaptive" else taught(recording)
+                outcome = self._taught(recording, method, robust)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
+
+    def _taught(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
+        model, said = self._with_joints_as_in(recording)
+        by_example = partial(model._by_example, method=method, robust=robust)
+        meant = partial(by_what_is_meant, by_example, names=model.layout.names)
+        taught = partial(but_for_rest_pose, meant)
+        outcome = but_for_lost_capture(taught, recording) if method == "adaptive" else taught(recording)
+        return _warned(outcome, said)
+
+    def _with_joints_as_in(self, recording: Motion | Markers) -> tuple["DenoiserModel", tuple[str, ...]]:
+        """The model with its clips' joints turning in the recording's order, where that can be written, and what is to
+        be said of it."""
+        if not isinstance(recording, Motion):
+            return self, ()
+        turned = reordered(recording.skeleton, self.layout.names)
+        if not turned or self.settings.window < SHORTEST_BENT:
+            return self, ()
+        said = (
+            f"{few([joint.joint for joint in turned])} turn in another order than in the library's clips: these were "
+            "written in the recording's order"
+        )
+        return _with_joints_in_order(self, turned), (said,)
 
     def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
         fps = self.settings.fps
@@ -257,6 +279,20 @@ class DenoiserModel:
         )
 
 
+@lru_cache(maxsize=1)  # files of a folder turn alike, and so do the windows of a stream
+def _with_joints_in_order(model: DenoiserModel, joints: tuple[Reordered, ...]) -> DenoiserModel:
+    """The model of the same clips with these joints turning in a recording's order, as its exemplars show them."""
+    layout, library = rewritten(model.layout, model.library, joints)
+    windows = [np.array(window, dtype=np.float64) for window in library.exemplars]
+    return replace(
+        model,
+        layout=layout,
+        bases=eigenbases(lag_covariance(windows, model.settings.window), model.settings.energy),
+        dynamics=fit_dynamics(windows, model.settings.fps),
+        library=library,
+    )
+
+
 def repair_without_model(recording: Recording, method: str = "adaptive") -> Repaired[Recording]:
     """Repair without a model: by the filters and gap fillers people use today, or adaptively by what it shows itself.
 
@@ -287,6 +323,10 @@ def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:
     channels = to_channels(recording, layout)
     filtered = channelwise({**FILTERS, **GAP_FILLERS}[method], channels.values, recording.fps)
     return classic_outcome(recording, layout, channels, filtered, method)
+
+
+def _warned(outcome: Repaired[Recording], said: tuple[str, ...]) -> Repaired[Recording]:
+    return replace(outcome, warnings=(*said, *outcome.warnings))
 
 
 def _without_footskate(outcome: Repaired[Recording]) -> Repaired[Recording]:
