@@ -10,6 +10,7 @@ from ..arrays import Floats, frozen
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, Skeleton, turned_in_other_order
 from ..errors import MismatchError
+from .bare_names import called_barely
 from .cloud import Anchors, bare_name, distance_change, learn_anchors, righting
 from .joints import middle, own_middle, unit
 from .rotation_order import few, in_order_of
@@ -128,6 +129,7 @@ class Sketch:
 
 def sketch(recording: Motion | Markers) -> Sketch:
     """The sketch of one clip."""
+    recording = called_barely(recording) if isinstance(recording, Motion) else recording
     names = names_of(recording)
     if isinstance(recording, Motion):
         skeleton, q = recording.skeleton, recording.q

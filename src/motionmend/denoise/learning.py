@@ -11,6 +11,7 @@ from ..bodies.motion import Markers, Motion
 from ..bodies.put_before import rest_frames
 from ..bodies.skeleton import ROTATION
 from ..numerics.ssa import whole_stretches
+from .bare_names import called_barely
 from .channels import to_channels
 from .layout import Layout
 from .rotation_order import in_order_of
@@ -61,7 +62,7 @@ def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterat
     for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         first, last = max(0, start - margin), min(recording.frames, stop + max(margin, after))
         raw = _piece(recording, first, last, gaps)
-        ordered = in_order_of(raw, layout.names) if isinstance(raw, Motion) else raw
+        ordered = in_order_of(called_barely(raw), layout.names) if isinstance(raw, Motion) else raw
         values, own = to_channels(ordered, layout).values, slice(start - first, stop - first)
         filled = _bridged(values, limit)
         yield Example(

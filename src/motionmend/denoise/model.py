@@ -13,6 +13,7 @@ from ..bodies.motion import Markers, Motion, Recording, Repaired
 from ..errors import UsageError
 from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
+from .bare_names import by_bare_names
 from .channels import to_channels
 from .classic import FILTERS, GAP_FILLERS
 from .cloud import Anchors
@@ -178,7 +179,7 @@ class DenoiserModel:
             outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
-                outcome = self._taught(recording, method, robust)
+                outcome = by_bare_names(partial(self._taught, method=method, robust=robust), recording)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
