@@ -51,6 +51,15 @@ def test_noise_is_in_degrees_for_angles_and_metres_for_markers(cli: Command, lib
     assert np.nanstd(noisy.positions - points.positions) == pytest.approx(0.02, rel=0.05)
 
 
+def test_metres_of_noise_are_said_to_be_so(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("corrupt", library / "clean.c3d", "-o", tmp_path / "bad.c3d", "--noise", "5", "--json")
+    assert ran.code == 0
+    assert "took 5 m, more than a limb; 0.005 would be 5 mm" in ran.err
+    assert json.loads(ran.out)["warnings"]
+    ran = cli("corrupt", library / "clean.amc", "-o", tmp_path / "bad.amc", "--noise", "5", "--json")
+    assert json.loads(ran.out)["warnings"] == []
+
+
 @pytest.mark.parametrize(("given", "said", "share"), [("0.1", "fraction, 10 %", 0.1), ("10", "percentage, 10 %", 0.1)])
 def test_it_says_whether_a_share_is_a_fraction_or_a_percentage(
     cli: Command, library: Path, tmp_path: Path, given: str, said: str, share: float

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from ..arrays import Bools
 
 
+MOST_NOISE = 0.5  # m; who says more for markers means millimetres
+
+
 def corrupt(
     *files: Files,
     out: Out,
@@ -108,6 +111,7 @@ class Spoil:
 
         clean: Any = read(job.source, fps=self.fps, skeleton=self.skeleton)
         moving = isinstance(clean, Motion)
+        warnings = () if moving or self.noise <= MOST_NOISE else (_in_metres(self.noise),)
         spoilt = corrupt(
             clean,
             noise=float(np.radians(self.noise)) if moving else self.noise,
@@ -152,12 +156,18 @@ class Spoil:
             "output": job.target,
             "frames": clean.frames,
             "counts": counts,
-            "warnings": [],
+            "warnings": warnings,
             "guesses": clean.guesses,
         }
         samples = counted(counts["samples"], "sample")
         share = f"{counted(counts['outliers'], 'outlier')}, {counts['missing']} missing of {samples}"
-        return Done(facts, line=f"{job.source}: {share}: {job.target}", guesses=clean.guesses)
+        return Done(facts, line=f"{job.source}: {share}: {job.target}", warnings=warnings, guesses=clean.guesses)
+
+
+def _in_metres(noise: float) -> str:
+    return (
+        f"--noise of markers is in metres: took {noise:g} m, more than a limb; {noise / 1000:g} would be {noise:g} mm"
+    )
 
 
 def _runs_by_name(names: list[str], mask: "Bools") -> dict[str, list[tuple[int, int]]]:
