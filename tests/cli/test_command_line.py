@@ -23,6 +23,13 @@ def run(capsys: pytest.CaptureFixture[str], words: str) -> tuple[int, str, str]:
     return code, said.out, said.err
 
 
+@pytest.mark.parametrize("given", ["1.5", "1e1", "two"])
+def test_what_is_no_whole_number_is_not_made_one(capsys: pytest.CaptureFixture[str], given: str) -> None:
+    code, out, err = run(capsys, f"inspect --jobs {given} nowhere.amc")
+    assert (code, out) == (2, "")
+    assert f'--jobs: a whole number was wanted, came "{given}".' in err
+
+
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(capsys, "--version") == (0, f"{__version__}\n", "")
 

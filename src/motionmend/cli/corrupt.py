@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from .. import __version__
 from ..errors import UsageError, counted
 from .inputs import Job
-from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Working, Writing
+from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Whole, Working, Writing
 from .output import Done, say
 from .transform import transform, write_json
 
@@ -52,7 +52,7 @@ def corrupt(
             help="Joints, channels or markers that are missing throughout, by name.",
         ),
     ] = (),
-    seed: Annotated[int, Parameter(help="Of the random numbers; the same seed spoils the same samples.")] = 0,
+    seed: Annotated[Whole, Parameter(help="Of the random numbers; the same seed spoils the same samples.")] = 0,
     fps: Rate = None,
     skeleton: SkeletonFile = None,
     as_json: AsJson = False,

@@ -12,7 +12,7 @@ from ..batch import Failure, one_blas_thread, workers
 from ..errors import FileError, MismatchError, UsageError, counted
 from .archive import Reading, learn, survey, total
 from .inputs import gather
-from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Working
+from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
 from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
 
 _NO_CLIP = "a denoiser learns from clean clips, none of those given can be used"
@@ -23,7 +23,7 @@ def denoiser(
     out: Annotated[Path, Parameter(name=["-o", "--out"], help="The model to write; ends in .mend.")],
     fps: Rate = None,
     model_fps: Annotated[float, Parameter(help="Rate in Hz the model works at.")] = 30.0,
-    window: Annotated[int, Parameter(help="Length of the lag window in frames at --model-fps.")] = 20,
+    window: Annotated[Whole, Parameter(help="Length of the lag window in frames at --model-fps.")] = 20,
     energy: Annotated[float, Parameter(help="Share of the variance the bases keep, above 0 and at most 1.")] = 0.99,
     skeleton: SkeletonFile = None,
     as_json: AsJson = False,

@@ -12,7 +12,7 @@ from ..batch import Failure, Outcome, one_blas_thread, run
 from ..errors import FileError, UsageError, counted
 from .archive import Reading
 from .inputs import Input, gather
-from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Working
+from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
 from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def tracker(
         int,
         Parameter(help="Synthetic depth images the detector learns from; 0 learns none, then --start is needed."),
     ] = 2000,
-    seed: Annotated[int, Parameter(help="Of those images.")] = 0,
+    seed: Annotated[Whole, Parameter(help="Of those images.")] = 0,
     fps: Rate = None,
     skeleton: SkeletonFile = None,
     as_json: AsJson = False,

@@ -1,12 +1,13 @@
 """Options that several commands share, each with its unit and its default in the help text."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 
 def check_rate(_type: object, value: float | None) -> None:
@@ -20,6 +21,16 @@ def check_rate(_type: object, value: float | None) -> None:
         raise ValueError("A frame rate above 0 Hz was wanted.")
 
 
+def _whole(_type: object, tokens: Sequence[Token]) -> int:
+    """A whole number; what has a point or an exponent is none and is not rounded."""
+    given = tokens[0].value
+    try:
+        return int(given)
+    except ValueError:
+        raise ValueError(f'a whole number was wanted, came "{given}".') from None
+
+
+Whole: TypeAlias = Annotated[int, Parameter(converter=_whole)]
 Files: TypeAlias = Annotated[
     Path, Parameter(help="Recordings, or folders that are searched for them to any depth.", negative="")
 ]
@@ -50,7 +61,7 @@ Debug: TypeAlias = Annotated[bool, Parameter(show_default=False, help="Show wher
 class Working:
     """How a command goes through its inputs."""
 
-    jobs: Annotated[int | None, Parameter(help="Processes to use; the default is the number of cores.")] = None
+    jobs: Annotated[Whole | None, Parameter(help="Processes to use; the default is the number of cores.")] = None
     cluster: Annotated[
         str | None,
         Parameter(help="Address of a Dask scheduler to use instead, such as tcp://127.0.0.1:8786."),

@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from ..errors import FileError, UsageError, counted
 from .drawable import read_drawable
-from .options import Debug, Files, Rate, SkeletonFile
+from .options import Debug, Files, Rate, SkeletonFile, Whole
 from .output import exit_code, say
 
 HIGHEST = 65535
@@ -14,7 +14,7 @@ HIGHEST = 65535
 
 def view(
     *files: Files,
-    port: Annotated[int, Parameter(help="Of the viewer's page on this machine; 0: any port that is free.")] = 9090,
+    port: Annotated[Whole, Parameter(help="Of the viewer's page on this machine; 0: any port that is free.")] = 9090,
     fps: Rate = None,
     skeleton: SkeletonFile = None,
     debug: Debug = False,
