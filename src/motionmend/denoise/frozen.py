@@ -29,7 +29,7 @@ FAST, AT_MOST = 0.99, 2.0  # of its steps, and times as fast, on the whole way f
 
 
 @dataclass(frozen=True, eq=False)
-class _Runs:
+class Repeats:
     """Runs of repeats of one part, each from step `start` to before step `stop`; the step to frame t has number t - 1.
 
     Attributes
@@ -57,7 +57,7 @@ def frozen(recording: Motion | Markers) -> Bools:
     unless the motion leaps there, too; where it leaps only there, the last is.
     """
     found: Bools = np.zeros((recording.frames, len(recording.channels)), dtype=np.bool_)
-    parts = [(columns, _runs(values, step, recording.fps)) for columns, values, step in parts_of(recording)]
+    parts = [(columns, repeats(values, step, recording.fps)) for columns, values, step in parts_of(recording)]
     if not parts:
         return found
     start, stop, into, out = (
@@ -128,7 +128,7 @@ def parts_of(recording: Motion | Markers) -> Iterator[tuple[Ints, Floats, float]
                 yield some, recording.q[:, some] * scale[some], float(np.linalg.norm(steps[some]))
 
 
-def _runs(values: Floats, coarse: float, fps: float) -> _Runs:
+def repeats(values: Floats, coarse: float, fps: float) -> Repeats:
     """Runs of steps in which values (T, N) repeat, none at either end: it may be a pose before or after the motion."""
     steps = np.diff(values, axis=0)
     same, far = (steps == 0.0).all(axis=1), np.sqrt(np.square(steps).sum(axis=1))
@@ -140,7 +140,7 @@ def _runs(values: Floats, coarse: float, fps: float) -> _Runs:
     if repeats_throughout(same, moving) or not honest.any():
         start = stop = start[:0]
     if not len(start):
-        return _Runs(start, stop, np.empty(0), np.empty(0))
+        return Repeats(start, stop, np.empty(0), np.empty(0))
     changes = np.sqrt(np.square(np.diff(steps, axis=0)).sum(axis=1))
     usual = max(float(np.median(changes[honest])), FINEST)
     fastest = AT_MOST * float(np.quantile(far[moving], FAST))
@@ -157,7 +157,7 @@ def _runs(values: Floats, coarse: float, fps: float) -> _Runs:
     closes = np.linalg.norm(values[after] - values[before], axis=1) <= fastest * (after - before)
     rested = (np.maximum(into, out) * closes < LEAST_LEAPS) & (stop - start >= RESTS * fps)
     told = closes & (stop - start > (stop - start)[rested].max(initial=0))
-    return _Runs(start, stop, into * told, out * told)
+    return Repeats(start, stop, into * told, out * told)
 
 
 def repeats_throughout(same: Bools, moving: Bools) -> bool:

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ..arrays import Bools, runs
-from ..bodies.motion import Recording, Repaired
+from ..bodies.motion import Markers, Recording, Repaired
 from .dropped import dropped
 from .frozen import frozen, held_ends
+from .frozen_alone import frozen_alone
 from .held import named, recorded_but_lost, without
 
 SAID = 6  # stretches that a warning names at most
@@ -29,6 +30,8 @@ def but_for_lost_capture(
     """
     fallen = dropped(recording)
     still = frozen(without(recording, fallen) if fallen.any() else recording)
+    if isinstance(recording, Markers):
+        still |= frozen_alone(recording, still)
     lost = fallen | still
     said: list[str] = [
         f"the {which} {frames} frames repeat each other to the last digit: a pose that was held, or capture that {what}"
