@@ -11,6 +11,7 @@ from motionmend.denoise import repair_without_model
 from motionmend.denoise.joints import root_rows
 from motionmend.denoise.thrown_root import thrown
 from motionmend.evaluate import corrupt
+from motionmend.io import read
 
 ACTIONS = ("walk", "run", "jump", "reach", "turn")
 
@@ -28,7 +29,7 @@ def _thrown(action, first, last, shift, fps=60.0, noise=0.0):
 @given(
     st.sampled_from(ACTIONS),
     st.integers(10, 200),
-    st.integers(1, 40),
+    st.integers(0, 40),
     st.integers(0, 10**6),
     st.sampled_from([0.0, 1.0]),
 )
@@ -37,6 +38,17 @@ def test_a_root_off_by_a_metre_for_a_while_is_found_to_the_frame(action, first, 
     along = np.random.default_rng(seed).standard_normal(3)
     _, bad, off = _thrown(action, first, first + length, along / np.linalg.norm(along), noise=noise)
     np.testing.assert_array_equal(thrown(bad), off)
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_single_frames_are_found_each_for_itself(fps):
+    clean = truth("walk", seconds=5.0, fps=fps)
+    _, moves = root_rows(clean.skeleton)
+    away = np.arange(round(0.4 * fps), clean.frames - 10, round(0.3 * fps))
+    q, off = clean.q.copy(), np.zeros(clean.q.shape, dtype=bool)
+    q[away, moves[0]] += 0.3
+    off[np.ix_(away, moves)] = True
+    np.testing.assert_array_equal(thrown(clean.with_q(q)), off)
 
 
 @pytest.mark.parametrize("action", ACTIONS)
@@ -51,6 +63,14 @@ def test_nothing_is_found_in_what_people_do_nor_in_noise(action, fps):
 def test_who_is_put_elsewhere_for_good_stays_there():
     _, bad, _ = _thrown("walk", 150, 299, np.array([1.0, 0.0, 0.0]))
     assert not thrown(bad).any()
+
+
+def test_clean_recordings_are_left(data):
+    for file in sorted((data / "mocap").rglob("*")):
+        if file.suffix in (".amc", ".bvh"):
+            motion = read(file, fps=120.0) if file.suffix == ".amc" else read(file)
+            found = thrown(motion).any(axis=1)
+            assert found.sum() <= 0.001 * len(found), file.name
 
 
 @pytest.mark.parametrize("taught", [False, True])

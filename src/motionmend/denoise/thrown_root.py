@@ -4,9 +4,8 @@ A body that is taken for another, or lost by its markers, is thrown to another p
 smoothly as ever, so that a smoother takes the leaps for motion. No muscle throws a pelvis so far in one frame.
 """
 
-from itertools import pairwise
-
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..arrays import Bools, Floats
 from ..bodies.motion import Motion
@@ -16,6 +15,7 @@ HARDEST = 300.0  # m/s²; pelves of jumpers and gymnasts are thrown by a third o
 LEAST, LEAPS = 0.1, 6.0  # m and times the usual surprise from frame to frame; what leaps by less is noise
 LONGEST = 1.0  # s away; whoever stays longer may have been put there
 CLOSES = 0.3  # of the leap, by which what comes before and after it may fail to meet
+BESIDE = 2  # steps on either side of one that tell whether it leaps
 RUN_UP = 0.1  # s on either side that tell how fast the root moves
 
 
@@ -35,17 +35,34 @@ def thrown(motion: Motion) -> Bools:
     if len(moves) != 3 or motion.frames < 4:
         return found
     place = motion.q[:, moves] @ motion.skeleton.dof_axis[moves]
-    steps = np.diff(place, axis=0)
-    surprise = np.zeros(motion.frames)
-    surprise[2:-1] = np.nan_to_num(np.sqrt(np.square(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:])).sum(axis=1)))
-    far = max(LEAST, HARDEST / motion.fps**2, LEAPS * float(np.median(surprise)))
-    before, after = np.r_[0.0, surprise[:-1]], np.r_[surprise[1:], 0.0]
-    leaps = np.flatnonzero((surprise > far) & (surprise >= before) & (surprise > after)).tolist()
+    surprise = _surprises(place)
+    hard, usual = HARDEST / motion.fps**2, max(LEAST, LEAPS * float(np.median(surprise)))
+    # who is away for one frame is thrown there and back at once, twice as hard as by each leap
+    leaps = np.flatnonzero(surprise > max(usual, 0.5 * hard)).tolist()
     run_up, free = max(1, round(RUN_UP * motion.fps)), 0
-    for start, stop in pairwise(leaps):
-        if start >= free and stop - start <= LONGEST * motion.fps and closes(place, start, stop, run_up):
-            found[start:stop, moves], free = True, stop + 1
+    for k, start in enumerate(leaps):
+        if start < free:
+            continue
+        for stop in leaps[k + 1 :]:
+            if stop - start > LONGEST * motion.fps:
+                break
+            harder = stop == start + 1 or min(surprise[start], surprise[stop]) > hard
+            if harder and closes(place, start, stop, run_up):
+                found[start:stop, moves], free = True, stop + 1
+                break
     return found
+
+
+def _surprises(place: Floats) -> Floats:
+    """(T,) m by which the step to each frame differs from the median of those about it; 0 where it cannot be told.
+
+    Neither of the two steps of who is away for one frame makes the other look usual.
+    """
+    steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
+    usual = np.median(sliding_window_view(steps, 2 * BESIDE + 1, axis=0), axis=2)
+    surprise = np.zeros(len(place))
+    surprise[1:] = np.nan_to_num(np.linalg.norm(steps[BESIDE:-BESIDE] - usual, axis=1))
+    return surprise
 
 
 def closes(place: Floats, start: int, stop: int, run_up: int) -> bool:
