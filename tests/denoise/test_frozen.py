@@ -143,6 +143,32 @@ def test_frozen_samples_are_repaired_as_if_they_were_missing_and_said(clean, lib
         assert compare(clean, found.recording).rms_deg < 0.5 * compare(clean, spoilt).rms_deg
 
 
+def test_a_joint_that_rested_as_it_froze_is_frozen_as_well():
+    """A knee at its limit, 0, when capture freezes."""
+    clean = truth("walk")
+    values, knee = clean.q.copy(), clean.channels.index("ltibia.rx")
+    values[50:60, knee] = 0.0
+    spoilt, still = _freezing(clean.with_q(values), 60, 75)
+    np.testing.assert_array_equal(frozen(spoilt), still)
+
+
+@pytest.mark.parametrize("library", [True, False])
+def test_what_nothing_supports_stays_as_it_was_recorded_and_is_said(library):
+    """Two seconds in which all joints are frozen: not a row of NaN in a recording that had none."""
+    clean = truth("walk", seconds=8.0)
+    spoilt, still = _freezing(clean, 90, 149)
+    outcome = joints_model().repair(spoilt) if library else repair_without_model(spoilt)
+    assert np.isfinite(outcome.recording.q).all()
+    kept = still & (outcome.origin == Origin.MEASURED)
+    assert not (outcome.origin == Origin.LEFT_OPEN).any()
+    np.testing.assert_array_equal(outcome.recording.q[kept], spoilt.q[kept])
+    off = np.abs(outcome.recording.q - clean.q)[kept]
+    if kept.any():
+        assert (off <= 1.96 * outcome.std[kept]).mean() > 0.8
+        assert any("were left as recorded" in warning for warning in outcome.warnings)
+    assert not any("missing samples were left open" in warning for warning in outcome.warnings)
+
+
 def test_clean_recordings_hold_one_arm_that_froze(data):
     """CMU's 16_01: an arm stands still for 18 frames of a jump and then leaps by 6 to 18 degrees."""
     found = {}

@@ -75,7 +75,10 @@ def frozen(recording: Motion | Markers) -> Bools:
         leaves, comes = (into[together] > LEAPS).sum() >= fewest, (out[together] > goes_on).sum() >= fewest
         begins, ends = int(start[together[0]]), int(stop[together[0]])
         if leaves or comes:
-            columns = np.concatenate([parts[n][0] for n in part[together].tolist()])
+            # who rested as it froze, or rests on, repeats itself for longer than the others
+            covering = (start <= begins) & (stop >= ends)
+            covering &= ((stop == ends) & comes) | ((start == begins) & leaves)
+            columns = np.concatenate([parts[n][0] for n in part[covering].tolist()])
             found[begins + (not leaves) : ends + bool(comes), columns] = True
         if len(together) >= fewest and ends - begins >= RESTS * recording.fps:
             holds += 1 if leaves or comes else -1

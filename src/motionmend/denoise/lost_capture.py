@@ -3,12 +3,15 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..arrays import Bools, runs
-from ..bodies.motion import Markers, Recording, Repaired
+import numpy as np
+
+from ..arrays import Bools, Floats, runs
+from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from .dropped import dropped
 from .frozen import frozen, held_ends
 from .frozen_alone import frozen_alone
 from .held import named, recorded_but_lost, without
+from .outcome import left_open
 
 SAID = 6  # stretches that a warning names at most
 
@@ -53,7 +56,43 @@ def but_for_lost_capture(
             f"{int(fallen.sum())} samples fell to exactly 0 and were taken as missing, {_frames(fallen)}: their joints "
             f"leap there and back: {named(recording, fallen)}"
         )
-    return recorded_but_lost(repair(without(recording, lost)), lost, said)
+    outcome = recorded_but_lost(repair(without(recording, lost)), lost, said)
+    return _kept_where_open(outcome, recording, still) if isinstance(recording, Motion) else outcome
+
+
+def _kept_where_open(outcome: Repaired[Motion], recording: Motion, still: Bools) -> Repaired[Motion]:
+    """The repair with what was frozen as it was recorded where nothing else supports a value: a pose says more than
+    none. It is as unsure as its channel strays in half the time."""
+    open_ = still & (outcome.origin == Origin.LEFT_OPEN)
+    if not open_.any():
+        return outcome
+    q, origin, std = outcome.recording.q.copy(), outcome.origin.copy(), outcome.std.copy()
+    q[open_], origin[open_] = recording.q[open_], Origin.MEASURED
+    moving = np.where(still, np.nan, recording.q)
+    for channel in np.flatnonzero(open_.any(axis=0)):
+        for start, stop in runs(open_[:, channel]):
+            std[start:stop, channel] = _strays(moving[:, channel], (stop - start + 1) // 2)
+    said = (
+        f"of these {int(open_.sum())} were left as recorded, {_frames(open_)}: nothing near says where the motion was"
+    )
+    opened = left_open(outcome.origin)
+    kept = tuple(warning for warning in outcome.warnings if warning not in opened)
+    return replace(
+        outcome,
+        recording=outcome.recording.with_q(q),
+        origin=origin,
+        std=std,
+        warnings=(*kept, said, *left_open(origin)),
+    )
+
+
+def _strays(values: Floats, ahead: int) -> float:
+    """Root mean square by which values (T,) change in so many frames, or from their mean if none are so far apart."""
+    changes = values[ahead:] - values[:-ahead]
+    changes = changes[np.isfinite(changes)]
+    if not len(changes):
+        changes = values[np.isfinite(values)] - np.nanmean(values)
+    return float(np.sqrt(np.square(changes).mean()))
 
 
 def _frames(samples: Bools) -> str:
