@@ -295,6 +295,13 @@ def test_a_few_frames_tell_by_all_channels_together(seed, frames, noise):
     assert 0.5 * noise < found[0] < 2.0 * noise
 
 
+def test_channels_that_never_move_say_nothing_of_the_noise_of_a_few_frames(rng):
+    noisy = rng.standard_normal((6, 70))
+    beside = np.hstack([noisy, np.zeros((6, 30))])
+    np.testing.assert_allclose(first_noise(beside)[0], first_noise(noisy)[0])
+    assert first_noise(beside)[0] > 0.4
+
+
 def test_hardly_any_samples_tell_nothing():
     assert (first_noise(np.zeros((3, 4))) > 0.0).all()
     assert (first_noise(np.full((10, 4), np.nan)) > 0.0).all()

@@ -164,6 +164,17 @@ def test_zeros_that_are_written_for_what_is_not_known_are_never_its_own(rng):
     assert not own_jumps(measured, np.zeros_like(hit), values + 5.0, PAIRS, FPS).any()
 
 
+def test_in_a_few_frames_no_end_is_the_wrong_one():
+    """A knee that leaves its limit in the middle of a take of eight frames."""
+    measured = np.array([[5.0, 5.1, 5.2, 5.3, 18.7, 31.2, 44.2, 56.3]]).T
+    outlier = measured > 10.0
+    values = np.where(outlier, 5.0, measured)
+    assert own_jumps(measured, outlier, values, np.zeros((1, 1), dtype=bool), 30.0)[outlier].all()
+    alone = np.zeros_like(outlier)
+    alone[7] = True
+    assert not own_jumps(measured, alone, values, np.zeros((1, 1), dtype=bool), 30.0).any()
+
+
 def test_channels_of_a_joint_and_of_its_parent_and_children_meet():
     skeleton = truth().skeleton
     columns = np.append(np.arange(len(skeleton.dof_names)), -1)

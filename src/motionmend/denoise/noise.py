@@ -55,8 +55,9 @@ def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
     quiet, loud = _told_by((_QUIET, _LOUD), measured, loudness)
     told = np.isfinite(quiet)
     if not told.any():  # a moment: what all channels say together has to do
-        together = np.diff(measured, n=3, axis=0).ravel()
-        quiet = _size_by((_QUIET,), np.abs(together[np.isfinite(together)]) / np.sqrt(20.0))
+        third = np.abs(np.diff(measured, n=3, axis=0)) / np.sqrt(20.0)
+        third = third[:, np.fmax.reduce(third, axis=0, initial=0.0) > _NOTHING]  # what never moves has no noise
+        quiet = _size_by((_QUIET,), third[np.isfinite(third)])
         return np.full(measured.shape[1], np.fmax(quiet[0], LEAST_NOISE) if np.isfinite(quiet[0]) else _UNTOLD)
     apart = loud[told] / np.maximum(quiet[told], _NOTHING)
     level = np.log(np.maximum(quiet[told], LEAST_NOISE))

@@ -25,6 +25,8 @@ LIMB = 5  # channels: of 715 own jumps in 40 clean CMU clips at 30 Hz 8 have as 
 SEVERAL, SLIGHT = 6, 10.0  # frames on end and degrees or cm, off by less than which so long they are no outliers
 ONE_SIDE = 0.9  # of how far they are off that their mean is
 HALF = 0.5  # sample of either kind that is taken for granted
+HALF_TURN = 180.0  # degrees
+AT_AN_END = 2  # rejected samples on end before which, or after which, none is believed
 _NOTHING = 1e-12
 
 
@@ -52,11 +54,15 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
     """
     lost = _limbs_lost(outlier, linked)
     back = _slight(measured - values, outlier & ~lost)
+    seen = np.isfinite(measured).any(axis=1)
+    if seen.sum() < FEWEST + 2:  # nothing tells how sharply it moves, nor that an end is the wrong one of two parts
+        back[seen] |= _at_an_end((outlier & ~lost)[seen]) & (measured[seen] % HALF_TURN != 0.0)
+        return back
     bend = np.abs(values[:-2] - 2.0 * values[1:-1] + values[2:])
     calm = ~(outlier[:-2] | outlier[1:-1] | outlier[2:])
     # a lone sample that is off by so much bends twice as sharply
     sharpest = np.maximum(0.5 * np.where(calm, bend, 0.0).max(axis=0, initial=0.0), LEAST_NOISE)
-    frames, channels = np.nonzero(outlier & ~lost & (calm.sum(axis=0) >= FEWEST) & (measured % 180.0 != 0.0))
+    frames, channels = np.nonzero(outlier & ~lost & (calm.sum(axis=0) >= FEWEST) & (measured % HALF_TURN != 0.0))
     if not len(frames):
         return back
     width = sharpest[channels]
@@ -88,6 +94,12 @@ def _slight(off: Floats, outlier: Bools) -> Bools:
     total, size = (np.bincount(part.ravel(), one.ravel()) for one in (away, np.abs(away)))
     slight = (size < SLIGHT * np.bincount(part.ravel())) & (np.abs(total) > ONE_SIDE * size)
     return np.asarray(several & slight[part])
+
+
+def _at_an_end(outlier: Bools) -> Bools:
+    """(T, C) True where rejected samples, some on end, begin or end a channel."""
+    first, last = np.logical_and.accumulate(outlier), np.logical_and.accumulate(outlier[::-1])[::-1]
+    return np.asarray((first & (first.sum(axis=0) >= AT_AN_END)) | (last & (last.sum(axis=0) >= AT_AN_END)))
 
 
 def _bursts(outlier: Bools, fps: float) -> Bools:
