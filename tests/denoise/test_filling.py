@@ -252,6 +252,19 @@ def test_a_marker_seen_once_and_a_whole_recording():
     np.testing.assert_array_equal(fill_gaps(np.full((30, 4, 3), np.nan), FPS).filled, False)
 
 
+@pytest.mark.parametrize("seen", [1, 3, 9])
+def test_a_marker_seen_for_a_moment_alone_is_not_made_up(seen):
+    """Held still beside a body that walks on it was metres off, and stated as sure to a millimetre."""
+    truth = _body(9, 120)
+    rare = truth.copy()
+    rare[:50, 4] = rare[50 + seen :, 4] = np.nan
+    found = fill_gaps(rare, FPS)
+    assert not found.filled.any()
+    assert np.isnan(found.values[:50, 4]).all()
+    rare[40:50, 4] = truth[40:50, 4]  # as soon as some more are seen
+    assert fill_gaps(rare, FPS).filled[:, 4].any()
+
+
 @pytest.mark.parametrize("shape", [(0, 4, 3), (30, 0, 3), (1, 4, 3)])
 def test_nothing_in_nothing_out(shape):
     assert fill_gaps(np.zeros(shape), FPS).values.shape == shape

@@ -20,7 +20,9 @@ from .segment_frame import ANCHORS, segment_frame, within
 BESIDE = 2.0  # s of a long recording that a piece sees of its neighbours
 LEAPS = 4.0  # times a marker's usual surprise from frame to frame, from which it may have leapt
 LEAST = 0.02  # m; no leap is shorter
+UNSEEN = 0.04  # m away from which a stretch between two gaps may be elsewhere, though no leap is seen
 GUIDES, FEWEST = 8, 3  # markers that tell where one is to be, and how many of them have to
+NEAREST, USUAL, SLACK = 4, (0.01, 0.99), 0.005  # guides whose distances are asked, quantiles of these, and m beyond
 LOOKED, LEARNED = 300, 800  # frames that tell which they are, and how
 ELSEWHERE = 3.0  # times as far from where they have it as usual
 LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home there
@@ -95,12 +97,12 @@ def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[in
     """Marker, its guides, start and stop of the stretches between leaps and long gaps that may be elsewhere."""
     frames = len(seen)
     leaps = _leaps(bridged)
-    leaping = np.flatnonzero(leaps.any(axis=0))
-    if not len(leaping):
+    leaping = leaps.any(axis=0) | _between_gaps(bridged)
+    if not leaping.any():
         return []
     places, about = steadiest_guides(positions)
     found = []
-    for marker in leaping.tolist():
+    for marker in np.flatnonzero(leaping).tolist():
         if marker not in about:
             continue
         guides, unsteady = about[marker]
@@ -108,12 +110,39 @@ def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[in
         known = np.isfinite(bridged[:, marker, 0])
         edges = np.flatnonzero(leaps[:, marker] | np.diff(known, prepend=known[0]))
         away = place_by_guides(places, marker, guides, unsteady, there, edges)
-        limit = max(0.5 * LEAST, ELSEWHERE * float(np.median(away[there])))
+        limit = max(0.5 * LEAST if leaps[:, marker].any() else UNSEEN, ELSEWHERE * float(np.median(away[there])))
         for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), frames], strict=True):
             here = away[start:stop][there[start:stop]]
             if len(here) and stop - start <= LONGEST * frames and np.median(here) > limit:
-                found.append((marker, guides, start, stop))
+                nearest = positions[:, [marker, *guides[:NEAREST]]]
+                at_home: Bools = np.asarray(there & (away <= limit))
+                if not _at_usual_distances(nearest[start:stop], nearest[at_home]):
+                    found.append((marker, guides, start, stop))
     return found
+
+
+def _at_usual_distances(here: Floats, home: Floats) -> bool:
+    """True where the first of some markers (T, G, 3) m is as far from each of the others as it is at home (U, G, 3).
+
+    How it moves with them was learned from postures that may be others; what is elsewhere is nearer to some or farther.
+    """
+    apart, usual = (np.linalg.norm(places[:, 1:] - places[:, :1], axis=2) for places in (here, home))
+    told = 0
+    for now, then in zip(apart.T, usual.T, strict=True):
+        now, then = now[np.isfinite(now)], then[np.isfinite(then)]
+        if len(now) and len(then):
+            least, most = np.quantile(then, USUAL)
+            if not least - SLACK <= np.median(now) <= most + SLACK:
+                return False
+            told += 1
+    return told >= FEWEST
+
+
+def _between_gaps(bridged: Floats) -> Bools:
+    """(M,) True for a marker that comes back from one long gap and goes into another: it may have leapt in both."""
+    known = np.isfinite(bridged).all(axis=2)
+    comes, goes = ~known[:-1] & known[1:], known[:-1] & ~known[1:]
+    return np.asarray((comes & (np.cumsum(goes[::-1], axis=0)[::-1] > 0)).any(axis=0))
 
 
 def _bridged(positions: Floats, seen: Bools, shortest: float) -> Floats:

@@ -27,6 +27,7 @@ from .segment_frame import ANCHORS, SegmentFrame, segment_frame, unsteadiness, w
 
 LEAST_FRAMES = 20  # that show two markers together, before one is a guide to the other
 FEWER_FRAMES = 3  # the same, where no other marker was seen with it for longer
+TOLD = 10  # frames that show a marker, without which a gap longer than they are stays open
 NEAR = 8  # markers about a gap; where one of them goes or comes the gap is taken in parts
 SHORTEST_PART = 0.15  # s
 ONE_BODY = 0.1  # m; links of markers whose distances change by less make a body: another's are no guides
@@ -86,7 +87,8 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
         work = _work(positions, seen, fps, library)
         for marker in np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0)):
             for start, stop in runs(~seen[:, marker]):
-                _fill_gap(work, int(marker), start, stop)
+                if stop - start <= _longest(work, int(marker)):
+                    _fill_gap(work, int(marker), start, stop)
         _calibrate(work)
         work.places, work.std = hedged(work.places, work.std, positions)
         if library is not None:
@@ -129,6 +131,14 @@ def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | N
     std = np.full(seen.shape, np.nan)
     body = connected_components(unsteady < ONE_BODY, directed=False)[1].astype(np.int64)
     return _Work(positions.copy(), seen, std, np.arange(len(seen)) / fps, fps, unsteady, body, examples, clip)
+
+
+def _longest(work: _Work, marker: int) -> int:
+    """Frames of the longest gap of a marker that what is known of it can fill: how it goes with the others is not told
+    by a few frames, and how sure that is still less."""
+    count = int(work.seen[:, marker].sum())
+    taught = int(np.isfinite(work.examples[:, marker]).all(axis=1).sum())
+    return len(work.seen) if max(count, taught) >= TOLD else count
 
 
 def _fill_gap(work: _Work, marker: int, start: int, stop: int) -> None:
