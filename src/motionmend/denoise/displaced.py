@@ -140,10 +140,10 @@ def _at_usual_distances(here: Floats, home: Floats) -> bool:
 
 def _between_gaps(bridged: Floats) -> Bools:
     """(M,) True for a marker that comes back from one long gap and goes into another: it may have leapt in both."""
-    known = np.isfinite(bridged).all(axis=2)
-    comes: Bools = np.asarray(~known[:-1] & known[1:])
-    goes: Bools = np.asarray(known[:-1] & ~known[1:])
-    return np.asarray((comes & (np.cumsum(goes[::-1], axis=0)[::-1] > 0)).any(axis=0))
+    known: Bools = np.asarray(np.isfinite(bridged).all(axis=2))
+    comes, goes = known[1:] & ~known[:-1], known[:-1] & ~known[1:]
+    later = np.cumsum(goes[::-1], axis=0)[::-1] > 0
+    return np.asarray((comes & later).any(axis=0))
 
 
 def _bridged(positions: Floats, seen: Bools, shortest: float) -> Floats:
