@@ -23,7 +23,7 @@ from .local_prior import Prior
 from .moved_away import moved_away
 from .moved_gaps import excess, gaps_of, hidden_by, laid_elsewhere
 from .noise import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
-from .passing_noise import loudness
+from .passing_noise import loudness, without_floor
 from .poles import bends_of
 from .repair import interpolated
 from .steady_dynamics import mixed_in, smooth_steadily
@@ -125,8 +125,9 @@ def adapt(
     vouched = nowhere if vouched is None else vouched
     calm = _calm(prior, fps)
     filled = np.where(present, measured, 0.0)
-    louder = loudness(measured, fps, together, joints)
-    level, rate = first_noise(measured, louder), np.full(channels, FIRST_RATE)
+    loud = loudness(measured, fps, together, joints)
+    level, rate = first_noise(measured, loud), np.full(channels, FIRST_RATE)
+    louder = without_floor(loud, level, together)
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
     noise = np.maximum(level * louder, least)
     stays = FIRST_HELD ** (30.0 / fps)  # a slip lasts for a time, whatever the rate
@@ -200,6 +201,7 @@ def adapt(
             kept = np.square(next_noise(np.sqrt(kept), ONE_DISTANCE * tells * kept, ONE_DISTANCE * tells))
             square, freedom = square + tells * kept, freedom + tells
         level = next_noise(level, square, freedom)
+        louder = without_floor(loud, level, together)
         noise = np.maximum(level * louder, least)
         rate = next_rate(outlier, present, rate if turn > 1 else None)
     assert values is not None

@@ -22,7 +22,8 @@ LEAPS = 4.0  # times a marker's usual surprise from frame to frame, from which i
 LEAST = 0.02  # m; no leap is shorter
 UNSEEN = 0.04  # m away from which a stretch between two gaps may be elsewhere, though no leap is seen
 GUIDES, FEWEST = 8, 3  # markers that tell where one is to be, and how many of them have to
-NEAREST, USUAL, SLACK = 4, (0.01, 0.99), 0.005  # guides whose distances are asked, quantiles of these, and m beyond
+# guides whose distances are asked, quantiles of these at home and away, and m beyond
+NEAREST, USUAL, MOSTLY, SLACK = 4, (0.01, 0.99), (0.3, 0.7), 0.005
 LOOKED, LEARNED = 300, 800  # frames that tell which they are, and how
 ELSEWHERE = 3.0  # times as far from where they have it as usual
 LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home there
@@ -132,7 +133,8 @@ def _at_usual_distances(here: Floats, home: Floats) -> bool:
         now, then = now[np.isfinite(now)], then[np.isfinite(then)]
         if len(now) and len(then):
             least, most = np.quantile(then, USUAL)
-            if not least - SLACK <= np.median(now) <= most + SLACK:
+            nearest, farthest = np.quantile(now, MOSTLY)
+            if nearest < least - SLACK or farthest > most + SLACK:
                 return False
             told += 1
     return told >= FEWEST

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ..arrays import Floats, Ints
+from ..arrays import Bools, Floats, Ints
 from .swift_noise import goes_with_speed, speeds
 
 # s, of the Gaussian over which noise is taken to last; and frames that tell enough: no more are asked
@@ -18,6 +18,8 @@ WIDTH, FRAMES = 0.2, 6.0
 GROWS = 2.0  # times in the square that second differences of motion are larger over two frames than over one
 STEP, NOISE = 6.0, 6.0  # variance of steps over two frames to that over one; of noise in either, in its own
 FAINT = {1: 0.3, 3: 0.05}  # degrees, and cm of markers: nobody is helped by following noise below that
+HALF = 0.5  # of a moment tells of all of it
+MUCH = 4.0  # times in the square
 ONE_MOMENT = 0.67  # deviation of the logarithm of a variance that is told by so short a moment of one channel
 STRAYS = 2.0  # such deviations that are not believed
 ALIKE = 0.3  # of what all channels share nothing is believed up to here, however many they are: motion shares as much
@@ -74,13 +76,30 @@ def loudness(measured: Floats, fps: float, together: int = 1, joints: Ints | Non
     shared = louder.sum(axis=1, keepdims=True) / (telling + FEW * channels)
     differ = np.square(louder).sum(axis=1, keepdims=True) / telling - np.square(shared)
     shared *= _kept(np.square(shared), ALIKE**2 + STRAYS**2 * np.maximum(differ, ONE_MOMENT**2) / telling)
-    own = np.where(tells, louder - shared, 0.0).reshape(frames, -1, together).mean(axis=2)
+    own = _of_those_that_tell(np.where(tells, louder - shared, 0.0), tells, together, width)
     by_chance = ONE_MOMENT**2 / (together * np.maximum(seen[:, ::together], _UNKNOWN))
     # a single moment is believed if it goes far; a channel that goes up and down throughout is, in all its moments
     moment = _kept(np.square(own), STRAYS**2 * by_chance)
     throughout = _kept(np.square(np.clip(own, -MOST, MOST)).mean(axis=0), by_chance.mean(axis=0))
     own *= _lasting(own, apart, width) * np.maximum(moment, throughout)
     return np.asarray(np.exp(0.5 * (swift + shared + own.repeat(together, axis=1))))
+
+
+def _of_those_that_tell(louder: Floats, tells: Bools, together: int, width: float) -> Floats:
+    """(T, N) mean of neighbouring columns (T, C) that tell; where none does, as those that do about that moment."""
+    counts = tells.reshape(len(louder), -1, together).sum(axis=2)
+    own = louder.reshape(len(louder), -1, together).sum(axis=2) / np.maximum(counts, 1)
+    told = _smooth((counts > 0).astype(np.float64), width)
+    return np.where(counts > 0, own, _smooth(own, width) / np.maximum(told, HALF))
+
+
+def without_floor(louder: Floats, level: Floats, together: int = 1) -> Floats:
+    """(T, C) how loud it is where the noise of each channel (C,) is `level`.
+
+    `loudness` (T, C) says it of noise and what is faint together, and is taken at its word where it says much.
+    """
+    faint = np.square(FAINT[together]) * np.maximum(np.square(louder) - MUCH, 0.0)
+    return np.asarray(np.sqrt(np.square(louder) + faint / np.square(level)))
 
 
 def _smooth(values: Floats, width: float) -> Floats:
