@@ -212,6 +212,14 @@ def test_the_rate_is_the_one_the_frame_time_is_rounded_from(tmp_path, spelled, f
     assert f"Frame Time: {spelled}\n" in (tmp_path / "again.bvh").read_text()
 
 
+@pytest.mark.parametrize(("spelled", "said"), [("8.33333", "or milliseconds, 120 Hz"), ("1.5", "nothing is captured")])
+def test_a_rate_of_no_capture_is_said(tmp_path, spelled, said):
+    motion = read_text(tmp_path, TEXT.replace("0.00833333", spelled))
+    assert motion.fps == pytest.approx(1.0 / float(spelled))
+    (guess,) = [guess for guess in motion.guesses if "Frame Time" in guess]
+    assert said in guess
+
+
 def test_a_given_rate_wins_and_says_so(tmp_path):
     motion = read_text(tmp_path, TEXT, fps=60.0)
     assert motion.fps == 60

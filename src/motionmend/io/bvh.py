@@ -21,6 +21,7 @@ from .text import LARGEST, Text, finite, open_text, shown
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "inch"), (0.0254 / 0.45, "inch / 0.45, as CMU's data"))
 RATES = (24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
 HALF = 0.3, 1.4  # m that a part of a person is tall
+SLOWEST = 1.0  # Hz of a capture
 NAMED = 4  # joints in one guess
 WRITTEN = 1 << 10  # frames that are text at a time
 LONGEST_HEADING = 1 << 12  # characters from MOTION to the frame time
@@ -145,8 +146,11 @@ def _stated(found: re.Match[str], text: str, path: Path) -> tuple[int, float, li
     if not frame_time > 0:
         raise FileError(f"{place}: wanted the frame time in seconds, came {shown(found[2])}; correct it")
     rate = _rate(found[2], frame_time)
-    exact = abs(rate * frame_time - 1) < 1e-9
-    return int(found[1]), rate, [] if exact else [f"Frame Time {found[2]}: took {rate:g} Hz"]
+    said = [] if abs(rate * frame_time - 1) < 1e-9 else [f"Frame Time {found[2]}: took {rate:g} Hz"]
+    if rate < SLOWEST:
+        meant = f", or milliseconds, {1000.0 / frame_time:.4g} Hz: say which with --fps" if frame_time > 1.0 else ""
+        said = [f"Frame Time {found[2]}: took {rate:.4g} Hz, at which nothing is captured{meant}"]
+    return int(found[1]), rate, said
 
 
 def _rate(spelled: str, frame_time: float) -> float:
