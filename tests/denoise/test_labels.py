@@ -6,10 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from motionmend.bodies.motion import Markers
-from motionmend.denoise import Denoiser
+from motionmend.bodies.motion import Markers, Origin
+from motionmend.denoise import Denoiser, repair_without_model
+from motionmend.denoise.channels import to_channels
 from motionmend.denoise.label_evidence import line_ends, line_weights, measure_continuity, pairwise
 from motionmend.denoise.labels import MarkerDistances, Swap, find_swaps, learn_distances, put_right
+from motionmend.denoise.layout import own_layout
+from motionmend.denoise.relabelling import swaps_told
 from motionmend.errors import MismatchError
 from motionmend.io import read
 from motionmend.samples import clip, markers
@@ -265,3 +268,32 @@ def test_another_person_s_proportions_are_not_taken_for_swapped_labels(data):
     found = Denoiser().fit(library).repair(part)
     assert any("may be swapped" in said for said in found.warnings)
     assert np.sqrt(np.nanmean(np.square(found.recording.positions - part.positions))) < 0.001
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "taught", "said"),
+    [(30, 60, False, "and are put right"), (0, 60, False, "nothing tells which"), (0, 60, True, "and are put right")],
+)
+def test_what_is_exchanged_to_an_end_is_said_to_be_a_choice_unless_a_library_made_it(first, last, taught, said):
+    names = ("a:LKNE", "a:RKNE", "a:HEAD")
+    recording = Markers(names, np.zeros((100, 3, 3)), 60.0)
+    channels = to_channels(recording, own_layout(recording))
+    (told,) = swaps_told((Swap((0, 1), first, last, 9.0, True),), recording, channels, taught=taught)
+    assert told.startswith(f"a:LKNE, a:RKNE: labels were swapped in frames {first} to {last}")
+    assert said in told
+    (told,) = swaps_told((Swap((0, 1), first, last, 1.0, False),), recording, channels, taught=taught)
+    assert "or in all others, and were not exchanged" in told
+
+
+def test_a_marker_of_which_little_is_left_is_named(data):
+    """It moves elsewhere for good in the first third of a walk: most of its samples are replaced."""
+    walk = _part(data, "cmu_02_01", 10)
+    positions = walk.positions.copy()
+    marker = walk.names.index("LTHI")
+    positions[113:, marker] += (0.3, 0.2, 0.0)
+    outcome = repair_without_model(walk.with_positions(positions))
+    replaced = (outcome.origin[:, marker] == Origin.REPAIRED).sum()
+    named = [said for said in outcome.warnings if said.startswith("much of what was measured")]
+    assert bool(named) == (replaced > walk.frames / 3)
+    assert not named or f"LTHI ({replaced} of {walk.frames})" in named[0]
+    assert not any("much of what" in said for said in repair_without_model(walk).warnings)

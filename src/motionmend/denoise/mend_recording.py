@@ -46,6 +46,7 @@ from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .unseen_frames import as_unsure_as_it_moves
 from .untaught import with_untaught
 
+HARDLY, FEWEST_REJECTED = 1 / 3, 10  # of a channel's samples, and how many, that are said to be replaced
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
@@ -108,7 +109,23 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     outcome = as_unsure_as_it_moves(outcome)
     if recording.frames < FEWEST_FRAMES:
         return as_recorded(recording, outcome)
-    return replace(outcome, warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin)))
+    return replace(
+        outcome,
+        warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin), *_hardly_believed(outcome)),
+    )
+
+
+def _hardly_believed(outcome: Repaired[Recording]) -> tuple[str, ...]:
+    """A sentence that names the channels of which little is left as it was measured; none where there are none."""
+    rejected = (outcome.origin == Origin.REPAIRED) & (outcome.weights == 0.0)
+    count, measured = rejected.sum(axis=0), (outcome.origin <= Origin.REPAIRED).sum(axis=0)
+    most = np.argsort(-count, kind="stable")
+    most = most[(count > HARDLY * measured)[most] & (count[most] >= FEWEST_REJECTED)]
+    if not len(most):
+        return ()
+    names = outcome.recording.channels
+    said = ", ".join(f"{names[c]} ({count[c]} of {measured[c]})" for c in most[:SAID])
+    return (f"much of what was measured is taken for wrong and replaced: {said}{', ...' if len(most) > SAID else ''}",)
 
 
 def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -191,7 +208,8 @@ def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None)
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
     origin = relabelled_origin(outcome.origin, channels, swaps)
-    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *swaps_told(swaps, known.layout)))
+    said = swaps_told(swaps, right, channels, taught=known.postures is not None)
+    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *said))
 
 
 def _with_labels(

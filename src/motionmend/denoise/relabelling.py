@@ -9,7 +9,6 @@ from ..bodies.motion import Markers, Origin
 from .channels import Channels
 from .label_evidence import MarkerDistances, learn_distances
 from .labels import Swap, find_swaps, put_right
-from .layout import Layout
 from .marker_library import MarkerLibrary
 
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
@@ -70,14 +69,30 @@ def relabelled_origin(origin: Bytes, channels: Channels, swaps: tuple[Swap, ...]
     return marked
 
 
-def swaps_told(swaps: tuple[Swap, ...], layout: Layout) -> tuple[str, ...]:
-    """A sentence for each swap."""
+def swaps_told(swaps: tuple[Swap, ...], recording: Markers, channels: Channels, *, taught: bool) -> tuple[str, ...]:
+    """A sentence for each swap.
+
+    Parameters
+    ----------
+    swaps : of the model's markers.
+    recording : whose names they go by.
+    channels : of it.
+    taught : whether a library's distances told which label is whose.
+    """
     said = []
     for swap in swaps:
-        names = ", ".join(layout.names[m] for m in swap.markers)
+        names = ", ".join(recording.names[column] for m in swap.markers if (column := channels.columns[m]) >= 0)
         where = f"frames {swap.first} to {swap.last}"
-        if swap.put_right:
-            said.append(f"{names}: labels were swapped in {where} and are put right")
+        lasts = swap.first == 0 or swap.last == recording.frames - 1
+        if not swap.put_right:
+            said.append(
+                f"{names}: labels may be swapped in {where}, or in all others, and were not exchanged; look at them"
+            )
+        elif lasts and not taught:
+            said.append(
+                f"{names}: labels were swapped in {where} against the rest and are exchanged there, so that the "
+                "recording agrees with itself; nothing tells which of the two is right"
+            )
         else:
-            said.append(f"{names}: labels may be swapped in {where} and were left; look at them")
+            said.append(f"{names}: labels were swapped in {where} and are put right")
     return tuple(said)
