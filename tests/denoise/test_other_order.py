@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.motion import Origin
 from motionmend.bodies.skeleton import ROTATION, positions
-from motionmend.denoise import Denoiser
+from motionmend.denoise import Denoiser, repair_without_model
 from motionmend.denoise.other_order import rewritten
 from motionmend.denoise.rotation_order import in_order, in_order_of, reordered
 from motionmend.errors import MismatchError
@@ -148,3 +148,20 @@ def test_clips_whose_axes_are_not_square_are_not_mixed():
     both[1] = _skewed(turned_otherwise(both[1], _joints(both[1], "lhumerus", "rfemur")))
     with pytest.raises(MismatchError, match="in this one others do so: rfemur, lhumerus;"):
         Denoiser(window=20, fps=30.0).fit(both)
+
+
+def test_a_library_of_another_pose_at_rest_is_not_asked_of_the_joints_that_rest_otherwise():
+    """Thighs at 0 degrees in the clips and at 150 here."""
+    clean = truth("walk")
+    skeleton = clean.skeleton
+    q = clean.q.copy()
+    q[:, [skeleton.dof_names.index(f"{side}femur.rx") for side in "lr"]] += np.radians(150.0)
+    other = clean.with_q(q)
+    bad = corrupt(other, noise=np.radians(2.0), outliers=0.05, seed=1).recording
+    outcome = joints_model().repair(bad)
+    assert any(said.startswith("lfemur, rfemur mostly lie more than 50 degrees beyond") for said in outcome.warnings)
+    alone = repair_without_model(bad)
+    rows = np.concatenate([skeleton.dofs_of(joint) for joint in _joints(clean, "lfemur", "rfemur")])
+    off = [np.sqrt(np.mean(np.square((one.recording.q - q)[:, rows]))) for one in (outcome, alone)]
+    assert off[0] < 1.2 * off[1]
+    assert not any("beyond all that" in said for said in joints_model().repair(clean).warnings)

@@ -187,7 +187,7 @@ class DenoiserModel:
     def _taught(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
         model, said = self._with_joints_as_in(recording)
         by_example = partial(model._by_example, method=method, robust=robust)
-        meant = partial(by_what_is_meant, by_example, names=model.layout.names)
+        meant = partial(by_what_is_meant, by_example, layout=model.layout, library=model.library)
         taught = partial(but_for_rest_pose, meant)
         outcome = but_for_lost_capture(taught, recording) if method == "adaptive" else taught(recording)
         return _warned(outcome, said)

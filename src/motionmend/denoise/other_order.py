@@ -1,54 +1,100 @@
-"""Joints that turn in another order than in the clips: what a library says of angles so called is of other angles."""
+"""Joints that turn in another order than in the clips, or rest in another pose: a library speaks of other angles."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..bodies.motion import Motion, Recording, Repaired
 from ..bodies.skeleton import ROTATION, turned_in_other_order
 from ..errors import MismatchError
-from .branches import FLIP, nearest_triple, steady_triple
-from .joints import middle
+from .branches import FLIP, nearest_triple, nearest_turn, steady_triple
+from .joints import DEGREES, middle, triples
 from .layout import Layout
 from .library import Library, mean_bends, typical_bends
 from .rotation_order import Reordered, few, in_order
 
-OTHERWISE = " (in another order)"
+OTHERWISE = " (of another kind)"
+FAR = 50.0  # degrees; postures of other people and motions lie up to 40 beyond what a library of walks shows
 
 
 def by_what_is_meant(
-    repair: Callable[[Recording], Repaired[Recording]], recording: Recording, names: Sequence[str]
+    repair: Callable[[Recording], Repaired[Recording]], recording: Recording, layout: Layout, library: Library
 ) -> Repaired[Recording]:
-    """Repair a recording by a library, but for joints that turn in another order than its clips': these it knows not.
+    """Repair a recording by a library, but for joints whose angles mean another thing in its clips: these it knows not.
+
+    They turn in another order there, or about axes that lie otherwise as the body rests.
 
     Parameters
     ----------
     repair : by the library; what it does not know by name it leaves to the recording itself.
     recording : motion or markers; markers have no order.
-    names : the library's channels, in the order of its clips.
+    layout, library : of the clips.
 
     Raises
     ------
     MismatchError
         Too few joints turn as in the clips, or what `repair` raises.
     """
-    if not isinstance(recording, Motion) or not len(joints := turned_in_other_order(recording.skeleton, names)):
+    if not isinstance(recording, Motion):
         return repair(recording)
-    skeleton = recording.skeleton
-    turned = few([skeleton.names[joint] for joint in joints])
-    said = (
-        f"{turned} turn in another order than in the library's clips, whose angles mean another thing and are not used "
-        "for them: a library of clips in this order, or this recording written in theirs, would help"
-    )
-    called = _called_otherwise(recording, set(joints.tolist()))
+    return _by_what_is_meant(repair, recording, *_meaning_another_thing(recording, layout, library))
+
+
+def _by_what_is_meant(
+    repair: Callable[[Motion], Repaired[Motion]], motion: Motion, joints: set[int], said: tuple[str, ...]
+) -> Repaired[Motion]:
+    """Repair a motion with other names for the angles of these joints, and say why."""
+    if not joints:
+        return repair(motion)
     try:
-        outcome: Repaired[Motion] = repair(called)
+        outcome = repair(_called_otherwise(motion, joints))
     except MismatchError as error:
-        raise MismatchError(f"{said} ({error})") from None
-    as_it_was = replace(outcome.recording, skeleton=skeleton)
-    return replace(outcome, recording=as_it_was, warnings=(said, *outcome.warnings))
+        raise MismatchError(f"{said[0]} ({error})") from None
+    as_it_was = replace(outcome.recording, skeleton=motion.skeleton)
+    return replace(outcome, recording=as_it_was, warnings=(*said, *outcome.warnings))
+
+
+def _meaning_another_thing(motion: Motion, layout: Layout, library: Library) -> tuple[set[int], tuple[str, ...]]:
+    """Joints whose angles do so, and a sentence for each kind of them."""
+    names, said = motion.skeleton.names, list[str]()
+    turned, apart = turned_in_other_order(motion.skeleton, layout.names), _nowhere_near(motion, layout, library)
+    if len(turned):
+        said.append(
+            f"{few([names[joint] for joint in turned])} turn in another order than in the library's clips, whose "
+            "angles mean another thing and are not used for them: a library of clips in this order, or this recording "
+            "written in theirs, would help"
+        )
+    if len(apart):
+        said.append(
+            f"{few([names[joint] for joint in apart])} mostly lie more than {FAR:.0f} degrees beyond all that the "
+            "library's clips do, as of another pose at rest: what it knows is not used for them"
+        )
+    return {*turned.tolist(), *apart.tolist()}, tuple(said)
+
+
+def _nowhere_near(motion: Motion, layout: Layout, library: Library) -> Ints:
+    """Joints but the root that are mostly more than `FAR` beyond what they do in any of a library's windows."""
+    skeleton, column_of = motion.skeleton, {name: column for column, name in enumerate(layout.names)}
+    least, most = (
+        library.exemplars.min(axis=(0, 1), initial=np.inf),
+        library.exemplars.max(axis=(0, 1), initial=-np.inf),
+    )
+    balls = {int(skeleton.dof_joint[rows[0]]) for rows in triples(skeleton)}
+    found = []
+    for joint in range(1, len(skeleton.names)):
+        rows = skeleton.dofs_of(joint)
+        rows = rows[skeleton.dof_kind[rows] == ROTATION]
+        columns = [column_of[name] for row in rows if (name := skeleton.dof_names[row]) in column_of]
+        if not len(rows) or len(columns) < len(rows):
+            continue
+        centre, nearest = layout.centre[columns], nearest_triple if joint in balls else nearest_turn
+        angles = nearest(motion.q[:, rows] * DEGREES, np.broadcast_to(centre, (motion.frames, len(rows))))
+        usual = np.array([np.median(one[np.isfinite(one)]) if np.isfinite(one).any() else np.nan for one in angles.T])
+        if (np.fmax(least[columns] - usual, usual - most[columns]) > FAR).any():
+            found.append(joint)
+    return np.array(found, dtype=np.int64)
 
 
 def rewritten(layout: Layout, library: Library, joints: Sequence[Reordered]) -> tuple[Layout, Library]:
