@@ -5,9 +5,11 @@ import pytest
 from performers import FPS, channels_of, f1, joints_model, mend, prior_of, rms, spoilt, truth
 
 from motionmend.bodies.motion import Origin
+from motionmend.denoise import repair_without_model
 from motionmend.denoise.adaptive import adapt
 from motionmend.denoise.local_prior import Prior
 from motionmend.denoise.mending import mend_channels
+from motionmend.samples import markers
 
 ACTIONS = ("walk", "reach")
 
@@ -229,3 +231,15 @@ def test_what_is_found_is_finite_and_of_the_recordings_shape():
     assert (found.noise > 0).all()
     assert ((found.rate > 0) & (found.rate < 1)).all()
     assert not (found.outlier & np.isnan(measured)).any()
+
+
+@pytest.mark.parametrize("noise", [0.5, 1.0, 2.0])
+def test_one_noisy_marker_among_quiet_ones_is_as_noisy_as_its_distances_say(noise):
+    """Five to twenty millimetres beside 0.3: it was drawn a fourth of the way to the others."""
+    clean = markers(truth("walk", seconds=8.0, fps=60.0))
+    rng = np.random.default_rng(3)
+    positions = clean.positions + 0.0003 * rng.standard_normal(clean.positions.shape)
+    marker = clean.names.index("LTHI")
+    positions[:, marker] += 0.01 * noise * rng.standard_normal((clean.frames, 3))
+    told = repair_without_model(clean.with_positions(positions)).noise[marker]
+    assert told == pytest.approx(0.01 * noise, rel=0.2)

@@ -198,7 +198,9 @@ def adapt(
         square = np.where(weight > 0, np.square(off / louder), 0.0).sum(axis=0)
         if together > 1:
             kept, tells = noise_by_distances(measured, present & ~outlier, louder)
-            kept = np.square(next_noise(np.sqrt(kept), ONE_DISTANCE * tells * kept, ONE_DISTANCE * tells))
+            # what moves fast keeps its distances: no motion is misread for noise by them
+            worth = ONE_DISTANCE * tells
+            kept = np.square(next_noise(np.sqrt(kept), worth * kept, worth, misread=0.0))
             square, freedom = square + tells * kept, freedom + tells
         level = next_noise(level, square, freedom)
         louder = without_floor(loud, level, together)

@@ -131,7 +131,7 @@ def alike_noise(measured: Floats) -> Floats:
     return level
 
 
-def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
+def next_noise(noise: Floats, square: Floats, freedom: Floats, misread: float = MISREAD) -> Floats:
     """Noise from the residuals of the samples believed; many channels of one recording are alike.
 
     Parameters
@@ -139,6 +139,7 @@ def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
     noise : (C,) last estimate.
     square : (C,) sum of squared residuals.
     freedom : (C,) samples less what the smoother took from them.
+    misread : logarithm of the noise by which two channels of a kind may differ all the same.
 
     Returns
     -------
@@ -147,16 +148,17 @@ def next_noise(noise: Floats, square: Floats, freedom: Floats) -> Floats:
     own = (square + _PRIOR_SAMPLES * np.square(noise)) / (freedom + _PRIOR_SAMPLES)
     level = 0.5 * np.log(np.maximum(own, LEAST_NOISE**2))
     doubt = 0.5 / np.maximum(freedom, 1e-3)
-    kin, common, apart = _kin(level, doubt)
+    kin, common, apart = _kin(level, doubt, misread)
     return np.asarray(np.exp(level + kin * (_drawn(level, doubt, common, apart) - level)))
 
 
-def _kin(level: Floats, doubt: Floats) -> tuple[Floats, Floats, float]:
+def _kin(level: Floats, doubt: Floats, misread: float) -> tuple[Floats, Floats, float]:
     """Which channels are alike, though they may be of several kinds: a limb that shakes is no kin of one that does not.
 
     Parameters
     ----------
     level, doubt : (C,) logarithm of the noise as each channel tells it, and the variance of that.
+    misread : logarithm by which it may be misread.
 
     Returns
     -------
@@ -174,11 +176,11 @@ def _kin(level: Floats, doubt: Floats) -> tuple[Floats, Floats, float]:
     square = np.square(level[:, None] - level)
     both = doubt[:, None] + doubt
     others = share * (1.0 - np.eye(len(level)))
-    like = others * _normal(square, both + 2.0 * (CHANNELS_ALIKE + MISREAD**2))
+    like = others * _normal(square, both + 2.0 * (CHANNELS_ALIKE + misread**2))
     apart = float((like * (square - both)).sum() / (2.0 * max(like.sum(), _NOTHING)))
     of_kind = like.sum(axis=1) / np.maximum(others.sum(axis=1), _NOTHING)
     alone = _normal(np.square(level - usual), doubt + KINDS**2) / len(level)
-    near = like + np.diag(share * _normal(np.zeros(len(level)), 2.0 * (doubt + CHANNELS_ALIKE + MISREAD**2)))
+    near = like + np.diag(share * _normal(np.zeros(len(level)), 2.0 * (doubt + CHANNELS_ALIKE + misread**2)))
     common = near @ level / np.maximum(near.sum(axis=1), _NOTHING)
     return of_kind / np.maximum(of_kind + alone, _NOTHING), common, _apart(apart)
 
