@@ -47,7 +47,7 @@ def reordered(skeleton: Skeleton, names: Sequence[str]) -> tuple[Reordered, ...]
         joint = int(skeleton.dof_joint[rows[0]]) if len(rows) else -1
         if joint in otherwise and all(name in place for name in own):
             axes = tuple(tuple(axis) for axis in skeleton.dof_axis[rows].tolist())
-            in_clips = tuple(sorted(range(3), key=lambda k, own=own: place[own[k]]))  # type: ignore[misc]
+            in_clips = tuple(np.argsort([place[name] for name in own]).tolist())
             found.append(Reordered(skeleton.names[joint], joint == 0, own, axes, in_clips))
     return tuple(found)
 
