@@ -8,6 +8,7 @@ from performers import clips, joints_model, truth
 
 from motionmend.denoise import Denoiser
 from motionmend.denoise.bare_names import called_barely
+from motionmend.denoise.model import DenoiserModel
 from motionmend.errors import MismatchError
 from motionmend.evaluate import corrupt
 
@@ -30,6 +31,12 @@ def test_clips_of_several_namespaces_teach_as_clips_of_none():
     model = Denoiser(window=20, fps=30.0).fit([_of(f"actor{k}", clip) for k, clip in enumerate(clips())])
     assert model.layout.names == joints_model().layout.names
     np.testing.assert_array_equal(model.bases.values, joints_model().bases.values)
+
+
+def test_a_model_saved_with_a_namespace_is_read_without():
+    arrays, header = joints_model().to_arrays()
+    header = header | {"names": [f"old:{name}" for name in header["names"]]}
+    assert DenoiserModel.from_arrays(arrays, header).layout.names == joints_model().layout.names
 
 
 def test_two_bodies_of_one_file_keep_their_namespaces():

@@ -91,12 +91,14 @@ def test_what_is_known_to_be_wrong_is_not_asked():
     assert not frozen_alone(spoilt, still).any()
 
 
-def test_a_long_recording_is_looked_through_in_parts(monkeypatch):
+@pytest.mark.parametrize(("first", "last"), [(420, 435), (330, 410), (320, 480)])
+def test_a_long_recording_is_looked_through_in_parts(monkeypatch, first, last):
+    """Whatever edge of a part the hold lies across."""
     clean = markers(truth("walk", seconds=20.0))
-    marker = _fastest(clean, 420)
-    spoilt, still = _holding(clean, marker, 420, 435)
+    spoilt, still = _holding(clean, _fastest(clean, last), first, last)
     monkeypatch.setattr("motionmend.denoise.frozen_alone.PIECE", 200)
-    np.testing.assert_array_equal(frozen_alone(spoilt, _nothing(clean)), still)
+    found = frozen_alone(spoilt, _nothing(clean))
+    np.testing.assert_array_equal(found, still)
 
 
 def test_clean_recordings_hold_none(data):

@@ -281,6 +281,12 @@ def test_what_is_exchanged_to_an_end_is_said_to_be_a_choice_unless_a_library_mad
     (told,) = swaps_told((Swap((0, 1), first, last, 9.0, True),), recording, channels, taught=taught)
     assert told.startswith(f"a:LKNE, a:RKNE: labels were swapped in frames {first} to {last}")
     assert said in told
+    unseen = recording.positions.copy()
+    unseen[max(last + 1, 1) :] = np.nan  # as good as an end
+    (told,) = swaps_told(
+        (Swap((0, 1), first, last, 9.0, True),), recording.with_positions(unseen), channels, taught=taught
+    )
+    assert ("nothing tells which" in told) == (not taught)
     (told,) = swaps_told((Swap((0, 1), first, last, 1.0, False),), recording, channels, taught=taught)
     assert "or in all others, and were not exchanged" in told
 

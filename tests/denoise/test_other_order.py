@@ -95,6 +95,15 @@ def test_a_library_in_another_order_does_as_well_as_one_in_the_recordings(gaps):
     assert np.isfinite(outcome.recording.q).all()
 
 
+@pytest.mark.parametrize("window", [3, 5, 10])
+def test_one_clip_and_a_short_window_are_enough(window):
+    clip = clips()[0]
+    model = Denoiser(window=window, fps=30.0).fit([clip])
+    clean = truth("walk")
+    outcome = model.repair(turned_otherwise(clean, _all_balls(clean)))
+    assert "these were written in the recording's order" in outcome.warnings[0]
+
+
 def test_the_rewritten_library_has_the_bends_of_clips_in_that_order():
     clean = truth("walk")
     joints = _all_balls(clean)

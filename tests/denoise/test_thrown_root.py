@@ -51,6 +51,16 @@ def test_single_frames_are_found_each_for_itself(fps):
     np.testing.assert_array_equal(thrown(clean.with_q(q)), off)
 
 
+@pytest.mark.parametrize("before", [1, 2, 3, 4])
+def test_a_gap_near_it_hides_it_not(before):
+    clean, bad, off = _thrown("walk", 60, 69, np.array([0.6, 0.0, 0.8]))
+    _, moves = root_rows(clean.skeleton)
+    q = bad.q.copy()
+    q[60 - before, moves] = np.nan
+    found = thrown(bad.with_q(q))
+    assert before == 1 or np.array_equal(found, off)
+
+
 @pytest.mark.parametrize("action", ACTIONS)
 @pytest.mark.parametrize("fps", [15.0, 30.0, 120.0])
 def test_nothing_is_found_in_what_people_do_nor_in_noise(action, fps):

@@ -81,8 +81,8 @@ class Survey:
         return Survey(groups, guesses)
 
     def alike(self) -> tuple[Alike, tuple[Path, ...], list[tuple[Path, Failure]]]:
-        """The clips that more than half of all go together with, which of them turn in another order than most, and why
-        each of the others does not.
+        """The clips that more than half of all go together with, which of them turn in another order than the largest
+        group, and why each of the others does not.
 
         Raises
         ------

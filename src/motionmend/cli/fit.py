@@ -113,8 +113,8 @@ def _told(failures: Iterable[tuple[Path, Failure]], working: Working) -> list[Fa
 
 
 def _of_another_order(clips: Sequence[Path]) -> tuple[str, ...]:
-    """What is said of clips whose joints turn in another order than those of most."""
+    """What is said of clips whose joints turn in another order than the others'."""
     if not clips:
         return ()
     those = str(clips[0]) if len(clips) == 1 else f"{len(clips)} clips, {clips[0]} first"
-    return (f"{those}: joints turn in another order than in most clips; their angles were written in that of most",)
+    return (f"{those}: joints turn in another order than in the other clips, in which their angles were written",)

@@ -25,7 +25,7 @@ def tracker(
     *clips: Files,
     out: Annotated[Path, Parameter(name=["-o", "--out"], help="The model to write; ends in .mend.")],
     images: Annotated[
-        int,
+        Whole,
         Parameter(help="Synthetic depth images the detector learns from; 0 learns none, then --start is needed."),
     ] = 2000,
     seed: Annotated[Whole, Parameter(help="Of those images.")] = 0,

@@ -1,6 +1,7 @@
 """Options that several commands share, each with its unit and its default in the help text."""
 
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
@@ -24,10 +25,9 @@ def check_rate(_type: object, value: float | None) -> None:
 def _whole(_type: object, tokens: Sequence[Token]) -> int:
     """A whole number; what has a point or an exponent is none and is not rounded."""
     given = tokens[0].value
-    try:
-        return int(given)
-    except ValueError:
-        raise ValueError(f'a whole number was wanted, came "{given}".') from None
+    if not re.fullmatch(r"[+-]?[0-9]+", given.strip()):
+        raise ValueError(f'a whole number was wanted, came "{given}".')
+    return int(given)
 
 
 Whole: TypeAlias = Annotated[int, Parameter(converter=_whole)]

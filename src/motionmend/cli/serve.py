@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from ..batch import one_blas_thread
 from ..errors import FileError, UsageError, counted
-from .options import Debug
+from .options import Debug, Whole
 from .output import say
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def serve(
         ),
     ] = 0.0,
     jobs: Annotated[
-        int | None,
+        Whole | None,
         Parameter(help="Processes that correct; 0: the server's own. The default is the number of cores, at most 4."),
     ] = None,
     origin: Annotated[

@@ -80,7 +80,7 @@ def cloud_channels(positions: Floats, fps: float, up: Floats, anchors: Anchors, 
     place, heading = fit_anchors(positions[:, anchors.indices], anchors.template, up)
     frame = travel(place, heading, fps, up)
     local = np.einsum("tji,tmj->tmi", frame.rotations(), positions - frame.place[:, None])
-    return CloudChannels(CENTIMETRES * local.reshape(len(positions), -1), frame, upright)
+    return CloudChannels(CENTIMETRES * local.reshape(len(positions), 3 * positions.shape[1]), frame, upright)
 
 
 def positions_of(channels: CloudChannels, repaired: Floats) -> Floats:

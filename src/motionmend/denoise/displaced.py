@@ -23,7 +23,7 @@ LEAST = 0.02  # m; no leap is shorter
 UNSEEN = 0.04  # m away from which a stretch between two gaps may be elsewhere, though no leap is seen
 GUIDES, FEWEST = 8, 3  # markers that tell where one is to be, and how many of them have to
 # guides whose distances are asked, quantiles of these at home and away, and m beyond
-NEAREST, USUAL, MOSTLY, SLACK = 4, (0.01, 0.99), (0.3, 0.7), 0.005
+NEAREST, USUAL, MOSTLY, SLACK = 4, (0.01, 0.99), (0.3, 0.7), 0.01
 LOOKED, LEARNED = 300, 800  # frames that tell which they are, and how
 ELSEWHERE = 3.0  # times as far from where they have it as usual
 LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home there
@@ -74,15 +74,15 @@ def _displaced(positions: Floats, fps: float) -> Bools:
     if not stretches:
         return found
     hidden: Bools = np.asarray(np.isnan(bridged).any(axis=2))
-    for marker, _, start, stop in stretches:
+    for marker, _, start, stop, _ in stretches:
         hidden[start:stop, marker] = True
     filled = fill_gaps(np.where(hidden[..., None], np.nan, bridged), fps)
     noise = np.fmax.reduce(np.where(hidden, np.nan, filled.std), axis=0)
     away = np.where(seen & filled.filled, np.square(positions - filled.values).sum(axis=2), np.nan)
     doubt = 3.0 * (np.square(filled.std) + np.square(noise))
-    for marker, guides, start, stop in stretches:
+    for marker, guides, start, stop, odd in stretches:
         here = start + np.flatnonzero(np.isfinite(away[start:stop, marker]))
-        if len(here) and hidden[start:stop, guides].mean() <= ALONE:
+        if odd and len(here) and hidden[start:stop, guides].mean() <= ALONE:
             found[here, marker] = away[here, marker].mean() > max(SURE**2 * doubt[here, marker].mean(), LEAST**2)
     for marker in np.flatnonzero(found.any(axis=0)).tolist():
         there = np.flatnonzero(np.isfinite(away[:, marker]) | (seen[:, marker] & ~found[:, marker]))
@@ -94,8 +94,9 @@ def _displaced(positions: Floats, fps: float) -> Bools:
     return found
 
 
-def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[int, Ints, int, int]]:
-    """Marker, its guides, start and stop of the stretches between leaps and long gaps that may be elsewhere."""
+def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[int, Ints, int, int, bool]]:
+    """Marker, its guides, start and stop of the stretches between leaps and long gaps that may be elsewhere, and
+    whether its distances there are odd, too: where they are not it is only no guide."""
     frames = len(seen)
     leaps = _leaps(bridged)
     leaping = leaps.any(axis=0) | _between_gaps(bridged)
@@ -117,8 +118,8 @@ def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[in
             if len(here) and stop - start <= LONGEST * frames and np.median(here) > limit:
                 nearest = positions[:, [marker, *guides[:NEAREST]]]
                 at_home: Bools = np.asarray(there & (away <= limit))
-                if not _at_usual_distances(nearest[start:stop], nearest[at_home]):
-                    found.append((marker, guides, start, stop))
+                odd = not _at_usual_distances(nearest[start:stop], nearest[at_home])
+                found.append((marker, guides, start, stop, odd))
     return found
 
 

@@ -54,7 +54,7 @@ class _Moments:
         )
 
 
-def fit_dynamics(clips: Sequence[Floats], fps: float) -> Dynamics:
+def fit_dynamics(clips: Sequence[Floats], fps: float, *, apart: bool = False) -> Dynamics:
     """Learn dynamics from clean clips.
 
     The autoregression is drawn towards constant velocity as strongly as predicts held-out clips best. Clips that are
@@ -64,6 +64,7 @@ def fit_dynamics(clips: Sequence[Floats], fps: float) -> Dynamics:
     ----------
     clips : each (T, C) at `fps`, in comparable units; a frame with a missing sample cuts a clip.
     fps : Hz.
+    apart : the clips are short windows of recordings, in their order: each is held out as a whole, with its neighbours.
 
     Raises
     ------
@@ -75,7 +76,7 @@ def fit_dynamics(clips: Sequence[Floats], fps: float) -> Dynamics:
     matrices are learned "from the same set of training data"; the form of the matrices is ours.
     """
     known = _moving(clips)
-    stretches = _folded([clip[:, known] for clip in clips])
+    stretches = _folded([clip[:, known] for clip in clips], apart)
     values = np.concatenate([s.values for s in stretches])
     mean = values.mean(axis=0)
     variance, directions = _principal(values - mean)
@@ -124,11 +125,12 @@ def _moving(clips: Sequence[Floats]) -> Bools:
     return np.asarray(moving)
 
 
-def _folded(clips: Sequence[Floats]) -> list[_Stretch]:
-    """Whole stretches of the clips, dealt to folds by recording; one recording alone is cut into folds over time."""
+def _folded(clips: Sequence[Floats], apart: bool = False) -> list[_Stretch]:
+    """Whole stretches of the clips, dealt to folds by recording, or each `apart`; one recording alone is cut into folds
+    over time."""
     recording, group = [0], 0
     for before, clip in pairwise(clips):
-        group += not _phases_of_one(before, clip)
+        group += apart or not _phases_of_one(before, clip)
         recording.append(group)
     frames = np.array([len(clip) for clip in clips], dtype=np.float64)
     by_recording = np.bincount(recording, weights=frames)

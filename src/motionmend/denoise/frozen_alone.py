@@ -61,11 +61,18 @@ def frozen_alone(markers: Markers, lost: Bools) -> Bools:
     ]
     if not held:
         return found
-    for own, seen in blocks(markers.frames, PIECE, round(BESIDE * markers.fps)):
-        inside = [one.since(seen.start) for one in held if one.start >= seen.start and one.stop < seen.stop]
-        if inside:
-            here = _left_behind(np.where(lost[seen, :, None], np.nan, markers.positions[seen]), inside)
-            found[own] = here[own.start - seen.start : own.stop - seen.start]
+    beside = round(BESIDE * markers.fps)
+    for own, seen in blocks(markers.frames, PIECE, beside):
+        begun = [one for one in held if own.start <= one.start < own.stop]
+        if not begun:
+            continue
+        part = slice(seen.start, min(markers.frames, max(seen.stop, *(one.stop + beside for one in begun))))
+        believed = np.isfinite(markers.positions[part]).all(axis=2) & ~lost[part]
+        for one in held:
+            believed[max(one.start - part.start, 0) : max(one.stop - part.start, 0), one.marker] = False
+        positions = np.where(lost[part, :, None], np.nan, markers.positions[part])
+        for one in _left_behind(positions, believed, [one.since(part.start) for one in begun]):
+            found[part.start + one.start : part.start + one.stop, one.marker] = True
     return found
 
 
@@ -76,15 +83,14 @@ def _leaping(values: Floats, step: float, fps: float) -> list[tuple[int, int]]:
     return list(zip(found.start[some].tolist(), found.stop[some].tolist(), strict=True))
 
 
-def _left_behind(positions: Floats, held: list[_Hold]) -> Bools:
-    """(T, M) of these samples those in which the marker is left behind by its guides."""
-    frames, markers = positions.shape[:2]
+def _left_behind(positions: Floats, believed: Bools, held: list[_Hold]) -> list[_Hold]:
+    """Of some holds in positions (T, M, 3) m those in which the marker is left behind by its guides.
+
+    Only what is believed (T, M) tells how it moves with them.
+    """
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
-    believed = seen.copy()
-    for one in held:
-        believed[one.start : one.stop, one.marker] = False
     places, about = steadiest_guides(np.where(believed[..., None], positions, np.nan))
-    found: Bools = np.zeros((frames, markers), dtype=np.bool_)
+    found = []
     for marker in sorted({one.marker for one in held} & set(about)):
         of_marker = [one for one in held if one.marker == marker]
         bridged = places[:, marker].copy()
@@ -96,5 +102,5 @@ def _left_behind(positions: Floats, held: list[_Hold]) -> Bools:
         for one in of_marker:
             behind = away[one.stop - 1]
             if behind > max(one.least, ELSEWHERE * usual) and away[one.stop] < CAUGHT_UP * behind:
-                found[one.start : one.stop, marker] = True
+                found.append(one)
     return found

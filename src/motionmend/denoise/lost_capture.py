@@ -7,11 +7,12 @@ import numpy as np
 
 from ..arrays import Bools, Floats, runs
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ..bodies.skeleton import ROTATION
 from .dropped import dropped
 from .frozen import frozen, held_ends
 from .frozen_alone import frozen_alone
 from .held import named, recorded_but_lost, without
-from .outcome import left_open
+from .outcome import LEFT_OPEN, left_open
 
 SAID = 6  # stretches that a warning names at most
 
@@ -57,10 +58,10 @@ def but_for_lost_capture(
             f"leap there and back: {named(recording, fallen)}"
         )
     outcome = recorded_but_lost(repair(without(recording, lost)), lost, said)
-    return _kept_where_open(outcome, recording, still) if isinstance(recording, Motion) else outcome
+    return _kept_where_open(outcome, recording, still, lost) if isinstance(recording, Motion) else outcome
 
 
-def _kept_where_open(outcome: Repaired[Motion], recording: Motion, still: Bools) -> Repaired[Motion]:
+def _kept_where_open(outcome: Repaired[Motion], recording: Motion, still: Bools, lost: Bools) -> Repaired[Motion]:
     """The repair with what was frozen as it was recorded where nothing else supports a value: a pose says more than
     none. It is as unsure as its channel strays in half the time."""
     open_ = still & (outcome.origin == Origin.LEFT_OPEN)
@@ -68,30 +69,34 @@ def _kept_where_open(outcome: Repaired[Motion], recording: Motion, still: Bools)
         return outcome
     q, origin, std = outcome.recording.q.copy(), outcome.origin.copy(), outcome.std.copy()
     q[open_], origin[open_] = recording.q[open_], Origin.MEASURED
-    moving = np.where(still, np.nan, recording.q)
+    moving, turns = np.where(lost, np.nan, recording.q), recording.skeleton.dof_kind == ROTATION
     for channel in np.flatnonzero(open_.any(axis=0)):
         for start, stop in runs(open_[:, channel]):
-            std[start:stop, channel] = _strays(moving[:, channel], (stop - start + 1) // 2)
+            std[start:stop, channel] = _strays(moving[:, channel], (stop - start + 1) // 2, bool(turns[channel]))
     said = (
-        f"of these {int(open_.sum())} were left as recorded, {_frames(open_)}: nothing near says where the motion was"
+        f"{int(open_.sum())} of the frozen samples were left as recorded, {_frames(open_)}: nothing near says where "
+        "the motion was"
     )
-    opened = left_open(outcome.origin)
-    kept = tuple(warning for warning in outcome.warnings if warning not in opened)
+    kept = tuple(warning for warning in outcome.warnings if not warning.endswith(LEFT_OPEN))
     return replace(
         outcome,
         recording=outcome.recording.with_q(q),
         origin=origin,
         std=std,
+        weights=np.where(open_, np.float32(1.0), outcome.weights),
         warnings=(*kept, said, *left_open(origin)),
     )
 
 
-def _strays(values: Floats, ahead: int) -> float:
-    """Root mean square by which values (T,) change in so many frames, or from their mean if none are so far apart."""
+def _strays(values: Floats, ahead: int, turns: bool) -> float:
+    """Root mean square by which values (T,) change in so many frames, or from their middle if none are so far apart;
+    angles (rad) the shorter way round."""
     changes = values[ahead:] - values[:-ahead]
+    if not np.isfinite(changes).any():
+        changes = values - np.nanmedian(values)
     changes = changes[np.isfinite(changes)]
-    if not len(changes):
-        changes = values[np.isfinite(values)] - np.nanmean(values)
+    if turns:
+        changes = (changes + np.pi) % (2.0 * np.pi) - np.pi
     return float(np.sqrt(np.square(changes).mean()))
 
 

@@ -36,7 +36,15 @@ from .own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_b
 from .own_jumps import channels_that_meet, own_jumps
 from .pieces import pieces
 from .poles import pole_crossings
-from .relabelling import but_for_throughout, relabelled, relabelled_origin, swaps_of, swaps_seen, swaps_told
+from .relabelling import (
+    but_for_throughout,
+    relabelled,
+    relabelled_origin,
+    swaps_of,
+    swaps_seen,
+    swaps_told,
+    tell_distances,
+)
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .slid import slides
 from .takes import repaired_in_takes
@@ -208,7 +216,7 @@ def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None)
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
     origin = relabelled_origin(outcome.origin, channels, swaps)
-    said = swaps_told(swaps, right, channels, taught=known.postures is not None)
+    said = swaps_told(swaps, right, channels, taught=tell_distances(known.postures))
     return replace(outcome, origin=origin, warnings=(*outcome.warnings, *said))
 
 

@@ -56,7 +56,10 @@ def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
     told = np.isfinite(quiet)
     if not told.any():  # a moment: what all channels say together has to do
         third = np.abs(np.diff(measured, n=3, axis=0)) / np.sqrt(20.0)
-        third = third[:, np.fmax.reduce(third, axis=0, initial=0.0) > _NOTHING]  # what never moves has no noise
+        moving = np.fmax.reduce(third, axis=0, initial=0.0) > _NOTHING
+        if np.isfinite(third).any() and not moving.any():
+            return np.full(measured.shape[1], LEAST_NOISE)
+        third = third[:, moving]  # what never moves has no noise
         quiet = _size_by((_QUIET,), third[np.isfinite(third)])
         return np.full(measured.shape[1], np.fmax(quiet[0], LEAST_NOISE) if np.isfinite(quiet[0]) else _UNTOLD)
     apart = loud[told] / np.maximum(quiet[told], _NOTHING)

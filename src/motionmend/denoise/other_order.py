@@ -81,6 +81,8 @@ def _nowhere_near(motion: Motion, layout: Layout, library: Library) -> Ints:
         library.exemplars.min(axis=(0, 1), initial=np.inf),
         library.exemplars.max(axis=(0, 1), initial=-np.inf),
     )
+    if not len(library.exemplars):
+        return np.zeros(0, dtype=np.int64)
     balls = {int(skeleton.dof_joint[rows[0]]) for rows in triples(skeleton)}
     found = []
     for joint in range(1, len(skeleton.names)):

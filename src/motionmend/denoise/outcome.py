@@ -18,6 +18,8 @@ from .pieces import pieces
 from .repair import ChannelRepair
 from .too_short import GUESS, GUESS_PLACE
 
+LEFT_OPEN = "left open: nothing near supports a value"
+
 
 def repaired_recording(
     recording: Recording,
@@ -80,7 +82,7 @@ def left_open(origin: Bytes) -> tuple[str, ...]:
     """The sentence that says how many samples (T, C) were left open; none where none was."""
     left = int((origin == Origin.LEFT_OPEN).sum())
     which = "1 missing sample was" if left == 1 else f"{left} missing samples were"
-    return (f"{which} left open: nothing near supports a value",) if left else ()
+    return (f"{which} {LEFT_OPEN}",) if left else ()
 
 
 def classic_outcome(

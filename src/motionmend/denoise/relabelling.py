@@ -18,10 +18,15 @@ FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 def swaps_seen(positions: Floats, fps: float, postures: MarkerLibrary | None) -> tuple[Swap, ...]:
     """Swaps in positions (T, M, 3) m at `fps` Hz, told by continuity and by distances of the library's postures."""
     reference: MarkerDistances | None = None
-    if postures is not None and len(postures.windows) >= FEWEST_POSTURES:
+    if postures is not None and tell_distances(postures):
         reference = learn_distances([postures.postures])
     found = find_swaps(positions, fps, reference=reference)
     return tuple(s for s in found if s.put_right or s.last - s.first + 1 >= LEAST_SWAP)
+
+
+def tell_distances(postures: MarkerLibrary | None) -> bool:
+    """Whether a library has postures enough to tell how far markers are apart."""
+    return postures is not None and len(postures.windows) >= FEWEST_POSTURES
 
 
 def swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
@@ -83,7 +88,8 @@ def swaps_told(swaps: tuple[Swap, ...], recording: Markers, channels: Channels, 
     for swap in swaps:
         names = ", ".join(recording.names[column] for m in swap.markers if (column := channels.columns[m]) >= 0)
         where = f"frames {swap.first} to {swap.last}"
-        lasts = swap.first == 0 or swap.last == recording.frames - 1
+        shown = np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
+        lasts = len(shown) > 0 and (swap.first <= shown[0] or shown[-1] <= swap.last)
         if not swap.put_right:
             said.append(
                 f"{names}: labels may be swapped in {where}, or in all others, and were not exchanged; look at them"

@@ -59,9 +59,11 @@ def _surprises(place: Floats) -> Floats:
     Neither of the two steps of who is away for one frame makes the other look usual.
     """
     steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
-    usual = np.median(sliding_window_view(steps, 2 * BESIDE + 1, axis=0), axis=2)
+    about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0)
+    told = np.isfinite(about).all(axis=1).sum(axis=1) > BESIDE
     surprise = np.zeros(len(place))
-    surprise[1:] = np.nan_to_num(np.linalg.norm(steps[BESIDE:-BESIDE] - usual, axis=1))
+    away = steps[BESIDE:-BESIDE][told] - np.nanmedian(about[told], axis=2)
+    surprise[1:][told] = np.nan_to_num(np.linalg.norm(away, axis=1))
     return surprise
 
 
