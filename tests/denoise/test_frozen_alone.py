@@ -85,6 +85,14 @@ def test_a_marker_at_rest_that_all_others_pass_is_left():
     assert not frozen_alone(clean.with_positions(still), _nothing(clean)).any()
 
 
+def test_a_marker_that_is_hardly_seen_else_tells_nothing():
+    clean = markers(truth("walk"))
+    spoilt, _ = _holding(clean, 3, 60, 75)
+    positions = spoilt.positions.copy()
+    positions[:57, 3] = positions[79:, 3] = np.nan
+    assert not frozen_alone(spoilt.with_positions(positions), _nothing(clean)).any()
+
+
 def test_what_is_known_to_be_wrong_is_not_asked():
     clean = markers(truth("walk"))
     spoilt, still = _holding(clean, _fastest(clean, 60), 60, 75)

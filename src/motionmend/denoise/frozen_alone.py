@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers
 from .displaced import BESIDE, ELSEWHERE, place_by_guides, steadiest_guides
+from .filling import LEAST_FRAMES
 from .frozen import LEAPS, ROUNDED, parts_of, repeats
 from .joints import CENTIMETRES
 from .pieces import PIECE, blocks
@@ -91,7 +92,8 @@ def _left_behind(positions: Floats, believed: Bools, held: list[_Hold]) -> list[
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
     places, about = steadiest_guides(np.where(believed[..., None], positions, np.nan))
     found = []
-    for marker in sorted({one.marker for one in held} & set(about)):
+    told = set(np.flatnonzero(believed.sum(axis=0) >= LEAST_FRAMES).tolist())
+    for marker in sorted({one.marker for one in held} & set(about) & told):
         of_marker = [one for one in held if one.marker == marker]
         bridged = places[:, marker].copy()
         places[seen[:, marker], marker] = positions[seen[:, marker], marker]
