@@ -60,10 +60,12 @@ def _surprises(place: Floats) -> Floats:
     """
     steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
     about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0)
-    told = np.isfinite(about).all(axis=1).sum(axis=1) > BESIDE
+    count = np.isfinite(about).all(axis=1).sum(axis=1)
+    usual = np.full((len(place) - 1, 3), np.nan)
+    whole, some = count == 2 * BESIDE + 1, (count > BESIDE) & (count <= 2 * BESIDE)
+    usual[whole], usual[some] = np.median(about[whole], axis=2), np.nanmedian(about[some], axis=2)
     surprise = np.zeros(len(place))
-    away = steps[BESIDE:-BESIDE][told] - np.nanmedian(about[told], axis=2)
-    surprise[1:][told] = np.nan_to_num(np.linalg.norm(away, axis=1))
+    surprise[1:] = np.nan_to_num(np.linalg.norm(steps[BESIDE:-BESIDE] - usual, axis=1))
     return surprise
 
 
