@@ -117,4 +117,4 @@ def _of_another_order(clips: Sequence[Path]) -> tuple[str, ...]:
     if not clips:
         return ()
     those = str(clips[0]) if len(clips) == 1 else f"{len(clips)} clips, {clips[0]} first"
-    return (f"{those}: joints turn in another order than in the other clips, in which their angles were written",)
+    return (f"{those}: joints turn in another order than in the other clips; their angles were written in that",)

@@ -6,6 +6,8 @@ of the time. Those that are elsewhere are hidden, filled from the markers about 
 filling comes out where they were.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.ndimage import binary_opening
 
@@ -74,15 +76,15 @@ def _displaced(positions: Floats, fps: float) -> Bools:
     if not stretches:
         return found
     hidden: Bools = np.asarray(np.isnan(bridged).any(axis=2))
-    for marker, _, start, stop, _ in stretches:
-        hidden[start:stop, marker] = True
+    for one in stretches:
+        hidden[one.start : one.stop, one.marker] = True
     filled = fill_gaps(np.where(hidden[..., None], np.nan, bridged), fps)
     noise = np.fmax.reduce(np.where(hidden, np.nan, filled.std), axis=0)
     away = np.where(seen & filled.filled, np.square(positions - filled.values).sum(axis=2), np.nan)
     doubt = 3.0 * (np.square(filled.std) + np.square(noise))
-    for marker, guides, start, stop, odd in stretches:
-        here = start + np.flatnonzero(np.isfinite(away[start:stop, marker]))
-        if odd and len(here) and hidden[start:stop, guides].mean() <= ALONE:
+    for one in stretches:
+        marker, here = one.marker, one.start + np.flatnonzero(np.isfinite(away[one.start : one.stop, one.marker]))
+        if one.odd and len(here) and hidden[one.start : one.stop, one.guides].mean() <= ALONE:
             found[here, marker] = away[here, marker].mean() > max(SURE**2 * doubt[here, marker].mean(), LEAST**2)
     for marker in np.flatnonzero(found.any(axis=0)).tolist():
         there = np.flatnonzero(np.isfinite(away[:, marker]) | (seen[:, marker] & ~found[:, marker]))
@@ -94,9 +96,25 @@ def _displaced(positions: Floats, fps: float) -> Bools:
     return found
 
 
-def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[int, Ints, int, int, bool]]:
-    """Marker, its guides, start and stop of the stretches between leaps and long gaps that may be elsewhere, and
-    whether its distances there are odd, too: where they are not it is only no guide."""
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """Frames of a marker, from `start` to before `stop`, between leaps and long gaps.
+
+    Attributes
+    ----------
+    guides : (G,) the markers that tell where it is to be.
+    odd : whether its distances to the nearest of them are so, too: where they are not it is only no guide.
+    """
+
+    marker: int
+    guides: Ints
+    start: int
+    stop: int
+    odd: bool
+
+
+def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[_Stretch]:
+    """The stretches that may be elsewhere."""
     frames = len(seen)
     leaps = _leaps(bridged)
     leaping = leaps.any(axis=0) | _between_gaps(bridged)
@@ -119,7 +137,7 @@ def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[tuple[in
                 nearest = positions[:, [marker, *guides[:NEAREST]]]
                 at_home: Bools = np.asarray(there & (away <= limit))
                 odd = not _at_usual_distances(nearest[start:stop], nearest[at_home])
-                found.append((marker, guides, start, stop, odd))
+                found.append(_Stretch(marker, guides, start, stop, odd))
     return found
 
 

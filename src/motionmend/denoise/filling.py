@@ -86,8 +86,9 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
     with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
         work = _work(positions, seen, fps, library)
         for marker in np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0)):
+            longest = _longest(work, int(marker))
             for start, stop in runs(~seen[:, marker]):
-                if stop - start <= _longest(work, int(marker)):
+                if stop - start <= longest:
                     _fill_gap(work, int(marker), start, stop)
         _calibrate(work)
         work.places, work.std = hedged(work.places, work.std, positions)

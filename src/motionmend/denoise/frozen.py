@@ -132,7 +132,14 @@ def parts_of(recording: Motion | Markers) -> Iterator[tuple[Ints, Floats, float]
 
 
 def repeats(values: Floats, coarse: float, fps: float) -> Repeats:
-    """Runs of steps in which values (T, N) repeat, none at either end: it may be a pose before or after the motion."""
+    """Runs of steps in which a part repeats, none at either end: it may be a pose before or after the motion.
+
+    Parameters
+    ----------
+    values : (T, N) degrees or cm, NaN = missing.
+    coarse : step of their digits, in the same unit.
+    fps : Hz.
+    """
     steps = np.diff(values, axis=0)
     same, far = (steps == 0.0).all(axis=1), np.sqrt(np.square(steps).sum(axis=1))
     moving = np.isfinite(far) & ~same

@@ -72,7 +72,7 @@ class Sketch:
             raise MismatchError("a model learns from motions or from markers, came both: fit two models")
         lacking, new = set(self.names) - set(other.names), set(other.names) - set(self.names)
         if lacking or new:
-            found = [f"{word} {_few(sorted(names))}" for word, names in (("lacks", lacking), ("adds", new)) if names]
+            found = [f"{word} {few(sorted(names))}" for word, names in (("lacks", lacking), ("adds", new)) if names]
             raise MismatchError(
                 f"all clips need the same channels, this one {' and '.join(found)}: "
                 "fit clips of one skeleton or marker set"
@@ -186,10 +186,6 @@ def names_of(recording: Motion | Markers) -> tuple[str, ...]:
     # a name that two subjects of one file share is told apart by the subject, and a repeated one by its number
     told = [b if often[b] == 1 else n.strip().upper() for b, n in zip(bare, recording.names, strict=True)]
     return tuple(n if told[:i].count(n) == 0 else f"{n} {told[:i].count(n) + 1}" for i, n in enumerate(told))
-
-
-def _few(names: list[str]) -> str:
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
 def _frames(values: Floats, number: int, size: int, frame: Callable[[int], Floats]) -> Sample[Floats]:

@@ -216,7 +216,8 @@ def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None)
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
     origin = relabelled_origin(outcome.origin, channels, swaps)
-    said = swaps_told(swaps, right, channels, taught=tell_distances(known.postures))
+    taught = known.postures is not None and tell_distances(known.postures)
+    said = swaps_told(swaps, right, channels, taught=taught)
     return replace(outcome, origin=origin, warnings=(*outcome.warnings, *said))
 
 

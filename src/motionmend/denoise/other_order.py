@@ -77,12 +77,9 @@ def _meaning_another_thing(motion: Motion, layout: Layout, library: Library) -> 
 def _nowhere_near(motion: Motion, layout: Layout, library: Library) -> Ints:
     """Joints but the root that are mostly more than `FAR` beyond what they do in any of a library's windows."""
     skeleton, column_of = motion.skeleton, {name: column for column, name in enumerate(layout.names)}
-    least, most = (
-        library.exemplars.min(axis=(0, 1), initial=np.inf),
-        library.exemplars.max(axis=(0, 1), initial=-np.inf),
-    )
     if not len(library.exemplars):
         return np.zeros(0, dtype=np.int64)
+    least, most = library.exemplars.min(axis=(0, 1)), library.exemplars.max(axis=(0, 1))
     balls = {int(skeleton.dof_joint[rows[0]]) for rows in triples(skeleton)}
     found = []
     for joint in range(1, len(skeleton.names)):
@@ -104,6 +101,11 @@ def rewritten(layout: Layout, library: Library, joints: Sequence[Reordered]) -> 
 
     How sharply the rewritten angles bend is read off the exemplars; from rate to rate the three of a joint change
     together, by as much as all three of them did in the clips.
+
+    Parameters
+    ----------
+    layout, library : of joint angles, degrees and cm.
+    joints : `reordered` by the layout's names.
     """
     names, centre = list(layout.names), layout.centre.copy()
     windows = library.exemplars.astype(np.float64)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Bytes, Floats
+from ..arrays import Bytes, Floats, Ints
 from ..bodies.motion import Markers, Origin
 from .channels import Channels
 from .label_evidence import MarkerDistances, learn_distances
@@ -24,9 +24,9 @@ def swaps_seen(positions: Floats, fps: float, postures: MarkerLibrary | None) ->
     return tuple(s for s in found if s.put_right or s.last - s.first + 1 >= LEAST_SWAP)
 
 
-def tell_distances(postures: MarkerLibrary | None) -> bool:
+def tell_distances(postures: MarkerLibrary) -> bool:
     """Whether a library has postures enough to tell how far markers are apart."""
-    return postures is not None and len(postures.windows) >= FEWEST_POSTURES
+    return len(postures.windows) >= FEWEST_POSTURES
 
 
 def swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
@@ -42,10 +42,15 @@ def but_for_throughout(swaps: tuple[Swap, ...], recording: Markers, channels: Ch
     """The same, but what is swapped in every frame that shows one of the markers is only declared."""
 
     def throughout(swap: Swap) -> bool:
-        shown = np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
+        shown = _shown(swap, recording, channels)
         return bool(len(shown)) and swap.first <= shown[0] and shown[-1] <= swap.last
 
     return tuple(replace(swap, put_right=swap.put_right and not throughout(swap)) for swap in swaps)
+
+
+def _shown(swap: Swap, recording: Markers, channels: Channels) -> Ints:
+    """Frames that show one of the swap's markers."""
+    return np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
 
 
 def relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...]) -> Markers:
@@ -88,7 +93,7 @@ def swaps_told(swaps: tuple[Swap, ...], recording: Markers, channels: Channels, 
     for swap in swaps:
         names = ", ".join(recording.names[column] for m in swap.markers if (column := channels.columns[m]) >= 0)
         where = f"frames {swap.first} to {swap.last}"
-        shown = np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
+        shown = _shown(swap, recording, channels)
         lasts = len(shown) > 0 and (swap.first <= shown[0] or shown[-1] <= swap.last)
         if not swap.put_right:
             said.append(

@@ -11,7 +11,7 @@ from ..bodies.motion import Motion
 from ..bodies.skeleton import Skeleton, turned_in_other_order
 from .joints import DEGREES, root_rows, triples
 
-NAMED = 4  # joints in a sentence
+NAMED = 4  # joints or channels in a sentence
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,13 @@ class Reordered:
 
 
 def reordered(skeleton: Skeleton, names: Sequence[str]) -> tuple[Reordered, ...]:
-    """The joints of a recording's skeleton that are so, told by the names of the clips' channels, in their order."""
+    """The joints that are so.
+
+    Parameters
+    ----------
+    skeleton : of a recording.
+    names : of the clips' channels, in their order.
+    """
     turns, _ = root_rows(skeleton)
     otherwise = set(turned_in_other_order(skeleton, names).tolist())
     place = {name: k for k, name in enumerate(names)}
@@ -75,8 +81,17 @@ def in_order(angles: Floats, axes: Floats, wanted: Floats) -> Floats:
 
 
 def in_order_of(motion: Motion, names: Sequence[str]) -> Motion:
-    """The motion with its `reordered` joints turning in the order of these names; which of the angles that mean the
-    same rotation are taken changes from frame to frame."""
+    """The motion with its `reordered` joints turning in another order.
+
+    Parameters
+    ----------
+    motion : q in rad; where one of a joint's three is missing all three are then.
+    names : channels in that order.
+
+    Returns
+    -------
+    The same rotations. Which of the angles that mean them are taken may change from frame to frame.
+    """
     joints = reordered(motion.skeleton, names)
     if not joints:
         return motion
@@ -93,6 +108,6 @@ def in_order_of(motion: Motion, names: Sequence[str]) -> Motion:
     return replace(motion, skeleton=turned, q=q)
 
 
-def few(joints: Sequence[str]) -> str:
-    """Names of joints for a sentence, the first few of them."""
-    return ", ".join(joints[:NAMED]) + (", ..." if len(joints) > NAMED else "")
+def few(names: Sequence[str]) -> str:
+    """Names for a sentence: the first few, and how many more there are."""
+    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
