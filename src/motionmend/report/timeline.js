@@ -99,11 +99,11 @@ function createTimeline(root, app) {
     listed = more.checked ? recording.channels.map((_, c) => c) : touched;
     find("rows-note").textContent = listed.length ? "" : recording.repaired ? "Every sample was measured." : "No sample is missing.";
     canvases.rows.parentElement.hidden = !listed.length;
-    const context = sheet(canvases.rows, Math.max(1, listed.length * ROW));
+    const context = sheet(canvases.rows, Math.max(1, listed.length * ROW)), brief = briefly(recording.channels);
     listed.forEach((c, i) => {
       const top = i * ROW + 1, tall = ROW - 2, strip = { state: -1, from: 0 };
       const chosen = recording.channels[c] === app.channel;
-      label(context, recording.channels[c], top + tall / 2, chosen);
+      label(context, brief[c], top + tall / 2, chosen);
       const paint = (end) => {
         if (strip.state < 0) return;
         context.fillStyle = strip.state === LEFT_OPEN ? app.theme.hatch(context) : app.theme.states[strip.state];
@@ -121,6 +121,13 @@ function createTimeline(root, app) {
         context.strokeRect(gutter - 0.5, top - 0.5, end + 1, tall + 1);
       }
     });
+  }
+
+  // Names tell rows apart without the namespace that all of them have, and by an axis and three letters.
+  function briefly(names) {
+    const first = names[0] ?? "", space = first.slice(0, first.lastIndexOf(":") + 1);
+    const shared = names.every((name) => name.startsWith(space)) ? space.length : 0;
+    return names.map((name) => name.slice(shared).replace(/\.([XYZ])(rot|pos)(ation|ition)$/i, ".$1$2"));
   }
 
   function label(context, text, middle, chosen) {
