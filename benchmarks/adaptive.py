@@ -10,7 +10,7 @@ from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from motionmend.bodies.motion import Motion
 from motionmend.denoise import Denoiser, DenoiserModel
-from motionmend.denoise.classic import CUT_OFF
+from motionmend.denoise.rivals.classic import CUT_OFF
 from motionmend.kernels.banded import walk_certainty
 from motionmend.kernels.search import RECENT, likeliest_history
 

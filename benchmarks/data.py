@@ -11,8 +11,8 @@ from threadpoolctl import threadpool_limits
 from motionmend.arrays import Floats
 from motionmend.bodies.motion import Markers, Motion
 from motionmend.bodies.skeleton import ROTATION, TRANSLATION, Skeleton, positions
-from motionmend.denoise.channels import to_channels
-from motionmend.denoise.layout import Layout, learn_layout
+from motionmend.denoise.channels.layout import Layout, learn_layout
+from motionmend.denoise.channels.recording import to_channels
 from motionmend.evaluate import corrupt
 from motionmend.io import read
 from motionmend.numerics.ssa import Eigenbases, eigenbases, lag_covariance

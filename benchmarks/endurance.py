@@ -16,7 +16,7 @@ from motionmend import samples
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.evaluate.scenes import performed, view
-from motionmend.track.hindsight import Moment, moment, revised
+from motionmend.track.hindsight.backwards import Moment, moment, revised
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step

@@ -12,10 +12,10 @@ from motionmend.bodies.surface import intrinsics, render
 from motionmend.evaluate.scenes import behind, room, view
 from motionmend.evaluate.sensor import sensed
 from motionmend.kernels import regions, scene
-from motionmend.track.fineness import evened
-from motionmend.track.foreground import empty_scene
-from motionmend.track.person import person_of
-from motionmend.track.room import NOISE_NEAR, NOISE_STEEP, Scene
+from motionmend.track.person.fineness import evened
+from motionmend.track.person.foreground import empty_scene
+from motionmend.track.person.pixels import person_of
+from motionmend.track.person.room import NOISE_NEAR, NOISE_STEEP, Scene
 
 from .metric import Metric
 from .timing import Plan, race, ratio

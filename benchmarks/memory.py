@@ -130,7 +130,7 @@ def _lag_plain(given: Mapping[str, Floats]) -> Callable[[], object]:
 
 
 def _repair(given: Mapping[str, Floats]) -> Callable[[], object]:
-    from motionmend.denoise.repair import repair_channels
+    from motionmend.denoise.bases.repair import repair_channels
 
     from .data import FPS
 
@@ -139,7 +139,7 @@ def _repair(given: Mapping[str, Floats]) -> Callable[[], object]:
 
 
 def _repair_plain(given: Mapping[str, Floats]) -> Callable[[], object]:
-    from motionmend.denoise.repair import interpolated
+    from motionmend.denoise.bases.repair import interpolated
 
     from .twins import alternate
 

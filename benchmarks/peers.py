@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from motionmend.arrays import Floats
-from motionmend.denoise.classic import CUT_OFF, FILTERS
+from motionmend.denoise.rivals.classic import CUT_OFF, FILTERS
 
 from . import data
 from .metric import Metric

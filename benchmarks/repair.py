@@ -9,8 +9,8 @@ import numpy as np
 from motionmend.arrays import Floats
 from motionmend.bodies.motion import Motion
 from motionmend.denoise import Denoiser, DenoiserModel
-from motionmend.denoise.optimise import PRIOR_WEIGHT, SCALE, Fit, fit_windows, window_starts
-from motionmend.denoise.repair import interpolated, repair_channels
+from motionmend.denoise.bases.optimise import PRIOR_WEIGHT, SCALE, Fit, fit_windows, window_starts
+from motionmend.denoise.bases.repair import interpolated, repair_channels
 from motionmend.kernels.lagged import BLOCK_BYTES, overlap_add, project
 from motionmend.numerics.robust import ESTIMATORS
 from motionmend.numerics.ssa import Eigenbases

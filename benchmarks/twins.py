@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from motionmend.arrays import Floats, Ints
 from motionmend.bodies.skeleton import ROTATION, Skeleton
-from motionmend.denoise.optimise import PRIOR_WEIGHT, SCALE
+from motionmend.denoise.bases.optimise import PRIOR_WEIGHT, SCALE
 from motionmend.numerics.robust import ESTIMATORS
 from motionmend.numerics.ssa import Eigenbases
 

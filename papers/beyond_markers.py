@@ -11,8 +11,8 @@ import numpy as np
 
 import motionmend as mm
 from motionmend.arrays import Bools, Floats
-from motionmend.denoise.channels import from_channels, to_channels
-from motionmend.denoise.gaps import fill_kalman_lowdim
+from motionmend.denoise.channels.recording import from_channels, to_channels
+from motionmend.denoise.rivals.marker_gaps import fill_kalman_lowdim
 
 from .beyond_common import geometric_mean, in_parallel
 from .beyond_ridge import fill_by_ridge

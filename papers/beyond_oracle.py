@@ -8,9 +8,9 @@ import numpy as np
 import motionmend as mm
 from motionmend.arrays import Bools, Floats
 from motionmend.bodies.skeleton import ROTATION
-from motionmend.denoise.channels import Channels, to_channels
-from motionmend.denoise.joints import root_rows, triples
-from motionmend.denoise.layout import Layout
+from motionmend.denoise.channels.joints import root_rows, triples
+from motionmend.denoise.channels.layout import Layout
+from motionmend.denoise.channels.recording import Channels, to_channels
 from motionmend.numerics.smoother import StateSpace, kalman_smoother
 from motionmend.numerics.walk import fit_random_walk, smooth_random_walk
 

@@ -7,9 +7,9 @@ import numpy as np
 
 import motionmend as mm
 from motionmend.arrays import Bools, Floats, Ints
-from motionmend.denoise.channels import Channels, from_channels, to_channels
-from motionmend.denoise.cloud import CloudChannels
-from motionmend.denoise.layout import Layout
+from motionmend.denoise.channels.cloud import CloudChannels
+from motionmend.denoise.channels.layout import Layout
+from motionmend.denoise.channels.recording import Channels, from_channels, to_channels
 
 Guess = Callable[[Floats], Floats]
 

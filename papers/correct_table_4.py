@@ -14,7 +14,7 @@ from motionmend.arrays import Ints
 from motionmend.bodies.joint_sets import TRACKER16
 from motionmend.bodies.postures import INFERRED, NOT_TRACKED, TRACKED, Postures
 from motionmend.correct import Corrector, Pair
-from motionmend.track.detect import detect
+from motionmend.track.detect.joints import detect
 from motionmend.track.model import TrackerModel
 
 from .common import Findings, Table, motion, reduced

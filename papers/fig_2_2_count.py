@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from motionmend.arrays import Bools, Floats
-from motionmend.denoise.layout import learn_layout
-from motionmend.denoise.learning import at_rate, examples
+from motionmend.denoise.channels.layout import learn_layout
+from motionmend.denoise.library.learning import at_rate, examples
 from motionmend.numerics.ssa import Eigenbases, eigenbases, lag_covariance, sum_covariances, whole_stretches
 from motionmend.report.figures import lines_figure
 

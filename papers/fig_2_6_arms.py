@@ -12,7 +12,7 @@ import numpy as np
 import motionmend as mm
 from motionmend.arrays import Bools, Ints
 from motionmend.bodies.skeleton import positions
-from motionmend.denoise.channels import from_channels, to_channels
+from motionmend.denoise.channels.recording import from_channels, to_channels
 from motionmend.report.edges import rigid_edges
 from motionmend.report.figures import skeleton_figure
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motionmend.denoise.channels import to_channels
-from motionmend.denoise.layout import learn_layout
+from motionmend.denoise.channels.layout import learn_layout
+from motionmend.denoise.channels.recording import to_channels
 from motionmend.numerics.ssa import eigenbases, lag_covariance, sum_covariances
 
 from .common import SPLITS, Findings, body, model_of, motions, reduced

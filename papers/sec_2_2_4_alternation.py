@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from motionmend.arrays import Floats
-from motionmend.denoise.channels import to_channels
-from motionmend.denoise.optimise import PRIOR_WEIGHT, SCALE, TOLERANCE, fit_windows, window_starts
-from motionmend.denoise.repair import interpolated
+from motionmend.denoise.bases.optimise import PRIOR_WEIGHT, SCALE, TOLERANCE, fit_windows, window_starts
+from motionmend.denoise.bases.repair import interpolated
+from motionmend.denoise.channels.recording import to_channels
 from motionmend.kernels.lagged import coverage, overlap_add, project
 from motionmend.numerics.robust import ESTIMATORS
 from motionmend.numerics.ssa import Eigenbases

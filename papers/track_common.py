@@ -19,13 +19,13 @@ from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.evaluate.scenes import Plane, View, behind, performed, room, strange, view
 from motionmend.evaluate.sensor import sensed
 from motionmend.evaluate.strangers import stranger
-from motionmend.track.furniture import is_furniture, room_behind
-from motionmend.track.hindsight import moment, revised
+from motionmend.track.hindsight.backwards import moment, revised
+from motionmend.track.hindsight.smoothing import smoothed
 from motionmend.track.model import TrackerModel
-from motionmend.track.room import Scene
+from motionmend.track.person.room import Scene
+from motionmend.track.person.standing import looked_at, with_furniture
 from motionmend.track.settings import TrackSettings
-from motionmend.track.smoothing import smoothed
-from motionmend.track.standing import looked_at, with_furniture
+from motionmend.track.starting.furniture import is_furniture, room_behind
 from motionmend.track.tracker import Estimate, TrackState, start, step
 
 from .common import FPS, motion, reduced

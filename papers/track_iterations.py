@@ -9,11 +9,11 @@ from motionmend.arrays import Floats, Singles
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import DOFS, Pose, advance, landmarks
 from motionmend.report.figures import lines_figure
-from motionmend.track.evidence import evidence_of
+from motionmend.track.frame.evidence import evidence_of
+from motionmend.track.frame.observation import Observation
 from motionmend.track.model import TrackerModel
-from motionmend.track.observation import Observation
 from motionmend.track.settings import TrackSettings, settings_of
-from motionmend.track.solve import solve_pose
+from motionmend.track.terms.solve import solve_pose
 from motionmend.track.tracker import TrackState, terms_of
 
 from .common import Findings

@@ -18,14 +18,14 @@ from motionmend.evaluate.sensor import sensed
 from motionmend.io.depth import read_depth
 from motionmend.kernels import match
 from motionmend.numerics.local_pca import local_pca
-from motionmend.track.evidence import edges_of, evidence_of
-from motionmend.track.foreground import find_person
-from motionmend.track.observation import Observation
-from motionmend.track.prior_term import prior_term
-from motionmend.track.room import scene_of
+from motionmend.track.frame.evidence import edges_of, evidence_of
+from motionmend.track.frame.observation import Observation
+from motionmend.track.person.foreground import find_person
+from motionmend.track.person.room import scene_of
 from motionmend.track.settings import settings_of
-from motionmend.track.surface_term import SurfaceTerm
-from motionmend.track.view import Sums, view_of
+from motionmend.track.terms.prior import prior_term
+from motionmend.track.terms.surface import SurfaceTerm
+from motionmend.track.terms.view import Sums, view_of
 
 from .common import Findings
 from .track_common import ABOUT, DANCE, DOZEN, Stage, library, stage

@@ -13,9 +13,9 @@ from motionmend.bodies.surface import render
 from motionmend.evaluate.scenes import view
 from motionmend.io.depth import read_depth
 from motionmend.report.style import figure_at
-from motionmend.track.evidence import edges_of
-from motionmend.track.foreground import clean
-from motionmend.track.measure import measure_person
+from motionmend.track.frame.evidence import edges_of
+from motionmend.track.measure.first_seconds import measure_person
+from motionmend.track.person.foreground import clean
 from motionmend.track.settings import settings_of
 
 from .common import Findings

@@ -15,7 +15,7 @@ from motionmend.bodies.registration import ColorCamera, registered
 from motionmend.errors import FileError, MismatchError
 from motionmend.io.png import color_pixels, png_pixels
 from motionmend.report.style import figure_at
-from motionmend.track.measure import measure_person
+from motionmend.track.measure.first_seconds import measure_person
 from motionmend.track.settings import settings_of
 
 from .common import Findings, Table

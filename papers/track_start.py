@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from motionmend.bodies.camera import KINECT, DepthFrame
-from motionmend.track.first_pose import five_of, pose_from_joints
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings, settings_of
+from motionmend.track.starting.first_pose import five_of, pose_from_joints
 
 from .common import FPS, Findings, Table, motion
 from .track_common import ABOUT, DOZEN, Stage, Take, Track, away, follow, recorded, shown, stage, tracker

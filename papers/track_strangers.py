@@ -10,7 +10,7 @@ from motionmend.bodies.anatomy import average
 from motionmend.bodies.performer import BONES, Poses
 from motionmend.evaluate.scenes import performed
 from motionmend.report.figures import lines_figure
-from motionmend.track.measure import measure_person
+from motionmend.track.measure.first_seconds import measure_person
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings, settings_of
 

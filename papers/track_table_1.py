@@ -13,7 +13,7 @@ from motionmend.errors import FileError, MismatchError
 from motionmend.io.depth import read_depth
 from motionmend.io.sensor import read_postures
 from motionmend.report.figures import lines_figure
-from motionmend.track.measure import measure_person
+from motionmend.track.measure.first_seconds import measure_person
 from motionmend.track.settings import settings_of
 
 from .common import Findings, Table

@@ -309,7 +309,7 @@ def beam_of_histories(case, width, recent):
     return kept[0][:3]
 
 
-# ---- denoise/classic.py -----------------------------------------------------------
+# ---- denoise/rivals/classic.py -----------------------------------------------------------
 
 
 def gaussian(values, fps):

@@ -16,7 +16,7 @@ from benchmarks import data, kinematics, memory, record, repair, results, timing
 from benchmarks.metric import Metric, regressions
 from benchmarks.timing import Plan, Times, ratio
 
-from motionmend.denoise.optimise import PRIOR_WEIGHT, SCALE, window_starts
+from motionmend.denoise.bases.optimise import PRIOR_WEIGHT, SCALE, window_starts
 from motionmend.numerics.robust import ESTIMATORS
 
 TINY = Plan(frames=(20, 60), rounds=2, long_rounds=2)

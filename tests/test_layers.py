@@ -31,6 +31,23 @@ BELOW = {
 }
 ROOF = {"__init__", "__main__", "report", "view", "live", "batch", "processes", "datasets", "models", "cli"}
 FREE = {"errors", "arrays", "rooms"}
+# The folders of the denoising room: each knows those before it, and the two files in which a repair's outcome is told.
+DENOISE = (
+    "channels",
+    "library",
+    "bases",
+    "outliers",
+    "noise",
+    "rivals",
+    "footskate",
+    "dynamics",
+    "labels",
+    "gaps",
+    "outcome",
+    "too_short",
+    "faults",
+    "adaptive",
+)
 HEAVY = {"numba", "sklearn", "matplotlib", "ezc3d", "cv2"}
 
 
@@ -106,6 +123,18 @@ def upward(root: Path) -> list[str]:
     return found
 
 
+def inward(root: Path) -> list[str]:
+    """One line for each import of a folder of the denoising room that it may not know."""
+    found = []
+    for file in sorted((root / "denoise").glob("*/*.py")):
+        known = DENOISE[: DENOISE.index(file.parent.name) + 1]
+        for one in imports(root, file):
+            parts = one.name.split(".")
+            if parts[:2] == ["motionmend", "denoise"] and parts[2] not in known:
+                found.append(f"{file.relative_to(root)}:{one.line}: {file.parent.name} imports {one.name}")
+    return found
+
+
 def early(root: Path) -> list[str]:
     """One line for each heavy import that runs when a module is loaded, the kernels' numba aside."""
     found = []
@@ -131,6 +160,16 @@ def foreign(root: Path) -> list[str]:
 
 def test_nothing_imports_upward() -> None:
     assert upward(PACKAGE) == []
+
+
+def test_folders_of_the_denoising_room_know_those_before_them() -> None:
+    assert {path.parent.name for path in (PACKAGE / "denoise").glob("*/*.py")} <= set(DENOISE)
+    assert inward(PACKAGE) == []
+
+
+def test_a_folder_that_knows_a_later_one_is_told(copy: Path) -> None:
+    (copy / "denoise" / "noise" / "planted.py").write_text("from ..adaptive.rounds import rounds\n", encoding="utf-8")
+    assert inward(copy) == ["denoise/noise/planted.py:1: noise imports motionmend.denoise.adaptive.rounds.rounds"]
 
 
 def test_heavy_libraries_are_imported_where_they_are_used() -> None:

@@ -16,9 +16,13 @@ from motionmend.bodies.motion import Motion
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.cli.provenance import provenance
 from motionmend.cli.transform import write_json
-from motionmend.denoise import Denoiser, DenoiserModel, library, mend_recording, mending, pieces, repair_without_model
-from motionmend.denoise.adaptive import Adapted
-from motionmend.denoise.support import Support, bridged
+from motionmend.denoise import Denoiser, DenoiserModel, repair_without_model
+from motionmend.denoise.adaptive import blocks as mending
+from motionmend.denoise.adaptive import recording as mend_recording
+from motionmend.denoise.adaptive.rounds import Adapted
+from motionmend.denoise.bases.support import Support, bridged
+from motionmend.denoise.channels import pieces
+from motionmend.denoise.library import exemplars as library
 from motionmend.evaluate import corrupt
 from motionmend.io import amc, biovision, bvh, read, text, write
 from motionmend.samples import clip

@@ -13,7 +13,7 @@ from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.track.database import PoseDatabase
 from motionmend.track.model import TrackerModel
-from motionmend.track.readings import Begun
+from motionmend.track.readings.pair import Begun
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
 

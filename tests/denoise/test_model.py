@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_channels import moved
 
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.denoise import METHODS, Denoiser, DenoiserModel, repair_without_model
-from motionmend.denoise.joints import root_rotation, root_rows
-from motionmend.denoise.learning import examples, without_glitches
+from motionmend.denoise.channels.joints import root_rotation, root_rows
+from motionmend.denoise.library.learning import examples, without_glitches
 from motionmend.errors import MismatchError, UsageError
 from motionmend.evaluate import compare, corrupt
 from motionmend.io import read
 from motionmend.samples import clip, markers
+from performers import moved
 
 FPS = 30.0
 SETTINGS = Denoiser(window=12, fps=FPS, energy=0.99)

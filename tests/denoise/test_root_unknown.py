@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from performers import joints_model, truth
 
 from motionmend.bodies.motion import Origin
 from motionmend.denoise import FixedLag, repair_with_lag, repair_without_model
-from motionmend.denoise.joints import root_rows
+from motionmend.denoise.channels.joints import root_rows
+from performers import joints_model, truth
 
 WAYS = {
     "adaptive": repair_without_model,

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from performers import joints_model, markers_model, truth
 
 from motionmend import repair_without_model
 from motionmend.bodies.motion import Markers, Origin
 from motionmend.denoise.too_short import FEWEST_FRAMES
 from motionmend.samples import markers
+from performers import joints_model, markers_model, truth
 
 
 def _takes(frames):

@@ -12,7 +12,7 @@ from motionmend.bodies.performer import DOFS, MOVES, advance, bone_frames, stand
 from motionmend.bodies.solids import CONE, ELLIPSOID
 from motionmend.kernels import raycast
 from motionmend.kernels.inside import inside, kept_out
-from motionmend.track.view import BONES_MOVED, MOVED_FIRST
+from motionmend.track.terms.view import BONES_MOVED, MOVED_FIRST
 
 BODY = anatomy.average()
 TRUNK, FOREARMS = BODY.trunk_and_forearms

@@ -14,8 +14,9 @@ from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import BONES, DOFS, MOVES, Pose, advance, landmarks, standing
 from motionmend.bodies.surface import intrinsics, render
 from motionmend.kernels import dense, judging, limbs, regions, widths
-from motionmend.track.evidence import evidence_of
-from motionmend.track.limbs import (
+from motionmend.track.frame.evidence import evidence_of
+from motionmend.track.frame.observation import Observation
+from motionmend.track.limbs.other_poses import (
     LIMBS,
     MOST,
     Coarse,
@@ -27,10 +28,9 @@ from motionmend.track.limbs import (
     limb_search,
     with_limb,
 )
-from motionmend.track.observation import Observation
-from motionmend.track.reach import reach
 from motionmend.track.settings import settings_of
-from motionmend.track.view import view_of
+from motionmend.track.starting.reach import reach
+from motionmend.track.terms.view import view_of
 
 BODY = anatomy.average()
 

@@ -10,7 +10,7 @@ import naive_tracking as naive
 from motionmend.bodies.camera import Camera
 from motionmend.bodies.performer import MOVES
 from motionmend.kernels import bone_systems, match, raycast, rendered, widths
-from motionmend.track.view import BONES_MOVED, MOVED_FIRST
+from motionmend.track.terms.view import BONES_MOVED, MOVED_FIRST
 
 NONE = np.empty(0, np.float32)
 F = 200.0

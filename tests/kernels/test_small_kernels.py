@@ -12,10 +12,10 @@ from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import advance, bone_frames, standing, twists
 from motionmend.bodies.surface import Rendering, intrinsics, render
 from motionmend.kernels import dense, limbs, nearest
-from motionmend.track.evidence import evidence_of
-from motionmend.track.observation import Observation
+from motionmend.track.frame.evidence import evidence_of
+from motionmend.track.frame.observation import Observation
 from motionmend.track.settings import settings_of
-from motionmend.track.view import view_of
+from motionmend.track.terms.view import view_of
 
 WISH = replace(settings_of("default"), raster=4)
 
@@ -75,7 +75,7 @@ def test_samples_of_a_picture_are_of_the_picture(rng):
 
 
 def test_the_middle_of_points_is_their_median(rng):
-    from motionmend.track.evidence import middle
+    from motionmend.track.frame.evidence import middle
 
     for count in range(1, 9):
         points = rng.normal(size=(count, 3)).astype(np.float32)
@@ -83,7 +83,7 @@ def test_the_middle_of_points_is_their_median(rng):
 
 
 def test_disagreement_and_what_a_limb_changes_of_it(rng):
-    from motionmend.track.limbs import LIMBS, MOST, Coarse, cast_parts, disagreements, limb_costs, with_limb
+    from motionmend.track.limbs.other_poses import LIMBS, MOST, Coarse, cast_parts, disagreements, limb_costs, with_limb
 
     body, pose = anatomy.average(), standing()
     moved = advance(body, pose, np.concatenate((np.zeros(6), rng.normal(0, 0.3, 28))))

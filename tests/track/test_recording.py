@@ -9,7 +9,7 @@ from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import DOFS, advance, landmarks, standing
 from motionmend.bodies.surface import render
 from motionmend.track.database import PoseDatabase
-from motionmend.track.hindsight import moment, revised
+from motionmend.track.hindsight.backwards import moment, revised
 from motionmend.track.recording import UNSURE, Told, follow
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step

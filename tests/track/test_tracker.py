@@ -12,23 +12,23 @@ from motionmend.bodies.performer import DOFS, LANDMARKS, Pose, advance, bone_fra
 from motionmend.bodies.surface import render
 from motionmend.errors import UsageError
 from motionmend.kernels import match
-from motionmend.track.certainty import certainty_of, shown_and_denied, trust_of
 from motionmend.track.database import PoseDatabase
-from motionmend.track.edge_term import EdgeTerm
-from motionmend.track.evidence import evidence_of
-from motionmend.track.freespace_term import FreespaceTerm
-from motionmend.track.girth import AXES_OF
-from motionmend.track.limbs import LIMBS, coarse_of, with_limb
-from motionmend.track.limits_term import LimitsTerm
+from motionmend.track.frame.evidence import evidence_of
+from motionmend.track.frame.observation import Observation
+from motionmend.track.limbs.certainty import certainty_of, shown_and_denied, trust_of
+from motionmend.track.limbs.other_poses import LIMBS, coarse_of, with_limb
+from motionmend.track.measure.girth import AXES_OF
 from motionmend.track.model import TrackerModel
-from motionmend.track.observation import Observation
-from motionmend.track.prior_term import PriorTerm, prior_term
 from motionmend.track.settings import settings_of
-from motionmend.track.smooth_term import SmoothTerm, difference
-from motionmend.track.solve import solve_pose
-from motionmend.track.surface_term import SurfaceTerm
+from motionmend.track.terms.edge import EdgeTerm
+from motionmend.track.terms.freespace import FreespaceTerm
+from motionmend.track.terms.limits import LimitsTerm
+from motionmend.track.terms.prior import PriorTerm, prior_term
+from motionmend.track.terms.smooth import SmoothTerm, difference
+from motionmend.track.terms.solve import solve_pose
+from motionmend.track.terms.surface import SurfaceTerm
+from motionmend.track.terms.view import Sums, view_of
 from motionmend.track.tracker import start, step, terms_of
-from motionmend.track.view import Sums, view_of
 
 BODY = anatomy.average()
 
@@ -160,7 +160,7 @@ def test_all_steps_at_once_are_the_steps_one_by_one(monkeypatch, names):
     state = start(model, settings, DepthFrame(KINECT, seen(pose).depth, None, 0.0), BODY, pose)
     terms = terms_of(model, settings, state, evidence, begun)
     at_once = solve_pose(BODY, evidence, terms, begun, settings, 3)
-    monkeypatch.setattr("motionmend.track.solve._at_once", lambda *_: None)
+    monkeypatch.setattr("motionmend.track.terms.solve._at_once", lambda *_: None)
     singly = solve_pose(BODY, evidence, terms, begun, settings, 3)
     assert (at_once.iterations, at_once.converged) == (singly.iterations, singly.converged)
     assert off(at_once.state, singly.state).max() < 1e-6

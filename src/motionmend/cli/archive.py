@@ -12,8 +12,8 @@ from .options import Working
 
 if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion
-    from ..denoise.layout import Layout, Sketch
-    from ..denoise.statistics import Statistics
+    from ..denoise.channels.layout import Layout, Sketch
+    from ..denoise.library.statistics import Statistics
 
 CHUNKS = 32  # into which files are cut, so that any number of workers has something to do
 MOST_CLIPS = 64  # in a chunk; the sums sent back are as large for many clips as for one
@@ -116,7 +116,7 @@ class Lesson:
 
 def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
     """Survey clips; a task for `batch.in_turn`."""
-    from ..denoise.layout import sketch
+    from ..denoise.channels.layout import sketch
 
     failures: list[tuple[Path, Failure]] = []
     found = Survey({}, {})
@@ -130,7 +130,7 @@ def learn(
     chunk: Sequence[Input], /, *, reading: Reading, layout: "Layout", window: int, model_fps: float
 ) -> Part[Lesson]:
     """Statistics of clips; a task for `batch.in_turn`."""
-    from ..denoise.statistics import statistics
+    from ..denoise.library.statistics import statistics
 
     failures: list[tuple[Path, Failure]] = []
     taught: list[Path] = []

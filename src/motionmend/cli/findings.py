@@ -8,7 +8,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, wrapped
-from ..denoise.frozen import held_ends
+from ..denoise.faults.frozen import held_ends
 from ..errors import counted
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does

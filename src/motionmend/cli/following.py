@@ -17,12 +17,12 @@ from ..errors import MismatchError
 
 if TYPE_CHECKING:
     from ..io.depth import DepthRecording
-    from ..track.calibrate import Calibration
-    from ..track.furniture import Room
-    from ..track.hindsight import Moment
+    from ..track.hindsight.backwards import Moment
+    from ..track.measure.calibrate import Calibration
+    from ..track.person.room import Scene
     from ..track.recording import Told
-    from ..track.room import Scene
     from ..track.settings import TrackSettings
+    from ..track.starting.furniture import Room
     from ..track.tracker import Estimate, TrackerModel
 
 WINDOW = 3.0  # s, looked at to measure the person
@@ -158,7 +158,7 @@ def follow(
 
 def _furnished(recording: "DepthRecording") -> "Scene | None":
     """The room with its furniture, by frames of all of the recording; None where none is told from people."""
-    from ..track.standing import looked_at, with_furniture
+    from ..track.person.standing import looked_at, with_furniture
 
     return with_furniture([recording.true_frame(k) for k in looked_at(recording.frames)])
 
@@ -174,9 +174,9 @@ def _followed(
     calibrate: float,
 ) -> Followed:
     """The recording tracked with a body that is given, or was measured in so many seconds."""
-    from ..track.furniture import room_behind
-    from ..track.hindsight import moment, revised
+    from ..track.hindsight.backwards import moment, revised
     from ..track.recording import Told
+    from ..track.starting.furniture import room_behind
     from ..track.tracker import start, step
     from .ahead import ahead
 
@@ -215,7 +215,7 @@ def _measured(
     first: int = 0,
 ) -> "Calibration | None":
     """The body of who is seen first from a frame on, by the first seconds in which somebody is; None when nobody is."""
-    from ..track.measure import measure_person
+    from ..track.measure.first_seconds import measure_person
 
     window = max(1, round(WINDOW * recording.fps))
     thin = max(1, round(recording.fps / MEASURED_FPS))
@@ -233,7 +233,7 @@ def _measured(
 
 def _posed(model: "TrackerModel", body: Performer, landmarks: Floats) -> Pose:
     """The pose of a body with its joints at given places."""
-    from ..track.first_pose import pose_from_joints
+    from ..track.starting.first_pose import pose_from_joints
 
     examples = model.database.joints
     return pose_from_joints(body, landmarks, examples[:: 1 + len(examples) // 1000])[0]

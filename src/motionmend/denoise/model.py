@@ -13,25 +13,25 @@ from ..bodies.motion import Markers, Motion, Recording, Repaired
 from ..errors import MismatchError, UsageError
 from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
-from .bare_names import bare, by_bare_names
-from .channels import to_channels
-from .classic import FILTERS, GAP_FILLERS
-from .cloud import Anchors
-from .dynamics import Dynamics, fit_dynamics, smooth_with
-from .filtered import channelwise
-from .layout import Layout, learn_layout, own_layout
-from .library import Library
-from .likeliest_gaps import process_of
-from .lost_capture import but_for_lost_capture
-from .marker_library import MarkerLibrary
-from .mend_recording import Knowledge, mend_alone, mend_recording
-from .other_order import by_what_is_meant, rewritten
+from .adaptive.recording import Knowledge, mend_alone, mend_recording
+from .bases.repair import repair_channels
+from .channels.bare_names import bare, by_bare_names
+from .channels.cloud import Anchors
+from .channels.layout import Layout, learn_layout, own_layout
+from .channels.recording import to_channels
+from .channels.rotation_order import Reordered, few, reordered
+from .dynamics.kalman import Dynamics, fit_dynamics, smooth_with
+from .faults.lost_capture import but_for_lost_capture
+from .faults.rest_first import but_for_rest_pose
+from .gaps.likeliest import process_of
+from .library.exemplars import Library
+from .library.markers import MarkerLibrary
+from .library.other_order import by_what_is_meant, rewritten
+from .library.passages import rejoined
+from .library.statistics import Statistics, statistics
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
-from .passages import rejoined
-from .repair import repair_channels
-from .rest_first import but_for_rest_pose
-from .rotation_order import Reordered, few, reordered
-from .statistics import Statistics, statistics
+from .rivals.classic import FILTERS, GAP_FILLERS
+from .rivals.filtered import channelwise
 
 MODEL_METHODS = ("adaptive", "paper", "kalman-data")
 CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
@@ -333,7 +333,7 @@ def _warned(outcome: Repaired[Recording], said: tuple[str, ...]) -> Repaired[Rec
 
 
 def _without_footskate(outcome: Repaired[Recording]) -> Repaired[Recording]:
-    from .footskate import clean_footskate
+    from .footskate.clean_up import clean_footskate
 
     assert isinstance(outcome.recording, Motion)
     cleaned = clean_footskate(outcome.recording)

@@ -8,14 +8,14 @@ from ..arrays import Bools, Bytes, Floats, Ints, Singles
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
 from ..numerics.robust import ESTIMATORS
-from .certainty import TRUSTED
-from .channels import Channels, from_channels, si_unit
-from .filtered import Filtered
-from .joints import root_rows, unit
-from .layout import Layout
-from .optimise import SCALE
-from .pieces import pieces
-from .repair import ChannelRepair
+from .bases.certainty import TRUSTED
+from .bases.optimise import SCALE
+from .bases.repair import ChannelRepair
+from .channels.joints import root_rows, unit
+from .channels.layout import Layout
+from .channels.pieces import pieces
+from .channels.recording import Channels, from_channels, si_unit
+from .rivals.filtered import Filtered
 from .too_short import GUESS, GUESS_PLACE
 
 LEFT_OPEN = "left open: nothing near supports a value"
@@ -110,7 +110,7 @@ def classic_outcome(
 
 def pca_outcome(markers: Markers) -> Repaired[Markers]:
     """Markers filled from their own intercorrelations (Gloersen and Federolf 2016)."""
-    from .gaps import fill_pca
+    from .rivals.marker_gaps import fill_pca
 
     filtered = fill_pca(markers.positions)
     present = markers.present

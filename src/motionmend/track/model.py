@@ -48,7 +48,7 @@ class TrackerModel:
             raise MismatchError("clips with whole poses of a body were wanted, came none")
         if not detector:
             return cls(database)
-        from .detect import fit_detector
+        from .detect.joints import fit_detector
 
         fitted = cls(database, fit_detector(poses, performers, seed, images))
         return cls.from_arrays(*fitted.to_arrays())  # as a file would give it back
@@ -69,7 +69,7 @@ class TrackerModel:
         database = PoseDatabase(arrays["database.joints"], arrays["database.last"])
         if not header["detector"]:
             return cls(database)
-        from .detect import Detector
+        from .detect.joints import Detector
 
         own = {name.removeprefix("detector."): a for name, a in arrays.items() if name.startswith("detector.")}
         return cls(database, Detector.from_arrays(own))
@@ -83,6 +83,6 @@ class TrackerModel:
     def limb_shapes(self) -> tuple[Floats, ...]:
         """Poses of each limb to be tried where it is lost."""
         from ..bodies import anatomy
-        from .limbs import shapes_of
+        from .limbs.other_poses import shapes_of
 
         return shapes_of(self.database, anatomy.average())

@@ -11,11 +11,11 @@ from ..arrays import Bools, Floats, frozen, runs
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
-from .furniture import Room, is_furniture, room_behind
-from .hindsight import Moment, moment, revised
+from .hindsight.backwards import Moment, moment, revised
+from .hindsight.smoothing import smoothed
 from .model import TrackerModel
 from .settings import TrackSettings, settings_of
-from .smoothing import smoothed
+from .starting.furniture import Room, is_furniture, room_behind
 from .tracker import Estimate, start, step
 
 UNSURE = 0.10  # m; a joint whose place has this standard deviation or more is not said to be known

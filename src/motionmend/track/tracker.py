@@ -13,31 +13,31 @@ from ..bodies.surface import intrinsics
 from ..errors import UsageError
 from ..numerics.least_squares import Solution
 from ..numerics.neighbors import Neighbors
-from .afresh import Afresh, better, watched
-from .certainty import astray, certainty_of, shown_and_denied, trust_of
-from .evidence import Evidence, evidence_of
-from .facing import Facing, faces_otherwise, unlikeliness
-from .fineness import evened
-from .foreground import Scene, scene_of
-from .girth import FRAMES, Girth, learned
-from .hypotheses import Hypothesis, contested
-from .left_right import Sides
-from .limbs import Coarse, coarse_of, disagreement, left_over
-from .mend_limbs import mend_limbs
+from .frame.evidence import Evidence, evidence_of
+from .frame.observation import Observation
+from .limbs.certainty import astray, certainty_of, shown_and_denied, trust_of
+from .limbs.mend import mend_limbs
+from .limbs.offers import MUCH, offers_tried
+from .limbs.other_poses import Coarse, coarse_of, disagreement, left_over
+from .limbs.pieces import CLAIMED, claimed
+from .limbs.rescue import moved_to, rescued, turned
+from .measure.girth import FRAMES, Girth, learned
 from .model import TrackerModel
-from .objective import PAUSE, expected_pose, terms_of
-from .observation import Observation
-from .offers import MUCH, offers_tried
-from .person import person_of
-from .pieces import CLAIMED, claimed
-from .readings import either
-from .rescue import moved_to, rescued, turned
-from .second_reading import faced
+from .person.fineness import evened
+from .person.foreground import Scene, scene_of
+from .person.pixels import person_of
+from .readings.facing import Facing, faces_otherwise, unlikeliness
+from .readings.hypotheses import Hypothesis, contested
+from .readings.left_right import Sides
+from .readings.pair import either
+from .readings.second import faced
 from .settings import TrackSettings
-from .smooth_term import difference
-from .solve import solve_pose
 from .stages import Stages
-from .terms import Term
+from .starting.afresh import Afresh, better, watched
+from .terms.contract import Term
+from .terms.objective import PAUSE, expected_pose, terms_of
+from .terms.smooth import difference
+from .terms.solve import solve_pose
 
 __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"]
 
@@ -336,10 +336,10 @@ def _found(
 
     The best of those that face the other way comes second, if there is one.
     """
-    from .detect import detect
-    from .first_pose import Candidate, candidates
-    from .judge import JUDGED, judge
-    from .settle import settled_readings
+    from .detect.joints import detect
+    from .limbs.judge import JUDGED, judge
+    from .starting.first_pose import Candidate, candidates
+    from .starting.settle import settled_readings
 
     few = observation.as_fine_as(JUDGED)
     tried = []

@@ -1,0 +1,439 @@
+"""A whole recording repaired by the adaptive method: joint angles, or markers with their gaps and labels."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ...arrays import Bools, Bytes, Floats, Ints
+from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ...bodies.skeleton import ROTATION
+from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
+from ..channels.cloud import CENTIMETRES
+from ..channels.joints import joints_of, root_rows
+from ..channels.layout import Layout, names_of, own_layout
+from ..channels.pieces import pieces
+from ..channels.recording import Channels, to_channels
+from ..faults.displaced import displaced, lasting
+from ..faults.held import SAID, held, in_noise, told, without
+from ..faults.slid import slides
+from ..faults.takes import repaired_in_takes
+from ..faults.thrown_root import thrown
+from ..gaps.hedge import filled_both_ways
+from ..gaps.likeliest import Process
+from ..gaps.markers import fill_gaps
+from ..gaps.unseen_frames import as_unsure_as_it_moves
+from ..labels.relabelling import (
+    but_for_throughout,
+    relabelled,
+    relabelled_origin,
+    swaps_of,
+    swaps_seen,
+    swaps_told,
+    tell_distances,
+)
+from ..labels.swaps import Swap
+from ..library.exemplars import Library
+from ..library.learning import at_rate as series_at_rate
+from ..library.local_prior import Prior, neighbourhood
+from ..library.markers import MarkerLibrary
+from ..noise.barely_moving import most_bends
+from ..noise.digits import rounding, shaken
+from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
+from ..outcome import brought_back, repaired_recording
+from ..outliers.as_pose import smoother_as_pose
+from ..outliers.bursts import long_runs, short_runs
+from ..outliers.poles import pole_crossings
+from ..rivals.filtered import Filtered
+from ..too_short import FEWEST_FRAMES, as_recorded
+from .blocks import Mended, mend_channels
+from .limits import seen_between, within_body_limits, within_seen
+from .own_jumps import channels_that_meet, own_jumps
+from .rounds import least_bend
+from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
+from .unmoving import Unmoving, kept_still, nothing_still, unmoving
+from .untaught import with_untaught
+
+HARDLY, FEWEST_REJECTED = 1 / 3, 10  # of a channel's samples, and how many, that are said to be replaced
+OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
+OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
+LONG = 1 << 16  # frames of a recording whose patterns are learned at once
+MUCH_LESS = 0.1  # of the variance of second differences that a first repair shows: that less is no chance
+OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What clean clips taught of a kind of recording; None where they taught nothing.
+
+    Attributes
+    ----------
+    layout : its channels.
+    library : how sharply clean motion bends.
+    bases : spatio-temporal patterns at `fps` Hz.
+    postures : examples of marker sets; None for motions.
+    fps : Hz.
+    process : how clean motion goes on, for gaps.
+    """
+
+    layout: Layout
+    library: Library | None
+    bases: Eigenbases | None
+    postures: MarkerLibrary | None
+    fps: float
+    process: Process | None = None
+
+
+def mend_alone(recording: Recording) -> Repaired[Recording]:
+    """Repair a recording by what it shows itself: no clip has taught anything.
+
+    How sharply it bends is read off the recording, then again off its first repair; a recording without gaps also lends
+    its own patterns (section 2.4), which help to tell outliers but know nothing of what was never seen.
+    """
+    return mend_recording(recording, _of_itself(recording))
+
+
+def _of_itself(recording: Motion | Markers) -> Knowledge:
+    return Knowledge(own_layout(recording), None, None, None, OWN_RATE)
+
+
+def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    """Repair a recording without being told how noisy it is.
+
+    Parameters
+    ----------
+    recording : of the layout's channels.
+    known : of clean clips.
+
+    Raises
+    ------
+    MismatchError : the recording is of another kind or channel set.
+    """
+    return repaired_in_takes(recording, lambda take: _mended_take(take, known))
+
+
+def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    outcome: Repaired[Recording] = _brought_back(recording, known)
+    outcome = as_unsure_as_it_moves(outcome)
+    if recording.frames < FEWEST_FRAMES:
+        return as_recorded(recording, outcome)
+    return replace(
+        outcome,
+        warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin), *_hardly_believed(outcome)),
+    )
+
+
+def _hardly_believed(outcome: Repaired[Recording]) -> tuple[str, ...]:
+    """A sentence that names the channels of which little is left as it was measured; none where there are none."""
+    rejected = (outcome.origin == Origin.REPAIRED) & (outcome.weights == 0.0)
+    count, measured = rejected.sum(axis=0), (outcome.origin <= Origin.REPAIRED).sum(axis=0)
+    most = np.argsort(-count, kind="stable")
+    most = most[(count > HARDLY * measured)[most] & (count[most] >= FEWEST_REJECTED)]
+    if not len(most):
+        return ()
+    names = outcome.recording.channels
+    said = ", ".join(f"{names[c]} ({count[c]} of {measured[c]})" for c in most[:SAID])
+    return (f"much of what was measured is taken for wrong and replaced: {said}{', ...' if len(most) > SAID else ''}",)
+
+
+def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    """The repair, with what was held still or leapt away for a while taken as missing."""
+    # a root's leaps show in what was recorded; markers' places, and whether what is held is noisy, in a repair
+    leapt = thrown(recording) if isinstance(recording, Motion) else np.zeros(recording.present.shape, np.bool_)
+    outcome = _mended_once(without(recording, leapt) if leapt.any() else recording, known)
+    still = in_noise(held(recording), outcome, recording)
+    away = leapt if isinstance(recording, Motion) else _elsewhere(recording, outcome) & ~still
+    if still.any() or (away != leapt).any():
+        del outcome  # of a long recording only one is held at once
+        outcome = _mended_once(without(recording, still | away), known)
+    return told(outcome, still, away) if still.any() or away.any() else outcome
+
+
+def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
+    """A sentence for each marker that seems to slide from its place, as far as it was believed."""
+    if not isinstance(repaired, Markers):
+        return ()
+    found = slides(repaired.positions, origin == Origin.MEASURED, repaired.fps)
+    return tuple(
+        f"{repaired.names[slide.marker]}: in frames {slide.first} to {slide.last} it strays by up to "
+        f"{CENTIMETRES * slide.away:.0f} cm from where the markers about it have it else; it may have slid and was "
+        "left; look at it"
+        for slide in found[:SAID]
+    )
+
+
+def _elsewhere(recording: Markers, outcome: Repaired[Markers]) -> Bools:
+    """(T, M) samples of markers that are not in their place; of rejected ones those that were so for a while."""
+    # who only got its label back was believed
+    rejected = lasting((outcome.origin == Origin.REPAIRED) & (outcome.weights == 0.0), recording.fps)
+    believed = (outcome.origin == Origin.MEASURED) | rejected
+    return displaced(np.where(believed[..., None], recording.positions, np.nan), recording.fps)
+
+
+def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    if isinstance(recording, Motion):
+        of_motion, seen = _of_motion(recording, known)
+
+        def motion_alone(beside: Motion, asked: Ints) -> Repaired[Motion]:
+            return _of_motion(beside, _of_itself(beside), asked)[0]
+
+        return within_body_limits(with_untaught(recording, of_motion, known.layout, motion_alone), seen)
+    assert isinstance(recording, Markers)
+
+    def markers_alone(beside: Markers, asked: Ints) -> Repaired[Markers]:
+        return _of_markers(beside, _of_itself(beside), asked)
+
+    found = with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
+    return _filled_from_all(found, known.layout)
+
+
+def _filled_from_all(outcome: Repaired[Markers], layout: Layout) -> Repaired[Markers]:
+    """Gaps of markers that the library knows, filled beside it from all markers: the nearest may be others."""
+    taught = np.isin(names_of(outcome.recording), layout.names)
+    missing = outcome.origin >= Origin.FILLED
+    short = short_runs(outcome.origin != Origin.MEASURED, outcome.recording.fps)
+    filled = taught & (outcome.origin == Origin.FILLED) & ~short
+    if taught.all() or not filled.any():
+        return outcome
+    markers = outcome.recording
+    known = np.where(missing[..., None], np.nan, markers.positions)
+    both = filled_both_ways(
+        Filtered(markers.positions, outcome.std.astype(np.float64), filled), fill_gaps(known, markers.fps)
+    )
+    return replace(outcome, recording=markers.with_positions(both.values), std=both.std.astype(np.float32))
+
+
+def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None) -> Repaired[Markers]:
+    """A marker recording's repair; only of markers that are asked for, if not of all, labels are given back."""
+    right, channels, mended, swaps = _with_labels(recording, known, asked)
+    beside = known.library is not None and doubtful(mended)
+    if beside:
+        untaught = replace(known, library=None, bases=None, process=None)
+        own = _mended(channels.values.copy(), right, channels, untaught)  # which would write over what was measured
+        mended = of_one_cloud(mended, own, channels.values, right.fps)
+    mended = _with_gaps_filled(mended, right.fps, known.postures, beside)
+    outcome: Repaired[Markers] = repaired_recording(
+        right, known.layout, channels, mended.found, "adaptive", mended.noise
+    )
+    origin = relabelled_origin(outcome.origin, channels, swaps)
+    taught = known.postures is not None and tell_distances(known.postures)
+    said = swaps_told(swaps, right, channels, taught=taught)
+    return replace(outcome, origin=origin, warnings=(*outcome.warnings, *said))
+
+
+def _with_labels(
+    recording: Markers, known: Knowledge, asked: Ints | None
+) -> tuple[Markers, Channels, Mended, tuple[Swap, ...]]:
+    """The recording with labels given back, its channels, their repair, and what was done.
+
+    What is swapped throughout only distances tell, and people's differ: unless the library then misses less of the
+    recording, it is not put right.
+    """
+
+    def repaired(labelled: Markers) -> tuple[Channels, Mended]:
+        channels = to_channels(labelled, known.layout)
+        return channels, _mended(channels.values, labelled, channels, known)
+
+    channels, mended = repaired(recording)
+    swaps: tuple[Swap, ...] = swaps_seen(_cleaned(mended, recording, known.layout), recording.fps, known.postures)
+    if asked is not None:
+        swaps = swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
+    right = relabelled(recording, channels, swaps)
+    if right is recording:
+        return right, channels, mended, swaps
+    missed = mended.missed
+    channels, mended = repaired(right)
+    certain = but_for_throughout(swaps, recording, channels)
+    if mended.missed > missed and certain != swaps:
+        swaps, right = certain, relabelled(recording, channels, certain)
+        channels, mended = repaired(right)
+    return right, channels, mended, swaps
+
+
+def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> tuple[Repaired[Motion], Floats]:
+    """A motion's repair, and (D, 2) degrees between which the clips lie, NaN = not known.
+
+    What leaps is said of the channels that are asked for, or of all.
+    """
+    way_back, mended = _channels_of_motion(motion, known)
+    here, done = way_back.columns >= 0, np.full((motion.q.shape[1], 2), np.nan)
+    done[way_back.columns[here]] = _seen(motion, way_back, known)[here]
+    values = brought_back(motion, way_back, mended.found)
+    said = (*mended.found.warnings, *_leaping(mended, way_back, known.layout, asked))
+    found = replace(mended.found.but_for_values(), warnings=said)
+    return repaired_recording(motion, known.layout, way_back, found, "adaptive", mended.noise, values), done
+
+
+def _leaping(mended: Mended, channels: Channels, layout: Layout, asked: Ints | None) -> tuple[str, ...]:
+    """The sentence that says which samples look like outliers and were left; none where there are none."""
+    leaps = mended.leaps if asked is None else np.where(np.isin(channels.columns, asked), mended.leaps, 0)
+    far = np.argsort(-mended.farthest, kind="stable")
+    far = far[leaps[far] > 0]
+    if not len(far):
+        return ()
+    named = ", ".join(f"{layout.names[c]} ({leaps[c]})" for c in far[:SAID])
+    return (
+        f"{int(leaps.sum())} samples leap like outliers, by up to {mended.farthest[far[0]]:.0f} degrees or cm, and "
+        "were left as measured, for outliers are rare here and the recording may leap so itself: "
+        f"{named}{', ...' if len(far) > SAID else ''}",
+    )
+
+
+def _channels_of_motion(motion: Motion, known: Knowledge) -> tuple[Channels, Mended]:
+    """A motion's channels mended, and the way back; what they were before is let go."""
+    channels = to_channels(motion, known.layout)
+    mended = _mended(channels.values, motion, channels, known)
+    if known.library is not None and not doubtful(mended):
+        mended = replace(mended, found=within_seen(mended.found, _seen(motion, channels, known)))
+    return channels.way_back(), mended
+
+
+def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
+    """(C, 2) degrees between which the clips' joint angles lie; NaN for the root's, and where nothing is known."""
+    if known.library is None:
+        return np.full((len(channels.columns), 2), np.nan)
+    return seen_between(known.library.exemplars, _held(motion, channels))
+
+
+def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
+    """Channels repaired; `values`, those of `channels`, may be lost by it."""
+    poles = as_pose = own_leaps = joints = None
+    if isinstance(recording, Motion):
+        poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
+        as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
+        linked = channels_that_meet(recording.skeleton, channels.columns)
+        own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
+        joints = joints_of(recording.skeleton, channels.columns)
+    rounded = rounding(recording, channels.columns)
+    mended = partial(
+        mend_channels,
+        values,
+        fps=recording.fps,
+        together=3 if isinstance(recording, Markers) else 1,
+        poles=poles,
+        as_pose=as_pose,
+        own_leaps=own_leaps,
+        rounded=rounded,
+        joints=joints,
+    )
+
+    def unmoved(found: Mended) -> Unmoving:
+        if isinstance(recording, Markers):
+            return nothing_still(values.shape[1])  # bodies travel, and their markers with them
+        asked = np.ones(values.shape[1], dtype=np.bool_)
+        if known.library is not None:  # what moves in its clips it knows better, however slowly it moves here
+            asked = np.diag(known.library.usual_bends(recording.fps)) <= least_bend(recording.fps)
+        return unmoving(values, found, asked)
+
+    def seen_alone() -> tuple[Prior, Unmoving]:
+        seen = values if rounded is None else shaken(values, rounded)
+        longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
+        first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False)
+        rest = unmoved(first)
+        return _calmed(_own_prior(kept_still(first, rest), recording, known.fps), seen, first, recording), rest
+
+    if known.library is not None and known.bases is not None:
+        near = neighbourhood(known.library, known.bases, known.fps)
+        patterns, stride = at_rate(known.bases, known.fps, recording.fps)
+        first = mended(
+            Prior(known.library.usual_bends(recording.fps), patterns, stride), near=near, process=known.process
+        )
+        rest = unmoved(first)
+        first = kept_still(first, rest)
+        calm = calmer(first, known.library.usual_bends(recording.fps), recording.fps)
+        if isinstance(recording, Markers) or not (calm or doubtful(first)):
+            return first  # markers get their labels back first
+        own, _ = seen_alone()
+        if own.bases is None:  # what is missing was left open: only the library fills it
+            own = _own_prior(first, recording, known.fps)
+        return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values)), rest)
+    own, rest = seen_alone()
+    again = kept_still(mended(own, into=values), rest)
+    return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+
+
+def _held(motion: Motion, channels: Channels) -> Bools:
+    """(C,) True for the channels that are angles of joints, not of the root."""
+    skeleton = motion.skeleton
+    joint = skeleton.dof_kind == ROTATION
+    joint[np.concatenate(root_rows(skeleton))] = False
+    return np.where(channels.columns >= 0, joint[channels.columns], False)
+
+
+def _own_prior(first: Mended, recording: Motion | Markers, rate: float) -> Prior:
+    """What a first repair shows of a recording; its patterns only where it is a motion without a sample left open."""
+    smooth = first.found.values
+    whole = isinstance(recording, Motion) and bool(np.isfinite(smooth).all())
+    own, pace = _own_bases(smooth, recording.fps, rate) if whole else (None, 1)
+    return Prior(own_bends(smooth, first.unseen_bends), own, pace, own=True)
+
+
+def _calmed(prior: Prior, seen: Floats, first: Mended, recording: Motion | Markers) -> Prior:
+    """What is known of a recording where some markers hardly move: they bend no more than their slow changes allow."""
+    if not isinstance(recording, Markers):
+        return prior
+    most, found = np.empty(len(prior.bends)), first.found
+    for own in (slice(at, at + 3) for at in range(0, len(most), 3)):
+        believed = (found.origin[:, own] == Origin.MEASURED) & np.isfinite(seen[:, own])
+        most[own] = most_bends(np.where(believed, seen[:, own], found.values[:, own]))
+    still = most < MUCH_LESS * np.diag(prior.bends)
+    scale = np.ones(len(most))
+    scale[still] = np.sqrt(most[still] / np.diag(prior.bends)[still])
+    return replace(prior, bends=prior.bends * np.outer(scale, scale), still=still)
+
+
+def _own_bases(smooth: Floats, fps: float, rate: float) -> tuple[Eigenbases | None, int]:
+    """Patterns of a recording's own first repair, learned at about `rate` Hz, and their stride; none of a short one."""
+    if len(smooth) < OWN_WINDOWS * OWN_WINDOW * fps / rate:
+        return None, 1
+    steps = max(1, round(fps / rate))
+    own, after = steps * (LONG // steps), steps * (OWN_WINDOW - 1)  # frames after a part complete its windows
+    parts = (smooth[part.start : part.stop + after] for part in pieces(len(smooth), own))
+    lag = sum_covariances(lag_covariance(series_at_rate(part, fps, rate), OWN_WINDOW) for part in parts)
+    return at_rate(eigenbases(lag, OWN_ENERGY), rate, fps)
+
+
+def _cleaned(mended: Mended, recording: Markers, layout: Layout) -> Floats:
+    """(T, M, 3) m: the measured samples smoothed, NaN where missing or rejected, in the travelling frame.
+
+    What was rejected for a while may be at another marker: it is left as measured.
+    """
+    values = np.where(mended.found.origin == Origin.MEASURED, mended.found.values, np.nan)
+    elsewhere = lasting(mended.found.origin == Origin.REPAIRED, recording.fps)
+    if elsewhere.any():
+        values = np.where(elsewhere, to_channels(recording, layout).values, values)
+    return values.reshape(len(values), -1, 3) / CENTIMETRES
+
+
+def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None, beside: bool) -> Mended:
+    """Gaps but the shortest, and long bursts of outliers, taken from the markers about them: what walks cannot know.
+
+    In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same. A library that
+    may not know the motion is believed `beside` what the recording alone tells of its gaps.
+    """
+    found = mended.found
+    unseen = found.origin != Origin.MEASURED
+    short = short_runs(unseen, fps) & (found.origin == Origin.FILLED)
+    missing = (found.origin >= Origin.FILLED) & ~short
+    lost = missing | long_runs(unseen, fps)
+    if not lost.any():
+        return mended
+    frames = len(found.values)
+    known = np.where(lost, np.nan, found.values).reshape(frames, -1, 3) / CENTIMETRES
+    filled = fill_gaps(known, fps, library=postures)
+    if beside:
+        filled = filled_both_ways(filled, fill_gaps(known, fps))
+    three = np.isfinite(filled.values).all(axis=2).repeat(3, axis=1)
+    places = np.where(three, CENTIMETRES * filled.values.reshape(frames, -1), np.nan)
+    spread = np.where(three, CENTIMETRES * filled.std.repeat(3, axis=1), np.nan)
+    kind = np.where(three, Origin.FILLED, Origin.LEFT_OPEN).astype(np.uint8)
+    taken = missing | (lost & three)
+    return replace(
+        mended,
+        found=replace(
+            found,
+            values=np.where(taken, places, found.values),
+            std=np.where(taken, spread, found.std),
+            origin=np.where(missing, kind, found.origin),
+        ),
+    )

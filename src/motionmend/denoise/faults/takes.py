@@ -1,0 +1,177 @@
+"""Takes that were spliced, or a scene that was put elsewhere: from one frame to the next everything leaps, and stays.
+
+No smoother may look across: it would take one side for outliers of the other. Each side is repaired on its own.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from ...arrays import Floats, Ints
+from ...bodies.motion import Markers, Motion, Recording, Repaired
+from ...bodies.skeleton import positions
+from ..channels.pieces import pieces
+from .held import SAID
+from .thrown_root import HARDEST, LONGEST, RUN_UP, closes
+
+LEAST, LEAPS = 0.3, 6.0  # m and times the usual surprise from frame to frame; where half of all leaps by less is motion
+SHORTEST = 0.25  # s of a take; what is elsewhere for less is a burst of outliers
+LASTS = 0.5  # of the leap, by which what comes before and after it must fail to meet
+SEEN = 3  # markers or joints that are seen on both sides
+
+
+def repaired_in_takes(recording: Recording, repair: Callable[[Recording], Repaired[Recording]]) -> Repaired[Recording]:
+    """The repair of a recording, of each of its takes on its own.
+
+    Parameters
+    ----------
+    recording : T frames.
+    repair : of one take.
+
+    Returns
+    -------
+    All frames of the recording; where it is cut a sentence says so.
+    """
+    cuts: list[int] = first_frames(recording).tolist()
+    if not cuts:
+        return repair(recording)
+    edges = [0, *cuts, recording.frames]
+    parts = [repair(_frames(recording, slice(a, b))) for a, b in pairwise(edges)]
+    common: list[str] = [warning for warning in parts[0].warnings if all(warning in part.warnings for part in parts)]
+    told: list[str] = [
+        warning if not first else f"from frame {first} on, counted from there: {warning}"
+        for first, part in zip(edges, parts, strict=False)
+        for warning in part.warnings
+        if warning not in common
+    ]
+    named = ", ".join(str(cut) for cut in cuts[:SAID])
+    cut = (
+        f"from one frame to the next everything leaps and stays there, as where takes are joined, before frame {named}"
+        f"{', ...' if len(cuts) > SAID else ''}; each part was repaired on its own"
+    )
+    lengths = np.diff(edges)
+    noises = [part.noise for part in parts]
+    noise = None
+    if all(one is not None for one in noises):
+        noise = np.sqrt(np.average(np.square(np.array(noises, dtype=np.float64)), axis=0, weights=lengths))
+    return Repaired(
+        _joined(recording, [part.recording for part in parts]),
+        np.concatenate([part.origin for part in parts]),
+        np.concatenate([part.std for part in parts]),
+        np.concatenate([part.weights for part in parts]),
+        parts[0].method,
+        iterations=sum(part.iterations for part in parts),
+        converged=all(part.converged for part in parts),
+        warnings=(*common, cut, *told),
+        noise=noise,
+    )
+
+
+def first_frames(recording: Motion | Markers) -> Ints:
+    """Frames before which a recording leaps and stays elsewhere: where takes after the first begin.
+
+    Parameters
+    ----------
+    recording : markers, or a motion whose joints are looked at.
+
+    Returns
+    -------
+    (N,) frame numbers, in order.
+    """
+    surprise = np.concatenate([_surprise(recording, part) for part in pieces(recording.frames)])
+    told = np.isfinite(surprise)
+    if not told.any():
+        return np.zeros(0, dtype=np.int64)
+    surprise = np.where(told, surprise, 0.0)
+    far = max(LEAST, HARDEST / recording.fps**2, LEAPS * float(np.median(surprise[told])))
+    before, after = np.r_[0.0, surprise[:-1]], np.r_[surprise[1:], 0.0]
+    leaps = [t for t in np.flatnonzero((surprise > far) & (surprise >= before) & (surprise > after)).tolist() if t]
+    reach = max(2, round(RUN_UP * recording.fps))
+    cuts = [t for t in leaps if _stays_away(recording, t, reach, LASTS * surprise[t])]
+    cuts = _but_for_those_that_close(recording, cuts, reach)
+    shortest = SHORTEST * recording.fps
+    edges = np.array([0, *cuts, recording.frames])
+    long = np.diff(edges) >= shortest
+    return np.array([cut for cut, left, right in zip(cuts, long, long[1:], strict=False) if left and right], np.int64)
+
+
+def _surprise(recording: Motion | Markers, part: slice) -> Floats:
+    """(N,) m by which half of all places leap from the frame before to each of the part's, beyond how they move.
+
+    NaN where too few are seen.
+    """
+    around = slice(max(0, part.start - 2), min(recording.frames, part.stop + 1))
+    steps = np.diff(_places(recording, around), axis=0)
+    found = np.full(part.stop - part.start, np.nan)
+    if len(steps) < 3:
+        return found
+    away = np.linalg.norm(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:]), axis=2)
+    enough = np.isfinite(away).sum(axis=1) >= SEEN
+    median = np.full(len(away), np.nan)
+    median[enough] = np.nanmedian(away[enough], axis=1)
+    first = around.start + 2  # the frame that the first of them leaps to
+    found[first - part.start : first - part.start + len(median)] = median
+    return found
+
+
+def _stays_away(recording: Motion | Markers, cut: int, reach: int, least: float) -> bool:
+    """True if what comes before a frame and what comes from it on do not meet, whatever single samples do."""
+    before = _places(recording, slice(max(0, cut - reach - 1), cut))
+    after = _places(recording, slice(cut, min(recording.frames, cut + reach + 1)))
+    if len(before) < 2 or len(after) < 2:
+        return False
+    ends = []
+    for side in (before[::-1], after):  # from the cut on, either way
+        seen = np.isfinite(np.diff(side, axis=0)).all(axis=2).any(axis=0)
+        there = np.full(side.shape[1:], np.nan)
+        pace = np.nanmedian(np.diff(side[:, seen], axis=0), axis=0)
+        there[seen] = np.nanmedian(side[:, seen] - pace * (np.arange(len(side)) + 0.5)[:, None, None], axis=0)
+        ends.append(there)
+    apart = np.linalg.norm(ends[1] - ends[0], axis=1)
+    apart = apart[np.isfinite(apart)]
+    return len(apart) >= SEEN and bool(np.median(apart) > least)
+
+
+def _but_for_those_that_close(recording: Motion | Markers, cuts: list[int], reach: int) -> list[int]:
+    """The cuts but for pairs between which everything is elsewhere for a while: that is no other take."""
+    kept = list(cuts)
+    for start, stop in pairwise(cuts):
+        if start in kept and stop - start <= LONGEST * recording.fps:
+            around = slice(max(0, start - reach - 1), min(recording.frames, stop + reach + 1))
+            places = _places(recording, around)
+            seen = np.isfinite(places).all(axis=(0, 2))
+            if seen.sum() < SEEN:
+                continue
+            if closes(np.median(places[:, seen], axis=1), start - around.start, stop - around.start, reach):
+                kept = [cut for cut in kept if cut not in (start, stop)]
+    return kept
+
+
+def _places(recording: Motion | Markers, part: slice) -> Floats:
+    """(N, P, 3) m of markers, or of a motion's joints; NaN = missing."""
+    if isinstance(recording, Markers):
+        return recording.positions[part]
+    return positions(recording.skeleton, recording.q[part])
+
+
+def _frames(recording: Recording, part: slice) -> Recording:
+    if isinstance(recording, Motion):
+        return recording.with_q(recording.q[part])
+    assert isinstance(recording, Markers)
+    residuals = None if recording.residuals is None else recording.residuals[part]
+    return replace(recording, positions=recording.positions[part], residuals=residuals)
+
+
+def _joined(recording: Recording, parts: list[Recording]) -> Recording:
+    if isinstance(recording, Motion):
+        return recording.with_q(np.concatenate([part.q for part in parts if isinstance(part, Motion)]))
+    assert isinstance(recording, Markers)
+    joined = [part for part in parts if isinstance(part, Markers)]
+    residuals = [part.residuals for part in joined if part.residuals is not None]
+    return replace(
+        joined[0],
+        positions=np.concatenate([part.positions for part in joined]),
+        residuals=np.concatenate(residuals) if len(residuals) == len(joined) else None,
+    )

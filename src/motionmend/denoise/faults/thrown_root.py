@@ -1,0 +1,89 @@
+"""A root that leaps away and back: nobody's pelvis does, whatever it does in between.
+
+A body that is taken for another, or lost by its markers, is thrown to another place for some frames. There it moves as
+smoothly as ever, so that a smoother takes the leaps for motion. No muscle throws a pelvis so far in one frame.
+"""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from ...arrays import Bools, Floats
+from ...bodies.motion import Motion
+from ..channels.joints import root_rows
+
+HARDEST = 300.0  # m/s²; pelves of jumpers and gymnasts are thrown by a third of that
+LEAST, LEAPS = 0.1, 6.0  # m and times the usual surprise from frame to frame; what leaps by less is noise
+LONGEST = 1.0  # s away; whoever stays longer may have been put there
+CLOSES = 0.3  # of the leap, by which what comes before and after it may fail to meet
+BESIDE = 2  # steps on either side of one that tell whether it leaps
+RUN_UP = 0.1  # s on either side that tell how fast the root moves
+
+
+def thrown(motion: Motion) -> Bools:
+    """Samples of a root that is elsewhere for some frames.
+
+    Parameters
+    ----------
+    motion : T frames, D channels; a root without three translations is not asked.
+
+    Returns
+    -------
+    (T, D) True where the root's translations were recorded elsewhere.
+    """
+    found = np.zeros(motion.q.shape, dtype=bool)
+    _, moves = root_rows(motion.skeleton)
+    if len(moves) != 3 or motion.frames < 4:
+        return found
+    place = motion.q[:, moves] @ motion.skeleton.dof_axis[moves]
+    surprise = _surprises(place)
+    hard, usual = HARDEST / motion.fps**2, max(LEAST, LEAPS * float(np.median(surprise)))
+    # who is away for one frame is thrown there and back at once, twice as hard as by each leap
+    leaps = np.flatnonzero(surprise > max(usual, 0.5 * hard)).tolist()
+    run_up, free = max(1, round(RUN_UP * motion.fps)), 0
+    for k, start in enumerate(leaps):
+        if start < free:
+            continue
+        for stop in leaps[k + 1 :]:
+            if stop - start > LONGEST * motion.fps:
+                break
+            harder = stop == start + 1 or min(surprise[start], surprise[stop]) > hard
+            if harder and closes(place, start, stop, run_up):
+                found[start:stop, moves], free = True, stop + 1
+                break
+    return found
+
+
+def _surprises(place: Floats) -> Floats:
+    """(T,) m by which the step to each frame differs from the median of those about it; 0 where it cannot be told.
+
+    Neither of the two steps of who is away for one frame makes the other look usual.
+    """
+    steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
+    about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0)
+    count = np.isfinite(about).all(axis=1).sum(axis=1)
+    usual = np.full((len(place) - 1, 3), np.nan)
+    whole, some = count == 2 * BESIDE + 1, (count > BESIDE) & (count <= 2 * BESIDE)
+    usual[whole], usual[some] = np.median(about[whole], axis=2), np.nanmedian(about[some], axis=2)
+    surprise = np.zeros(len(place))
+    surprise[1:] = np.nan_to_num(np.linalg.norm(steps[BESIDE:-BESIDE] - usual, axis=1))
+    return surprise
+
+
+def closes(place: Floats, start: int, stop: int, run_up: int) -> bool:
+    """True if a path goes on after a stretch much as it came, and not within it.
+
+    Parameters
+    ----------
+    place : (T, 3) m.
+    start, stop : the stretch's first frame and the one after its last.
+    run_up : frames on either side that tell how fast it moves.
+    """
+    last, first = start - 1, stop
+    back, on = max(0, last - run_up), min(len(place) - 1, first + run_up)
+    speeds = [(place[b] - place[a]) / (b - a) for a, b in ((back, last), (first, on)) if b > a]
+    if not speeds:
+        return False
+    way = np.mean(speeds, axis=0)
+    missed = place[first] - place[last] - way * (first - last)
+    leaps = [place[start] - place[last] - way, place[stop] - place[stop - 1] - way]
+    return bool(np.linalg.norm(missed) < CLOSES * min(np.linalg.norm(leap) for leap in leaps))

@@ -1,0 +1,1 @@
+"""Foot-skate clean-up (Kovar, Schreiner and Gleicher 2002)."""

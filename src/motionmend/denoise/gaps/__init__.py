@@ -1,0 +1,1 @@
+"""What is put where nothing was measured, and how sure it is."""

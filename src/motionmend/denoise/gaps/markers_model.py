@@ -1,0 +1,190 @@
+"""How the place of one marker depends on the markers about it, on time and on whose example it is."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...arrays import Bools, Floats, Ints
+from ...numerics.kriging import Prediction, krige, likeliest_amplitudes, matern32, matern52, squared_distances
+
+GROUPS = (4, 6, 14)  # markers, nearest first; each group's say is found from the data
+OWN = 2  # of the groups may say something else in this recording than in the library
+UNIT = 0.05  # m; features in this unit are of the order of 1
+TIMES = (0.1, 0.4, 1.6)  # s; what the markers about do not tell lasts this long
+TIME_PARTS = len(TIMES)
+UNKNOWN_MEAN = 100.0  # variances of a mean of which nothing is known
+STRANGER = 0.01  # m; another person's marker may sit elsewhere by this much, and by UNKNOWN_MEAN variances
+LEAST_SPREAD = 1e-4  # m
+WOBBLE = 1e-3  # m; markers on skin and clothes hold to each other no better, however well a recording's frames agree
+ENOUGH = 20  # frames of the recording, to see how far a marker moves
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Moments at which a marker is known or sought.
+
+    Attributes
+    ----------
+    features : (N, F) places of the markers about it, in units; groups one after another.
+    time : (N,) s.
+    clip : (N,) 0 for the recording itself, others for examples of a library.
+    """
+
+    features: Floats
+    time: Floats
+    clip: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """Groups of features and how far the features reach.
+
+    Attributes
+    ----------
+    groups : slices of the features.
+    reach : one per group, in units.
+    taught : True where examples of a library are among the points.
+    """
+
+    groups: tuple[slice, ...]
+    reach: tuple[float, ...]
+    taught: bool
+
+    @property
+    def own(self) -> tuple[int, ...]:
+        """Groups that may differ from clip to clip."""
+        return tuple(range(min(OWN, len(self.groups)))) if self.taught else ()
+
+
+def relation(points: Points, markers: int, taught: bool) -> Relation:
+    """The relation of points with the features of this many markers."""
+    edges = np.minimum(np.cumsum((0, *GROUPS)), markers)
+    groups = tuple(slice(3 * int(a), 3 * int(b)) for a, b in pairwise(edges) if b > a)
+    own: Bools = points.clip == 0
+    some = points.features[own if own.sum() >= ENOUGH else slice(None)][::2]
+    reach = [float(np.sqrt(np.median(squared_distances(some[:, g], some[:, g])))) for g in groups]
+    return Relation(groups, tuple(max(r, 1e-3) for r in reach), taught)
+
+
+def _parts(points: Points, how: Relation) -> list[Floats]:
+    """Covariance components of amplitude 1 between the points, noise last."""
+    linear, near = [], []
+    for group, reach in zip(how.groups, how.reach, strict=True):
+        x = points.features[:, group]
+        linear.append(x @ x.T / x.shape[1])
+        near.append(np.exp(-0.5 * squared_distances(x, x) / reach**2))
+    same = (points.clip[:, None] == points.clip).astype(float)
+    found = [*linear, *near, *(linear[g] * same for g in how.own), *(near[g] * same for g in how.own)]
+    # Of an example only one moment is known: what lasts in time is noise to it.
+    here = ((points.clip[:, None] == 0) & (points.clip == 0)).astype(float)
+    strange = np.diag((points.clip > 0).astype(float))
+    away = np.abs(points.time[:, None] - points.time)
+    found += [_lasting(away, scale) * here + strange for scale in TIMES]
+    return [*found, np.eye(len(same))]
+
+
+def _lasting(away: Floats, scale: float) -> Floats:
+    return matern32(away, scale) if scale > 1.0 else matern52(away, scale)
+
+
+def covariance(amplitudes: Floats, one: Points, other: Points, how: Relation) -> Floats:
+    """(N, N') covariance of different points: the sum of all components but noise and mean."""
+    count, own = len(how.groups), how.own
+    linear, near = amplitudes[:count], amplitudes[count : 2 * count]
+    own_linear = amplitudes[2 * count : 2 * count + len(own)]
+    own_near = amplitudes[2 * count + len(own) : 2 * count + 2 * len(own)]
+    same = one.clip[:, None] == other.clip
+    total = np.zeros(same.shape)
+    shared = np.zeros(same.shape)
+    for g, (group, reach) in enumerate(zip(how.groups, how.reach, strict=True)):
+        x, y = one.features[:, group], other.features[:, group]
+        inner = x @ y.T
+        bell = np.square(x).sum(axis=1)[:, None] + np.square(y).sum(axis=1) - 2.0 * inner
+        np.exp(bell * (-0.5 / reach**2), out=bell)
+        total += inner * (linear[g] / x.shape[1]) + bell * near[g]
+        if g in own:
+            shared += inner * (own_linear[g] / x.shape[1]) + bell * own_near[g]
+    total += np.where(same, shared, 0.0)
+    mine, theirs = np.flatnonzero(one.clip == 0), np.flatnonzero(other.clip == 0)
+    away = np.abs(one.time[mine, None] - other.time[theirs])
+    lasting = amplitudes[-1 - TIME_PARTS : -1]
+    total[np.ix_(mine, theirs)] += sum(a * _lasting(away, s) for a, s in zip(lasting, TIMES, strict=True))
+    return total
+
+
+def prior_variance(amplitudes: Floats, points: Points, how: Relation) -> Floats:
+    """(N,) variance of each point, noise included, mean not."""
+    count, own = len(how.groups), how.own
+    squares = np.array([np.square(points.features[:, g]).mean(axis=1) for g in how.groups]).reshape(
+        count, len(points.time)
+    )
+    total = amplitudes[:count] @ squares + amplitudes[count : 2 * count].sum() + amplitudes[-1 - TIME_PARTS :].sum()
+    total = total + amplitudes[2 * count : 2 * count + len(own)] @ squares[list(own)]
+    return np.asarray(total + amplitudes[2 * count + len(own) : 2 * count + 2 * len(own)].sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What is known of a marker.
+
+    Attributes
+    ----------
+    points : N.
+    places : (N, 3) m, there.
+    doubt : (N,) m² beyond the noise.
+    wobble : m; by so much the relation to the markers about it differs from moment to moment.
+    """
+
+    points: Points
+    places: Floats
+    doubt: Floats
+    wobble: float
+
+    def centre(self) -> Floats:
+        """(3,) mean place in the recording, of the examples if the recording has none."""
+        own: Bools = self.points.clip == 0
+        return np.asarray(self.places[own if own.any() else slice(None)].mean(axis=0))
+
+    def spread(self) -> float:
+        """Mean variance of a coordinate in the recording, in all examples if it has few frames."""
+        own: Bools = self.points.clip == 0
+        chosen = self.places[own if own.sum() >= ENOUGH else slice(None)]
+        return max(float(chosen.var(axis=0).mean()), LEAST_SPREAD**2)
+
+    def base(self) -> float:
+        """Variance of a clip's own unknown mean."""
+        return UNKNOWN_MEAN * (self.spread() + (STRANGER**2 if (self.points.clip > 0).any() else 0.0))
+
+
+def learn(known: Known, how: Relation, rows: Ints, start: Floats | None, iterations: int) -> Floats:
+    """Amplitudes of the components from some rows of what is known; `start` (P,) in variances of the marker."""
+    points = known.points
+    some = Points(points.features[rows], points.time[rows], points.clip[rows])
+    spread = known.spread()
+    parts = np.array(_parts(some, how))
+    share = np.maximum(np.trace(parts, axis1=1, axis2=2) / len(rows), 1e-6)
+    guess = 0.3 * spread / share
+    guess[-1] = 1e-3 * spread
+    if start is not None and len(start) == len(guess):
+        guess = np.maximum(0.5 * guess + 0.5 * start * spread, 1e-12)
+    base = known.base() * (some.clip[:, None] == some.clip) + WOBBLE**2 * np.eye(len(rows))
+    return likeliest_amplitudes(parts, base, known.places[rows] - known.centre(), guess, iterations)
+
+
+def _noisy(amplitudes: Floats, known: Known, how: Relation) -> Floats:
+    clip = known.points.clip
+    cov = covariance(amplitudes, known.points, known.points, how) + known.base() * (clip[:, None] == clip)
+    lasting = amplitudes[-1 - TIME_PARTS : -1].sum()
+    cov[np.diag_indices(len(cov))] += amplitudes[-1] + np.where(clip > 0, lasting, 0.0) + known.doubt
+    cov[np.diag_indices(len(cov))] += known.wobble**2 + 1e-9 * known.spread()
+    return np.asarray(cov)
+
+
+def predict(amplitudes: Floats, known: Known, how: Relation, sought: Points) -> Prediction:
+    """Places (N', 3) at the points sought, and their variance (N',) of a coordinate, m²."""
+    cross = covariance(amplitudes, sought, known.points, how)
+    cross += known.base() * (sought.clip[:, None] == known.points.clip)
+    prior = prior_variance(amplitudes, sought, how) + known.base() + known.wobble**2
+    found = krige(_noisy(amplitudes, known, how), cross, prior, known.places - known.centre())
+    return Prediction(found.mean + known.centre(), found.variance)

@@ -1,0 +1,1 @@
+"""Swapped labels: found by continuity and distances, given back and told."""

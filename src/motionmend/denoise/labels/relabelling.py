@@ -1,0 +1,109 @@
+"""Swapped labels of a recording: which are given back, and what is said of them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Bytes, Floats, Ints
+from ...bodies.motion import Markers, Origin
+from ..channels.recording import Channels
+from ..library.markers import MarkerLibrary
+from .evidence import MarkerDistances, learn_distances
+from .swaps import Swap, find_swaps, put_right
+
+LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
+FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
+
+
+def swaps_seen(positions: Floats, fps: float, postures: MarkerLibrary | None) -> tuple[Swap, ...]:
+    """Swaps in positions (T, M, 3) m at `fps` Hz, told by continuity and by distances of the library's postures."""
+    reference: MarkerDistances | None = None
+    if postures is not None and tell_distances(postures):
+        reference = learn_distances([postures.postures])
+    found = find_swaps(positions, fps, reference=reference)
+    return tuple(s for s in found if s.put_right or s.last - s.first + 1 >= LEAST_SWAP)
+
+
+def tell_distances(postures: MarkerLibrary) -> bool:
+    """Whether a library has postures enough to tell how far markers are apart."""
+    return len(postures.windows) >= FEWEST_POSTURES
+
+
+def swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
+    """Those that touch the markers asked for; put right only where no other marker would have to move as well."""
+    return tuple(
+        replace(swap, put_right=swap.put_right and asked.issuperset(swap.markers))
+        for swap in swaps
+        if not asked.isdisjoint(swap.markers)
+    )
+
+
+def but_for_throughout(swaps: tuple[Swap, ...], recording: Markers, channels: Channels) -> tuple[Swap, ...]:
+    """The same, but what is swapped in every frame that shows one of the markers is only declared."""
+
+    def throughout(swap: Swap) -> bool:
+        shown = _shown(swap, recording, channels)
+        return bool(len(shown)) and swap.first <= shown[0] and shown[-1] <= swap.last
+
+    return tuple(replace(swap, put_right=swap.put_right and not throughout(swap)) for swap in swaps)
+
+
+def _shown(swap: Swap, recording: Markers, channels: Channels) -> Ints:
+    """Frames that show one of the swap's markers."""
+    return np.flatnonzero(recording.present[:, channels.columns[list(swap.markers)]].any(axis=1))
+
+
+def relabelled(recording: Markers, channels: Channels, swaps: tuple[Swap, ...]) -> Markers:
+    """The recording with labels given back."""
+    if not any(s.put_right for s in swaps):
+        return recording
+    own = channels.columns
+    here = [
+        replace(swap, markers=tuple(int(own[m]) for m in swap.markers))
+        for swap in swaps
+        if all(own[m] >= 0 for m in swap.markers)
+    ]
+    return recording.with_positions(put_right(recording.positions, here))
+
+
+def relabelled_origin(origin: Bytes, channels: Channels, swaps: tuple[Swap, ...]) -> Bytes:
+    """A sample under its own label again was repaired."""
+    marked = origin.copy()
+    for swap in swaps:
+        if swap.put_right:
+            for marker in swap.markers:
+                column = channels.columns[marker]
+                if column >= 0:
+                    stretch = marked[swap.first : swap.last + 1, column]
+                    stretch[stretch == Origin.MEASURED] = Origin.REPAIRED
+    return marked
+
+
+def swaps_told(swaps: tuple[Swap, ...], recording: Markers, channels: Channels, *, taught: bool) -> tuple[str, ...]:
+    """A sentence for each swap.
+
+    Parameters
+    ----------
+    swaps : of the model's markers.
+    recording : whose names they go by.
+    channels : of it.
+    taught : whether a library's distances told which label is whose.
+    """
+    said = []
+    for swap in swaps:
+        names = ", ".join(recording.names[column] for m in swap.markers if (column := channels.columns[m]) >= 0)
+        where = f"frames {swap.first} to {swap.last}"
+        shown = _shown(swap, recording, channels)
+        lasts = len(shown) > 0 and (swap.first <= shown[0] or shown[-1] <= swap.last)
+        if not swap.put_right:
+            said.append(
+                f"{names}: labels may be swapped in {where}, or in all others, and were not exchanged; look at them"
+            )
+        elif lasts and not taught:
+            said.append(
+                f"{names}: labels were swapped in {where} against the rest and are exchanged there, so that the "
+                "recording agrees with itself; nothing tells which of the two is right"
+            )
+        else:
+            said.append(f"{names}: labels were swapped in {where} and are put right")
+    return tuple(said)

@@ -1,0 +1,1 @@
+"""How noisy each channel and each moment is, told from the recording."""

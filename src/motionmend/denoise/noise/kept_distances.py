@@ -1,0 +1,98 @@
+"""Noise of markers, told by distances that hardly change: however fast a body moves, skin keeps its markers apart."""
+
+import numpy as np
+from scipy.special import ndtri
+
+from ...arrays import Bools, Floats, Ints
+
+NEAREST = 8  # markers that are tried as partners, by their median distance
+LOOKED_AT = 64  # frames for that
+HALVES = 16  # frames on end; a partner is chosen in every other such stretch and asked in the rest
+FEWEST = 8  # differences that tell anything
+PARTNERS = 4  # that are asked of each half, at most
+ALIKE = 1.4  # times the least change of any distance; one that changes more is no distance on the same bone
+QUANTILE = 0.75  # of the differences, by which noise is told: outliers that were overlooked do not reach it
+_FOURTH, _SECOND = 70.0, 6.0  # variance of fourth and second differences of white noise of variance one
+WHITE = 4.0  # power of the share of second differences that fourth ones leave, by which less is believed
+_TURNS = 10  # that share what a pair says among the two
+_NOTHING = 1e-12
+
+
+def noise_by_distances(measured: Floats, believed: Bools, loudness: Floats) -> tuple[Floats, Floats]:
+    """Variance of each marker's noise as its distance to a near one tells it, and how many samples' worth that is.
+
+    Parameters
+    ----------
+    measured : (T, C) in cm, NaN = missing; three columns a marker.
+    believed : (T, C) True where a sample is no outlier.
+    loudness : (T, C) of the noise at each moment relative to what is asked for.
+
+    Returns
+    -------
+    (C,) variance in cm^2 of each column, and the weight (C,), 0 where nothing is told.
+
+    Notes
+    -----
+    Fourth differences of what moves smoothly are less than those of noise by more than second ones are. Where they
+    leave less of a distance than noise does, it is not white: it changes, as between limbs, and so much less is
+    believed.
+    """
+    frames, columns = measured.shape
+    markers = columns // 3
+    variance, weight = np.zeros(columns), np.zeros(columns)
+    if markers < 2 or frames < 2 * HALVES:
+        return variance, weight
+    places = np.where(believed, measured, np.nan).reshape(frames, markers, 3)
+    louder = np.square(loudness).reshape(frames, markers, 3).mean(axis=2)
+    near = _nearest(places)
+    apart = np.linalg.norm(places[:, :, None] - places[:, near], axis=-1)
+    scale = np.sqrt(0.5 * (louder[:, :, None] + louder[:, near]))[2:-2]
+    fourth = np.abs(np.diff(apart, n=4, axis=0)) / scale / np.sqrt(_FOURTH)
+    second = np.abs(np.diff(apart, n=2, axis=0))[1:-1] / scale / np.sqrt(_SECOND)
+    half = np.arange(len(fourth)) // HALVES % 2 == 0
+    parts = half, ~half
+    swift, slow = ([_sizes(one[part]) for part in parts] for one in (fourth, second))
+    told: list[Floats] = []
+    slowly: list[Floats] = []
+    partner: list[Ints] = []
+    for chosen, asked in ((0, 1), (1, 0)):
+        # slow changes show in second differences: of two on one bone they are noise alone
+        by = np.argsort(slow[chosen], axis=1)[:, :PARTNERS]
+        sizes = np.take_along_axis(slow[chosen], by, 1)
+        alike = sizes < ALIKE * sizes[:, :1]
+        partner.append(np.take_along_axis(near, by, 1))
+        for found, of in ((told, swift), (slowly, slow)):
+            size = np.take_along_axis(of[asked], by, 1)
+            found.append(np.where(alike & np.isfinite(size), np.square(size), np.nan))
+        seen = np.isfinite(fourth[parts[asked]]).sum(axis=0)
+        weight.reshape(markers, 3)[:] += np.take_along_axis(seen, by[:, :1], 1)
+    pairs, other = np.hstack(told), np.hstack(partner)
+    known = np.isfinite(pairs).any(axis=1)
+    if not known.any():
+        return variance, np.zeros(columns)
+    share = np.nanmedian(pairs / np.maximum(np.hstack(slowly), _NOTHING))
+    weight *= np.repeat(known, 3) * min(1.0, float(share)) ** WHITE
+    pairs[~known] = np.nanmedian(pairs)
+    own = 0.5 * np.nanmean(pairs, axis=1)  # as noisy as each other, until others tell more
+    for _ in range(_TURNS):
+        own = np.maximum(own + 0.5 * np.nanmean(pairs - own[:, None] - own[other], axis=1), _NOTHING)
+    return np.repeat(own, 3), weight
+
+
+def _nearest(places: Floats) -> Ints:
+    """(M, K) the markers that each is nearest to, by the median of some frames."""
+    some = places[np.unique(np.linspace(0, len(places) - 1, LOOKED_AT).astype(int))]
+    away = np.linalg.norm(some[:, :, None] - some[:, None], axis=-1)
+    together = np.isfinite(away).any(axis=0)
+    apart = np.full(together.shape, np.inf)
+    apart[together] = np.nanmedian(away[:, together], axis=0)
+    np.fill_diagonal(apart, np.inf)
+    return np.argsort(apart, axis=1)[:, : min(NEAREST, len(apart) - 1)]
+
+
+def _sizes(differences: Floats) -> Floats:
+    """(M, K) deviation of noise by a quantile of scaled differences (N, M, K); infinite where too few tell."""
+    enough = np.isfinite(differences).sum(axis=0) >= FEWEST
+    found = np.full(enough.shape, np.inf)
+    found[enough] = np.nanquantile(differences[:, enough], QUANTILE, axis=0) / ndtri(0.5 + 0.5 * QUANTILE)
+    return found

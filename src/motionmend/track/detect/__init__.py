@@ -1,0 +1,1 @@
+"""Joints in one image, without memory: a forest of body parts and the pictures it learns from."""

@@ -1,0 +1,248 @@
+"""Where the joints are in one depth image, without any memory: body parts by a random forest, joints by mean shift.
+
+After Shotton et al., Real-time human pose recognition in parts from single depth images (2011), and with votes of the
+leaves for the joint's place as Girshick et al. (2011). The forest is told left from right only as of somebody who
+faces the camera; how likely that is comes with the joints, and who needs both readings takes `mirrored`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Floats, Ints, frozen
+from ...bodies.camera import DepthFrame
+from ...bodies.performer import LANDMARKS, Performer, Poses
+from ...errors import MismatchError
+from .part_forest import PartForest, differences, grown, leaves, planted
+from .pictures import KINECT, OTHER_SIDE, Picture, pictures
+
+JOINTS = len(LANDMARKS)
+WITHIN = 0.10  # m, what counts as found when confidences are learned
+BANDWIDTH = 0.08  # m, of mean shift: about a hand's length; the chest's votes scatter as wide
+PIXELS = 900  # looked at in one image, about
+FOCAL = (KINECT.fx, KINECT.fy)
+EXAMPLES = 300  # poses kept to begin with
+PLACES = 3  # modes kept of each joint
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Detector:
+    """A forest, and what the mass of a joint's votes tells of its being right.
+
+    Attributes
+    ----------
+    forest : of body parts.
+    mass : (16, K) m^2, masses of votes, not decreasing along K.
+    hit : (16, K) share of joints with such a mass that were within 10 cm.
+    examples : (N, 28) rad, poses far apart from each other, to begin with where detected joints leave a pose open.
+    """
+
+    forest: PartForest
+    mass: Floats
+    hit: Floats
+    examples: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "hit", "examples"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        for values in (self.mass, self.hit):
+            if values.shape != self.mass.shape or len(values) != JOINTS:
+                raise MismatchError(f"a detector's mass and hit must be ({JOINTS}, K), came {values.shape}")
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All of it by name, for a model file."""
+        return {f"forest.{name}": values for name, values in self.forest.arrays().items()} | {
+            "mass": np.asarray(self.mass),
+            "hit": np.asarray(self.hit),
+            "examples": np.asarray(self.examples, np.float32),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Detector":
+        """The detector that `arrays` gave.
+
+        Raises
+        ------
+        MismatchError : when an array is missing or of another shape.
+        """
+        if not {"mass", "hit", "examples"} <= set(arrays):
+            raise MismatchError("a detector needs the arrays mass, hit and examples; fit the model anew")
+        own = {name.removeprefix("forest."): a for name, a in arrays.items() if name.startswith("forest.")}
+        return cls(PartForest.from_arrays(own), arrays["mass"], arrays["hit"], arrays["examples"])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """Joints of one image, read as if the person faced the camera.
+
+    Attributes
+    ----------
+    joints : (16, 3) m in camera axes, NaN where nothing speaks for the joint.
+    confidence : (16,) how likely each is within 10 cm, 0 where there is none.
+    places : (16, 3, 3) m, further candidates, the first being `joints`; NaN = none.
+    strength : (16, 3) the same likelihood for each.
+    facing : how likely the person faces the camera; near a half, both readings have to be tried.
+    """
+
+    joints: Floats
+    confidence: Floats
+    places: Floats
+    strength: Floats
+    facing: float
+
+    def __post_init__(self) -> None:
+        for name in ("joints", "confidence", "places", "strength"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def mirrored(self) -> "Detection":
+        """The other reading: left and right changed over, as of a person seen from behind."""
+        sides = {name: getattr(self, name)[OTHER_SIDE] for name in ("joints", "confidence", "places", "strength")}
+        return replace(self, **sides, facing=1.0 - self.facing)
+
+
+def fit_detector(
+    poses: Poses, performers: Sequence[Performer], seed: int = 0, count: int = 2000, trees: int = 3
+) -> Detector:
+    """Learn the parts of the body from synthetic pictures.
+
+    Parameters
+    ----------
+    poses : in camera axes (y down), of any place and heading; both are drawn anew.
+    performers : people to vary.
+    seed : of all that is drawn; the same arguments give the same detector.
+    count : how many pictures.
+    trees : how many trees, each with pictures, pixels and depth differences of its own.
+    """
+    rng = np.random.default_rng(seed)
+    fitted, probes = [], []
+    every = list(pictures(poses, performers, count, seed))
+    for tree in range(trees):
+        tested = _drawn_probes(rng, 320)
+        samples, labels = [], []
+        for picture in every:
+            drawn = _balanced(picture.parts, rng, 40)
+            samples.append(differences(picture.depth, picture.pixels[drawn], FOCAL, tested))
+            labels.append(picture.parts[drawn])
+        fitted.append(grown(np.concatenate(samples), np.concatenate(labels), 18, 12, 36, seed + tree))
+        probes.append(tested)
+    forest = _taught(planted(fitted, probes, JOINTS), every)
+    mass, hit = _calibrated(forest, list(pictures(poses, performers, max(count // 8, 40), seed + 1)))
+    return Detector(forest, mass, hit, _far_apart(poses.joints, EXAMPLES))
+
+
+def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detection:
+    """The joints in one image of a person without background.
+
+    Parameters
+    ----------
+    detector : fitted.
+    frame : its depth is NaN wherever the person is not (see `foreground.find_person`).
+    pixels : looked at, about.
+
+    Returns
+    -------
+    Detection : all NaN and 0 for an image with nobody in it.
+    """
+    places, masses, facing = _modes(detector.forest, frame, pixels)
+    strength = np.array([np.interp(masses[j], detector.mass[j], detector.hit[j]) for j in range(JOINTS)])
+    strength[~np.isfinite(places[..., 0])] = 0.0
+    return Detection(places[:, 0], strength[:, 0], places, strength, facing)
+
+
+def _modes(forest: PartForest, frame: DepthFrame, wanted: int = PIXELS) -> tuple[Floats, Floats, float]:
+    """Heaviest places (16, 3, 3) of each joint's votes, their masses (16, 3) m^2, and the share of facing."""
+    from ...kernels import forest as kernel
+
+    camera = frame.camera
+    places, masses = np.full((JOINTS, PLACES, 3), np.nan), np.zeros((JOINTS, PLACES))
+    shown = np.isfinite(frame.depth)
+    # Every n-th pixel of every n-th row, so that what one stands for is the same everywhere.
+    step = max(1, round(np.sqrt(np.count_nonzero(shown) / wanted)))
+    pixels = (step * np.argwhere(shown[::step, ::step])).astype(np.int32)
+    if not len(pixels):
+        return places, masses, 0.5
+    reached = leaves(forest, frame.depth, pixels, (camera.fx, camera.fy))
+    z = frame.depth[pixels[:, 0], pixels[:, 1]].astype(np.float64)
+    points, area = camera.unproject(pixels[:, ::-1], z), z**2 / (camera.fx * camera.fy) * step**2
+    place, weight = np.empty((len(pixels), 3)), np.empty(len(pixels))
+    for joint in range(JOINTS):
+        votes = kernel.votes(reached, forest.parts, forest.votes, points, area, joint, 0.1, place, weight)
+        found, mass = np.full((PLACES, 3), np.nan), np.zeros(PLACES)
+        number = kernel.densest(place[:votes], weight[:votes], BANDWIDTH, 1.5 * BANDWIDTH, 20, found, mass)
+        places[joint, :number], masses[joint, :number] = found[:number], mass[:number]
+    return places, masses, float(forest.facing[reached].mean())
+
+
+def _drawn_probes(rng: np.random.Generator, count: int) -> NDArray[np.float32]:
+    """(F, 4) m: pairs of places up to 1.2 m away, near ones more often; half of them the pixel itself and one other."""
+    radius = 1.2 * rng.uniform(0.02, 1.0, (count, 2)) ** 2
+    angle = rng.uniform(0.0, 2.0 * np.pi, (count, 2))
+    radius[: count // 2, 1] = 0.0
+    return np.stack(
+        [radius[:, 0] * np.cos(angle[:, 0]), radius[:, 0] * np.sin(angle[:, 0]),
+         radius[:, 1] * np.cos(angle[:, 1]), radius[:, 1] * np.sin(angle[:, 1])], axis=1
+    ).astype(np.float32)  # fmt: skip
+
+
+def _balanced(parts: Ints, rng: np.random.Generator, count: int) -> Ints:
+    """Indices of random pixels, small parts as often as large ones every second time."""
+    size = np.bincount(parts, minlength=JOINTS)[parts]
+    chance = 0.5 / len(parts) + 0.5 / (size * len(np.unique(parts)))
+    return rng.choice(len(parts), count, p=chance / chance.sum())
+
+
+def _taught(forest: PartForest, every: Sequence[Picture]) -> PartForest:
+    """The leaves' probabilities, votes and facing from many more pixels than the trees were grown on."""
+    number = len(forest.facing)
+    seen, facing = np.zeros((number, JOINTS)), np.zeros(number)
+    votes = np.zeros((number, JOINTS, 3))
+    for picture in every:
+        reached = leaves(forest, picture.depth, picture.pixels, FOCAL)
+        part = picture.parts
+        z = picture.depth[picture.pixels[:, 0], picture.pixels[:, 1]].astype(np.float64)
+        to_joint = picture.joints[part] - KINECT.unproject(picture.pixels[:, ::-1], z)
+        for tree in range(reached.shape[1]):
+            np.add.at(seen, (reached[:, tree], part), 1.0)
+            np.add.at(votes, (reached[:, tree], part), to_joint)
+            np.add.at(facing, reached[:, tree], float(picture.facing))
+    total = seen.sum(axis=1)
+    # What the trees were grown on stands for a few pixels in leaves that hardly any of these reached.
+    parts = (seen + 4.0 * forest.parts) / (total + 4.0)[:, None]
+    mean = votes.sum(axis=0) / np.maximum(seen.sum(axis=0), 1.0)[:, None]
+    offsets = (votes + 2.0 * mean) / (seen + 2.0)[..., None]
+    return replace(forest, parts=parts, votes=offsets, facing=(facing + 1.0) / (total + 2.0))
+
+
+def _calibrated(forest: PartForest, every: Sequence[Picture], bins: int = 8) -> tuple[Floats, Floats]:
+    """How often joints were within 10 cm, by the mass of their votes, on pictures the forest has not seen."""
+    from sklearn.isotonic import IsotonicRegression
+
+    masses, hits = [], []
+    for picture in every:
+        places, mass, _ = _modes(forest, DepthFrame(KINECT, picture.depth))
+        masses.append(mass[:, 0])
+        with np.errstate(invalid="ignore"):
+            hits.append(np.linalg.norm(places[:, 0] - picture.joints, axis=1) < WITHIN)
+    mass, hit = np.array(masses), np.array(hits, float)
+    table, share = np.empty((JOINTS, bins)), np.empty((JOINTS, bins))
+    for joint in range(JOINTS):
+        smooth = IsotonicRegression(out_of_bounds="clip").fit(mass[:, joint], hit[:, joint])
+        table[joint] = np.quantile(mass[:, joint], np.linspace(0.02, 0.98, bins))
+        share[joint] = smooth.predict(table[joint])
+    return table, share
+
+
+def _far_apart(joints: Floats, count: int) -> Floats:
+    """Up to `count` poses, each the farthest from those before it, of a few thousand of those given."""
+    some = joints[:: 1 + len(joints) // 4000]
+    chosen, gap = [0], ((some - some[0]) ** 2).sum(axis=1)
+    while len(chosen) < min(count, len(some)) and gap.max() > 1e-3:
+        chosen.append(int(np.argmax(gap)))
+        gap = np.minimum(gap, ((some - some[chosen[-1]]) ** 2).sum(axis=1))
+    return some[chosen]

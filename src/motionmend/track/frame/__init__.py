@@ -1,0 +1,1 @@
+"""One frame as the terms want it."""

@@ -1,0 +1,1 @@
+"""A recording set right by what comes later."""

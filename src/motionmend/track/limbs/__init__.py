@@ -1,0 +1,1 @@
+"""Limbs, and the whole body, tried elsewhere; how well they explain a frame, and how sure they are."""

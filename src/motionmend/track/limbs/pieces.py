@@ -1,0 +1,124 @@
+"""A piece of the person that nothing of the body is near: a limb, and the trunk with it, is laid into it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...arrays import Floats
+from ...bodies.performer import LANDMARKS, Performer, Pose, landmarks
+from ...numerics.least_squares import Solution
+from ..frame.evidence import Evidence
+from ..readings.hypotheses import GAIN
+from ..settings import TrackSettings
+from ..starting.reach import reach
+from ..terms.contract import Term
+from ..terms.prior import strangeness
+from ..terms.smooth import about
+from ..terms.solve import solve_pose
+from .other_poses import LIMBS, Coarse, LeftOver, Limb, disagreement, disagreements, left_over
+
+if TYPE_CHECKING:
+    from ..tracker import TrackState
+
+CLAIMED = 0.012  # m^2 left over, from where on a limb is laid into it
+LEAST = 0.006  # m^2, about a hand: a smaller piece is none, and one that shrinks by less is not claimed
+TIP = 0.09  # m, from the end of a hand to the wrist, of a foot to the ankle
+BAND = 0.05  # m, of the piece on either side of there whose middle is taken
+INSIDE = 0.025  # m, from the skin to the joint
+NEAR = 0.03  # share of the pixels that a pose may explain less before it is refined
+STAYS = 0.3  # weight of where the other joints are, beside 1 of the limb's end
+
+
+def claimed(
+    settings: TrackSettings,
+    state: "TrackState",
+    evidence: Evidence,
+    coarse: Coarse,
+    terms: list[Term],
+    solution: Solution[Pose],
+    wrong: float,
+    left: LeftOver,
+) -> tuple[Solution[Pose], float, int]:
+    """The solution, or one whose limb is in the largest piece that the solution leaves over, if it explains more.
+
+    Noise leaves no piece as large as a hand over; so a limb may leap for it as far as it must.
+
+    Parameters
+    ----------
+    settings, state : of the tracker, after the frame before.
+    evidence, coarse, terms : what the frame says, and the terms made for it.
+    solution, wrong : of the frame, and the share of the person's pixels that it explains wrongly.
+    left : what of the person it leaves over.
+
+    Returns
+    -------
+    The solution and its share, and how many limbs were moved.
+    """
+    performer = state.performer
+    ways = laid_in(performer, solution.state, coarse, left)
+    if not ways or ways[0][1] > wrong + NEAR:
+        return solution, wrong, 0
+    way, moved = ways[0][0], 0
+    least = wrong - GAIN + strangeness(terms, solution.state)
+    for some in (terms, about(terms, way)):  # from where the body was expected, and from here
+        trial = solve_pose(performer, evidence, some, way, settings, 5)
+        after, odd = disagreement(performer, trial.state, coarse), strangeness(terms, trial.state)
+        if after + odd < least and left_over(performer, trial.state, coarse).area < left.area - LEAST:
+            solution, wrong, least, moved = trial, after, after + odd, 1
+    return solution, wrong, moved
+
+
+def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[tuple[Pose, float]]:
+    """The pose with a limb's end in the largest piece that is left over, each limb that reaches it in its turn.
+
+    Parameters
+    ----------
+    performer, pose : as tracked.
+    coarse : the frame.
+    left : what of it the pose leaves over.
+
+    Returns
+    -------
+    Poses and the share of the person's pixels that each explains wrongly, the best first; to be refined.
+    """
+    piece = _largest(left, coarse)
+    if len(piece) == 0 or float(piece[:, 2] @ piece[:, 2]) / (coarse.intrinsics[0] * coarse.intrinsics[1]) < LEAST:
+        return []
+    at = landmarks(performer, pose)
+    ways = [way for limb in LIMBS if (way := _with_end_in(performer, pose, at, limb, piece)) is not None]
+    costs = disagreements(performer, ways, coarse) if ways else np.empty(0)
+    return [(ways[k], float(costs[k])) for k in np.argsort(costs, kind="stable")]
+
+
+def _largest(left: LeftOver, coarse: Coarse) -> Floats:
+    """(N, 3) m, of the points those of the largest piece that hangs together in the picture."""
+    import cv2
+
+    if not len(left.points):
+        return left.points
+    mask = np.zeros(coarse.seen.shape, np.uint8)
+    mask[left.rows, left.columns] = 1
+    _, labels = cv2.connectedComponents(cv2.dilate(mask, np.ones((3, 3), np.uint8)))
+    piece = labels[left.rows, left.columns]
+    return np.asarray(left.points[piece == int(np.argmax(np.bincount(piece, left.points[:, 2] ** 2)))])
+
+
+def _with_end_in(performer: Performer, pose: Pose, at: Floats, limb: Limb, piece: Floats) -> Pose | None:
+    """The pose near this one whose hand or foot is in the far end of the piece; None where the limb is too short."""
+    middle, end = limb.landmarks
+    length = np.linalg.norm(at[middle] - at[limb.begin]) + np.linalg.norm(at[end] - at[middle])
+    away = np.linalg.norm(piece - at[limb.begin], axis=1)
+    tip = float(np.percentile(away, 95))
+    if tip > 1.3 * length + TIP:
+        return None
+    band = np.abs(away - max(tip - TIP, float(away.min()))) < BAND
+    if not band.any():
+        return None
+    goal = piece[band].mean(axis=0)
+    goal = goal * (1.0 + INSIDE / np.linalg.norm(goal))
+    targets = at.copy()
+    targets[middle] = np.nan
+    targets[end] = goal
+    weights = np.full(len(LANDMARKS), STAYS)
+    weights[end] = 1.0
+    return reach(performer, pose, targets, weights, rounds=8)[0]

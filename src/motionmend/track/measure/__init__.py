@@ -1,0 +1,1 @@
+"""How long and how wide this person is."""

@@ -1,0 +1,1 @@
+"""Which pixels are the person: the room, its furniture, who else is there."""

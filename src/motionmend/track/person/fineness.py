@@ -1,0 +1,43 @@
+"""Frames of any camera about as fine as the first Kinect's of 320 x 240: how many pixels a limb has is what counts.
+
+That depends on the focal length, in pixels, and not on how wide the image is: a wide lens has fewer on a body.
+"""
+
+import numpy as np
+
+from ...bodies.camera import KINECT, Camera, DepthFrame
+from .surfaces import JUMP_NEAR, JUMP_STEEP
+
+
+def evened(frame: DepthFrame) -> DepthFrame:
+    """The frame with one pixel for each block of n x n of its own, n being what makes it about as fine as `KINECT`.
+
+    A block's depth is the mean of what is measured on its nearer surface, for of pixels that nobody looks at the noise
+    is not averaged out. Its place is the block's middle.
+
+    Parameters
+    ----------
+    frame : of any camera, depth (H, W) m.
+
+    Returns
+    -------
+    Of ceil(H / n) x ceil(W / n) pixels; the frame itself where it is no finer, and so for one that was evened.
+    """
+    camera = frame.camera
+    step = camera.step_to(KINECT.fx)
+    if step == 1:
+        return frame
+    import cv2
+
+    from ...kernels import regions
+
+    few = camera.every(step)
+    depth = np.empty((few.height, few.width), np.float32)
+    regions.blocks(frame.depth.copy(), step, JUMP_NEAR, JUMP_STEEP, depth)
+    color = None
+    if frame.color is not None:
+        beside = cv2.boxFilter(frame.color, -1, (step, step), anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
+        color = np.asarray(beside[::step, ::step], np.uint8)
+    middle = (step - 1) / (2.0 * step)
+    seen_by = Camera(few.width, few.height, few.fx, few.fy, few.cx - middle, few.cy - middle)
+    return DepthFrame(seen_by, depth, color, frame.time)

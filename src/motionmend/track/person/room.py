@@ -1,0 +1,168 @@
+"""The room that a camera which stands still looks at: its floor and walls, and what was seen behind the person."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ...arrays import Bools, Floats, Singles, frozen
+from ...bodies.camera import Camera, DepthFrame
+from .window import Window
+
+# A structured-light camera's axial noise is about 1.9 mm at 1 m and grows with the square of the depth (Nguyen et al.
+# 2012); three standard deviations, and the width of a depth step of its 11 bits.
+NOISE_NEAR, NOISE_STEEP = 0.015, 0.007
+
+STIRRED = 0.15  # share of a body's pixels with the room seen behind them before, from which on it is no furniture
+PLANE_AREA = 1.3  # m^2, of a floor or a wall: more than a person's front
+BEYOND = 0.02  # share of the points that may lie behind a floor or a wall
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is known of a room seen by a camera that stands still.
+
+    Attributes
+    ----------
+    planes : (P, 4) unit normal towards the camera and offset in m, in camera axes: normal · x + offset is the height
+        of a point above the plane.
+    background : (H, W) float32 m, the farthest surface seen at each pixel, NaN where none was.
+    person : (H, W) float32 m, who was last seen, NaN beside; None before anybody was.
+    others : (H, W) float32 m, who else was in the last frame, NaN beside; None = nobody (`passers`).
+    alive : whether who was last seen has moved before the background, and so is no furniture.
+    window : the part of the images in which anything is measured, where the background was taken away; else None.
+    """
+
+    planes: Floats
+    background: Singles
+    person: Singles | None = None
+    others: Singles | None = None
+    since: float = float("nan")
+    stirred: float = 0.0
+    vouched: bool = False
+    window: Window | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "planes", frozen(self.planes))
+        object.__setattr__(self, "background", frozen(self.background, np.float32))
+        if self.person is not None:
+            object.__setattr__(self, "person", frozen(self.person, np.float32))
+        if self.others is not None:
+            object.__setattr__(self, "others", frozen(self.others, np.float32))
+
+    @property
+    def alive(self) -> bool:
+        """Whether who was last seen is surely no furniture: that stays where it is."""
+        return self.vouched or self.stirred > STIRRED
+
+    @property
+    def bare(self) -> bool:
+        """Whether nothing is known of a room: so it stays where the background was taken away."""
+        if self.window is not None:
+            return True  # from then on no background is learned
+        return not len(self.planes) and not bool(np.isfinite(self.background).any())
+
+
+def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:
+    """The room from one frame: its floor and walls; of the background nothing is known yet.
+
+    A plane belongs to the room when it is larger than a person and nearly nothing lies behind it. Candidates are
+    drawn from points close to each other (RANSAC, Fischler & Bolles 1981) and fitted to what supports them.
+
+    Parameters
+    ----------
+    frame : with or without a person in it, with or without a background.
+    seed : of the draws; the same frame and seed give the same planes.
+    """
+    unknown = np.full(frame.depth.shape, np.nan, np.float32)
+    return Scene(_bounding_planes(frame.camera, frame.depth, seed), unknown)
+
+
+def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
+    """(P, 4) floors and walls, the largest first."""
+    step = max(1, round(np.sqrt(depth.size / 5000)))
+    grid = np.asarray(depth[::step, ::step], np.float64)
+    rows, columns = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
+    points = np.stack([(columns - camera.cx) * grid / camera.fx, (rows - camera.cy) * grid / camera.fy, grid], axis=-1)
+    area = grid**2 / (camera.fx * camera.fy) * step**2
+    rng = np.random.default_rng(seed)
+    free = np.isfinite(grid)
+    every = points[free]
+    planes: list[Floats] = []
+    for _ in range(most):
+        if area[free].sum() < PLANE_AREA:
+            break
+        candidates = _drawn(points, free, rng, draws)
+        if not len(candidates):
+            break
+        cloud, weight = points[free], area[free]
+        supported = _support(cloud, weight, candidates)
+        best = None
+        for i in np.argsort(-supported)[:20]:
+            if supported[i] < 0.5 * PLANE_AREA:
+                break
+            plane = _refitted(cloud, weight, candidates[i])
+            behind = every @ plane[:3] + plane[3] < -2.0 * slack(every, plane[None])[:, 0]
+            on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
+            towards = np.abs(cloud[on] @ plane[:3]) / np.linalg.norm(cloud[on], axis=1)
+            size = float((weight[on] / np.maximum(towards, 0.1)).sum())
+            # Behind a floor or a wall is nothing: what lies behind a table top or a person's front is much.
+            if size >= PLANE_AREA and np.mean(behind) < BEYOND and (best is None or size > best[0]):
+                best = (size, plane)
+        if best is None:
+            break
+        planes.append(best[1])
+        off = np.abs(points @ best[1][:3] + best[1][3])
+        with np.errstate(invalid="ignore"):
+            free &= off >= slack(points, best[1][None])[..., 0]
+    return np.array(planes).reshape(-1, 4)
+
+
+def slack(points: Floats, planes: Floats) -> Floats:
+    """(..., K) m, how far from planes (K, 4) their own points (..., 3) in m may be measured."""
+    return np.asarray(NOISE_NEAR + NOISE_STEEP * points[..., 2:] * np.abs(points @ planes[:, :3].T))
+
+
+def _drawn(points: Floats, free: Bools, rng: np.random.Generator, draws: int) -> Floats:
+    """(N, 4) planes through three free points near each other in the image."""
+    rows, columns = np.nonzero(free)
+    if len(rows) < 3:
+        return np.empty((0, 4))
+    pick = rng.integers(len(rows), size=draws)
+    shift = rng.integers(-12, 13, size=(2, 2, draws))
+    corners = [points[rows[pick], columns[pick]]]
+    good = np.ones(draws, bool)
+    for dr, dc in shift:
+        r = np.clip(rows[pick] + dr, 0, free.shape[0] - 1)
+        c = np.clip(columns[pick] + dc, 0, free.shape[1] - 1)
+        good &= free[r, c]
+        corners.append(points[r, c])
+    a, b, c = (corner[good] for corner in corners)
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1)
+    normal, a = normal[length > 1e-3] / length[length > 1e-3, None], a[length > 1e-3]
+    offset = -np.einsum("ij,ij->i", normal, a)
+    towards = np.where(offset < 0, -1.0, 1.0)  # the camera, at 0, lies above every plane
+    return np.column_stack([normal * towards[:, None], offset * towards])
+
+
+def _support(cloud: Floats, weight: Floats, planes: Floats) -> Floats:
+    """(N,) m^2 of points on each plane."""
+    return np.asarray(weight @ (np.abs(cloud @ planes[:, :3].T + planes[:, 3]) < slack(cloud, planes)))
+
+
+def _refitted(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
+    """The plane fitted to what lies on it."""
+    for _ in range(3):
+        on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
+        if on.sum() < 10:
+            break
+        # Each point counts by the area it stands for over the variance of its depth.
+        trust = weight[on] / cloud[on, 2] ** 4
+        middle = np.average(cloud[on], axis=0, weights=trust)
+        spread = (cloud[on] - middle).T @ ((cloud[on] - middle) * trust[:, None])
+        normal = np.linalg.eigh(spread)[1][:, 0]
+        offset = -float(normal @ middle)
+        plane = np.append(normal, offset) * (1.0 if offset >= 0 else -1.0)
+    return plane

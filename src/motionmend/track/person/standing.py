@@ -1,0 +1,149 @@
+"""Furniture told from people before anybody is followed: it keeps its place for a whole recording; somebody does not.
+
+A box that is nearer and larger than the person looks more like somebody than they do, from the first frame to the last.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Bools, Singles
+from ...bodies.camera import Camera, DepthFrame
+from ...bodies.surface import intrinsics
+from .fineness import evened
+from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of
+from .surfaces import Surfaces, is_board, joined, most_like_a_body, surfaces_of
+
+LOOKED_AT = 24  # frames of a recording, spread over all of it
+SEEN, SAME = 0.5, 0.9  # share of them in which a pixel is measured, and of those in which it is the same
+STILL = 0.98  # share of such pixels in a piece of furniture; dropout and noise are at its rim
+RIM = 2  # px
+# m, standard deviation of the mean depth of a quarter of a surface beside that of all, and times that of its noise:
+# nobody stands so still
+SWAY, CLEARLY = 0.002, 4.0
+QUARTERS = 4
+LEAVES = 0.2  # m, nearer than what is seen behind them later is somebody who moves
+SOMEBODY = 0.1  # m^2 of that at once: a fifth of a body
+MOST = 12  # pieces
+
+
+def looked_at(frames: int) -> list[int]:
+    """Which frames, counted from 0, of a recording of so many tell its furniture."""
+    return [int(k) for k in np.unique(np.linspace(0, frames - 1, LOOKED_AT).astype(int))]
+
+
+def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
+    """The room of a recording with the furniture in it that looks like a body and never moves, while somebody does.
+
+    Parameters
+    ----------
+    frames : those of `looked_at`.
+
+    Returns
+    -------
+    The scene before the first frame. None where nobody moves, or no such furniture is: then nothing is known.
+    """
+    import cv2
+
+    even = [evened(frame) for frame in frames]
+    if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
+        return None
+    camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
+    room, scene = scene_of(even[0]), None
+    stays, leaving = _stays(depths, camera.fx * camera.fy)
+    alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
+    if leaving < SOMEBODY and not alone:
+        return None
+    window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
+    somebody_sways = not alone
+    for _ in range(MOST):
+        seen, main = _likest(room, depths[0], camera)
+        some = [main] if main >= 0 else []
+        if alone:  # no room is behind it, and a table would be taken for a part of the person
+            large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]
+            some += [s for s in large if is_board(seen.measures[s], seen.clouds[s])]
+        standing = None
+        for s in some:
+            mask = seen.pixels_of([s])
+            inner = cv2.erode(mask.view(np.uint8), window) > 0
+            sways = not inner.any() or np.isfinite(stays[inner]).mean() < STILL or _sways(depths, inner)
+            somebody_sways |= sways
+            standing = mask if not sways and standing is None else standing
+        if standing is None:
+            break
+        nearest = np.where(standing & np.isfinite(stays), stays, np.float32(np.inf))
+        nearest = cv2.erode(nearest, window, borderType=cv2.BORDER_REPLICATE)
+        room = scene = replace(room, background=np.where(np.isfinite(nearest), nearest, room.background))
+    if scene is None or not somebody_sways:
+        return None
+    # What else stays is the room: but not somebody's feet.
+    somebody = np.zeros(depths[0].shape, np.bool_)
+    for depth in depths:
+        seen, main = _likest(scene, depth, camera)
+        if main >= 0:
+            somebody |= seen.pixels_of(joined(main, seen, np.zeros(len(seen.measures), np.bool_)))
+    if alone and not somebody.any():
+        return None
+    apart = cv2.dilate(somebody.view(np.uint8), window) == 0
+    return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
+
+
+def _likest(room: Scene, depth: Singles, camera: Camera) -> tuple[Surfaces, int]:
+    """The surfaces before a room and which is most like a body; -1 = none."""
+    from ...kernels import scene as kernels
+
+    before, numbers = np.empty(depth.shape, np.bool_), intrinsics(camera)
+    kernels.before_scene(depth, numbers, room.planes, room.background, NOISE_NEAR, NOISE_STEEP, before)
+    seen = surfaces_of(room, depth, before, numbers)
+    return seen, most_like_a_body(seen, False, np.zeros(len(seen.measures), np.bool_), None)
+
+
+def _sways(depths: Singles, inner: Bools) -> bool:
+    """Whether a surface moves by little, as people do who stand or sit still: head, trunk or legs as a whole.
+
+    Parameters
+    ----------
+    depths : (N, H, W) m, NaN = no return.
+    inner : (H, W) True within the surface, rows from head to feet.
+    """
+    offs, noises = [], []
+    for part in np.array_split(depths[:, inner].astype(np.float64), QUARTERS, axis=1):  # row by row
+        part = part[:, np.isfinite(part).any(axis=0)]
+        if not part.size:
+            return False
+        middle = np.nanmedian(part, axis=0)
+        same = np.abs(part - middle) < NOISE_NEAR + NOISE_STEEP * np.square(middle)
+        off, count = np.where(same, part - middle, 0.0), same.sum(axis=1)
+        hidden = count < 0.5 * count.max()  # somebody walks before it
+        offs.append(np.where(hidden, np.nan, off.sum(axis=1) / np.maximum(count, 1)))
+        noises.append(np.sqrt(np.square(off).sum() / count.sum() / count[~hidden].mean()))
+    beside = np.array(offs) - np.mean(offs, axis=0)  # a camera's depths drift together
+    shown = np.isfinite(beside).all(axis=0)
+    return bool((beside[:, shown].std(axis=1) > np.maximum(SWAY, CLEARLY * np.array(noises))).any())
+
+
+def _stays(depths: Singles, focal: float) -> tuple[Singles, float]:
+    """(H, W) m, what is always the same, at its farthest, NaN where nothing is; and m² of somebody who moves, at most.
+
+    Parameters
+    ----------
+    depths : (N, H, W) m, NaN = no return.
+    focal : px², product of both focal lengths.
+    """
+    import cv2
+
+    ordered = np.sort(depths, axis=0)  # what is not measured comes last
+    count = np.isfinite(depths).sum(axis=0)
+    middle, farthest = (
+        np.take_along_axis(ordered, np.maximum(count - 1, 0)[None] // part, axis=0)[0] for part in (2, 1)
+    )
+    same = np.abs(depths - middle) < NOISE_NEAR + NOISE_STEEP * np.square(middle)
+    still = (count >= SEEN * len(depths)) & (same.sum(axis=0) >= SAME * count)
+    stays = np.where(still, np.where(same, depths, np.float32(-np.inf)).max(axis=0), np.float32(np.nan))
+    leaving = 0.0
+    for depth in depths:
+        moves = np.isfinite(depth) & (depth < farthest - LEAVES) & ~still
+        moves = cv2.morphologyEx(moves.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+        leaving = max(leaving, float(np.square(depth[moves], dtype=np.float64).sum()) / focal)
+    return stays, leaving

@@ -1,0 +1,1 @@
+"""What one frame does not tell apart: front and back, left and right, one pose and another."""

@@ -1,0 +1,155 @@
+"""Front or back: the other reading of a body whose left and right may be changed over, followed until one is refuted.
+
+In depth a person from behind looks much as from the front. One frame cannot always tell; a second can (`readings`), for
+a body read the wrong way round also walks backwards. One that goes on doing so, or bends strangely, is asked again.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from ...arrays import Floats
+from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
+from ...numerics.neighbors import Neighbors
+from ..starting.first_pose import poses_to
+from .pair import EVERY, IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
+
+if TYPE_CHECKING:
+    from ..tracker import TrackState
+
+FRONT = 1.5  # odds that somebody who was not seen before faces the camera
+TURNED = 1.0  # odds against having turned about just now; they fade within a second out of sight
+WALK = 0.2  # odds for a reading that walks forward with 1 m/s
+FASTEST = 1.0  # m/s; faster tells no more
+BACKWARDS = 0.4  # m walked backwards, after which the other reading is tried
+STROLL = 0.3  # m/s; slower is swaying
+AGAIN = 1.0  # m, more of it after a reading was confirmed
+BENT = 0.25  # rad from the library's poses, up to which people bend so
+_SIDES = {"l_": "r_", "r_": "l_"}
+OTHER_SIDE = np.array([LANDMARKS.index(_SIDES.get(name[:2], name[:2]) + name[2:]) for name in LANDMARKS])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Facing:
+    """What is known of front and back.
+
+    Attributes
+    ----------
+    question : which of two readings it is; None when that is closed.
+    backwards : m, how far the followed reading has walked backwards lately.
+    wait : s until it is asked again of a body that bends strangely.
+    """
+
+    question: Question | None = None
+    backwards: float = 0.0
+    wait: float = 0.0
+
+
+def about_face(performer: Performer, pose: Pose) -> Pose:
+    """The pose read the other way round: every left joint where the right one is, the trunk turned."""
+    targets = landmarks(performer, pose)[OTHER_SIDE]
+    return poses_to(performer, targets, np.ones(len(LANDMARKS)))[0][0]
+
+
+def faces_otherwise(pose: Pose, other: Pose) -> bool:
+    """Whether two poses differ by more than a right angle in where they face."""
+    return float(pose.root[:, 2] @ other.root[:, 2]) < 0.0
+
+
+def doubted(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = False) -> Facing:
+    """The question open: with a pose of the other reading, or with the same pose read the other way round.
+
+    Who is `new`, never seen before, more likely faces the camera.
+    """
+    return Facing(_asked(performer, pose, other, new=new))
+
+
+def _asked(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = False) -> Question:
+    other = about_face(performer, pose) if other is None else other
+    return Question(other, pose.translation, prior=_from_behind(pose) - _from_behind(other) if new else 0.0)
+
+
+def _from_behind(pose: Pose) -> float:
+    """Odds (log) against somebody new in this pose."""
+    return FRONT if float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+
+
+def along(pose: Pose, velocity: Floats) -> float:
+    """m/s at which a body moves to where it faces, along the ground (the camera level or nearly so)."""
+    ahead = pose.root[[0, 2], 2]
+    return float(velocity[[0, 2]] @ ahead) / max(float(np.linalg.norm(ahead)), 0.5)
+
+
+def walked(facing: Facing, speed: float, elapsed: float) -> Facing:
+    """How far the followed body walked backwards, with a frame in which it moved ahead with `speed` m/s."""
+    back = max(-speed - STROLL, -FASTEST) * elapsed
+    backwards = max(facing.backwards + back, min(facing.backwards, 0.0))
+    return replace(facing, backwards=backwards, wait=max(facing.wait - elapsed, 0.0))
+
+
+def weighed(
+    facing: Facing,
+    state: "TrackState",
+    pose: Pose,
+    wrong: float,
+    speed: float,
+    search: Neighbors,
+    follow: Follow,
+    *,
+    busy: bool = False,
+) -> tuple[Facing, Taken | None]:
+    """One more frame of the question.
+
+    Parameters
+    ----------
+    facing : as of the frame before. state : of this frame but for its pose.
+    pose, wrong, speed : of the reading that is followed: this frame's pose, the share of pixels that it explains
+        wrongly, m/s ahead.
+    search : poses of the library. follow : the tracker's step. busy : this frame was searched for something else.
+
+    Returns
+    -------
+    What is known now; and the solution of the other reading, with its share, when that is to be followed from here.
+    """
+    question = facing.question
+    if question is None:
+        suspected = facing.backwards < BACKWARDS
+        if suspected:
+            if facing.wait > 0.0 or not len(search.samples):
+                return facing, None
+            if strange(search, pose, state.trust) < BENT:
+                return replace(facing, wait=LATER), None
+        question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected)
+    if not question.due(busy):
+        return replace(facing, question=question.waiting), None
+    ahead = -2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
+    question, taken = looked_at(question, state, pose, wrong, search, follow, beside=ahead, one=_face_alike)
+    return (Facing(backwards=-AGAIN, wait=LATER) if question is None else replace(facing, question=question)), taken
+
+
+def _face_alike(pose: Pose, other: Pose) -> bool:
+    return not faces_otherwise(pose, other)
+
+
+def unlikeliness(search: Neighbors, pose: Pose, wrong: float, before: Pose | None, gone: float = np.inf) -> float:
+    """How a reading ranks among those of a search: its share of pixels explained wrongly and, as in `weighed`, more.
+
+    Read the wrong way round a body bends strangely, and may all the same explain a pixel more; most who are followed
+    face the camera when they are first seen; and who was out of sight for a moment has seldom turned about.
+
+    Parameters
+    ----------
+    search : poses of the library.
+    pose, wrong : the reading, and the share of pixels that it explains wrongly.
+    before : how the person was last seen; None for somebody new.
+    gone : s, since then.
+    """
+    if before is None:
+        against = _from_behind(pose)
+    else:
+        against = TURNED * float(np.exp(-gone)) if faces_otherwise(before, pose) else 0.0
+    if len(search.samples):
+        against += STRANGE * strange(search, pose, np.ones(DOFS - 6))
+    return wrong + against / IMAGE

@@ -1,0 +1,173 @@
+"""Left or right: legs, or the shoulders with the arms, that were taken for each other.
+
+Seen from the side legs that pass each other look, for a few frames, as if they parted again. A leg taken for the other
+one is followed on with the hips turned to it, and explains the image nearly as well as the right one would: knees and
+feet are where legs are. Shoulders of a body that turns are mistaken for each other in the same way. But so twisted a
+body bends as nobody's does, and goes on doing so. So where they were near each other in the image, and now and then
+besides, the reading with left and right changed over is carried along (`readings`) until one of them is refuted.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from ...arrays import Bools, Floats, Ints, frozen
+from ...bodies.performer import BONES, DOFS, FIRST, LANDMARKS, Performer, Pose, landmarks
+from ...numerics.neighbors import Neighbors
+from ..limbs.other_poses import LIMBS, Limb
+from ..starting.first_pose import poses_to
+from .hypotheses import ONE, apart
+from .pair import IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
+
+if TYPE_CHECKING:
+    from ..tracker import TrackState
+
+NEAR, APART = 0.12, 0.20  # m, across the line of sight, and in space
+BENT = 0.2  # rad from the library's poses, up to which people bend so, and the other reading bends no less
+_CHEST = BONES.index("chest")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """What may be changed over.
+
+    Attributes
+    ----------
+    left, right : landmarks, from the trunk outward.
+    columns : (n,) of the 28 joint coordinates. counted : (28,) 1 for those by which it is told, 0 for the others.
+    """
+
+    left: Ints
+    right: Ints
+    columns: Ints
+    counted: Floats
+
+
+def _pair(left: Limb, right: Limb, *, begins: bool, trunk: tuple[int, ...]) -> Pair:
+    first, second = (
+        frozen([limb.begin, *limb.landmarks] if begins else limb.landmarks, np.int64) for limb in (left, right)
+    )
+    columns = frozen([*trunk, *left.columns, *right.columns], np.int64)
+    return Pair(first, second, columns, frozen(np.isin(np.arange(DOFS - 6), columns), np.float64))
+
+
+LEGS = _pair(*LIMBS[2:], begins=False, trunk=())
+ARMS = _pair(*LIMBS[:2], begins=True, trunk=tuple(range(FIRST[_CHEST], FIRST[_CHEST + 1])))
+PAIRS = (LEGS, ARMS)
+_LEFT, _RIGHT = (np.concatenate([getattr(pair, side) for pair in PAIRS]) for side in ("left", "right"))
+_BEGIN = np.cumsum([0, *(len(pair.left) for pair in PAIRS[:-1])])  # of each pair in them
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """What is known of left and right.
+
+    Attributes
+    ----------
+    question : which of two readings it is; None when that is closed. asked : of which of `PAIRS` it is.
+    wait : (2,) s until each of them is asked for.
+    """
+
+    question: Question | None = None
+    asked: int = 0
+    wait: tuple[float, ...] = (0.0,) * len(PAIRS)
+
+
+def changed_over(performer: Performer, pose: Pose, pair: Pair) -> Pose:
+    """The pose with the joints of either side where those of the other are, all else staying where it can."""
+    targets = landmarks(performer, pose)
+    targets[np.concatenate((pair.left, pair.right))] = targets[np.concatenate((pair.right, pair.left))]
+    return poses_to(performer, targets, np.ones(len(LANDMARKS)))[0][0]
+
+
+def of_pair(pose: Pose, other: Pose, pair: Pair) -> Pose:
+    """The pose bent as the other one where the pair is."""
+    joints = pose.joints.copy()
+    joints[pair.columns] = other.joints[pair.columns]
+    return Pose(pose.translation, pose.root, joints)
+
+
+def strange_legs(search: Neighbors, pose: Pose, trust: Floats) -> float:
+    """Share of the person's pixels that it weighs as much as, how far legs are bent from how the library's are.
+
+    Parameters
+    ----------
+    search : poses of the library. pose : whose legs. trust : (28,) how well each joint coordinate is shown, 0 to 1.
+    """
+    return STRANGE / IMAGE * strange(search, pose, trust, LEGS.counted) if len(search.samples) else 0.0
+
+
+def passed(now: Floats, before: Floats) -> Bools:
+    """(2,) whether joints of the two sides of each of `PAIRS` are near each other in the image, or changed over in it.
+
+    Parameters
+    ----------
+    now, before : (16, 3) m, landmarks in this frame and the one before, in camera axes.
+    """
+    gap, then = _across(now), _across(before)
+    crossed = (np.linalg.norm(gap, axis=1) < NEAR) | ((gap * then).sum(axis=1) < 0.0)
+    return np.logical_or.reduceat(crossed, _BEGIN)
+
+
+def sides_weighed(
+    sides: Sides,
+    state: "TrackState",
+    pose: Pose,
+    wrong: float,
+    elapsed: float,
+    search: Neighbors,
+    follow: Follow,
+    *,
+    busy: bool = False,
+) -> tuple[Sides, Taken | None]:
+    """One more frame of the question.
+
+    Parameters
+    ----------
+    sides : as of the frame before. state : of this frame but for its pose, which is that of the frame before.
+    pose, wrong : of the reading that is followed: this frame's pose, and the share of pixels that it explains wrongly.
+    elapsed : s since the frame before.
+    search : poses of the library. follow : the tracker's step. busy : this frame was searched for something else.
+
+    Returns
+    -------
+    What is known now; and the solution of the other reading, with its share, when that is to be followed from here.
+    """
+    if not len(search.samples):
+        return sides, None  # what tells is how people bend
+    assert state.pose is not None
+    performer, question = state.performer, sides.question
+    place, before = landmarks(performer, pose), landmarks(performer, state.pose)
+    wait = tuple(
+        0.0 if crossed else max(left - elapsed, 0.0)
+        for left, crossed in zip(sides.wait, passed(place, before).tolist(), strict=True)
+    )
+    sides = replace(sides, wait=wait)
+    if question is None:
+        first = next((k for k, left in enumerate(wait) if left <= 0.0), None)
+        if first is None:
+            return sides, None
+        asked, later = PAIRS[first], tuple(LATER if k == first else left for k, left in enumerate(wait))
+        alike = np.linalg.norm(place[asked.left] - place[asked.right], axis=1).max() < APART
+        if alike or strange(search, pose, state.trust, asked.counted) < BENT:
+            return replace(sides, wait=later), None
+        question = Question(changed_over(performer, pose, asked), pose.translation, suspected=True)
+        return Sides(question, first, later), None
+    if not question.due(busy):
+        return replace(sides, question=question.waiting), None
+
+    def one(pose: Pose, other: Pose) -> bool:
+        return apart(performer, pose, other) < ONE
+
+    counted = PAIRS[sides.asked].counted
+    question, taken = looked_at(question, state, pose, wrong, search, follow, counted=counted, one=one)
+    return replace(sides, question=question), taken
+
+
+def _across(place: Floats) -> Floats:
+    """(n, 2) m from the right joints of all `PAIRS` to the left ones, across the line of sight."""
+    beside = place[:, :2] / place[:, 2:] * float(place[:, 2].mean())
+    return np.asarray(beside[_LEFT] - beside[_RIGHT])

@@ -1,0 +1,198 @@
+"""Two readings of one body that one frame does not tell apart: the second is carried along until one is refuted.
+
+In depth a person from behind looks much as from the front, and legs that pass each other as legs that part again. A
+body that is read wrongly fits worse while it moves, and bends as no body in the library does. The second reading is
+looked at every few frames only, begun where it was last, and scored against the one that is followed. A look takes two
+frames' turns, so that none takes long: its pose is solved in the first, and its limbs looked for there in the second.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, TypeAlias, final
+
+import numpy as np
+
+from ...arrays import Floats, frozen
+from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
+from ...numerics.least_squares import Solution
+from ...numerics.neighbors import Neighbors
+from ..frame.evidence import Evidence
+from ..limbs.other_poses import Coarse
+from ..terms.contract import Term
+
+if TYPE_CHECKING:
+    from ..tracker import TrackState
+
+EVERY = 3  # frames from one look at the other reading to the next
+PATIENCE = 3  # frames more that a look waits for one in which nothing else is searched for
+LEAST, MOST = 3, 12  # looks before one of the readings is taken, and after which the first one is kept
+FADES = 0.85  # of the odds at each look: a start has to settle first
+SURE = 2.0  # odds (log) at which a reading is taken
+IMAGE = 20.0  # odds for a reading that explains all of the pixels more
+STRANGE = 4.0  # odds against a reading one radian (of every joint coordinate) farther from the library
+LATER = 1.0  # s after which it is asked again of a body that bends strangely
+RARE = 4.0  # log odds that what was only suspected is not so: one in fifty
+_EVERYWHERE = frozen(np.ones(DOFS - 6))
+
+Taken: TypeAlias = tuple[Solution[Pose], float]
+"""The other reading's solution, and the share of pixels that it explains wrongly."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """A pose solved in one frame, whose limbs were not looked for yet.
+
+    Attributes
+    ----------
+    state : before that frame. evidence, coarse, terms, expected : of that frame, as of `mend_limbs`.
+    solution : the pose. wrong : share of the person's pixels that it explains wrongly.
+    """
+
+    state: "TrackState"
+    evidence: Evidence
+    coarse: Coarse
+    terms: list[Term]
+    expected: Pose
+    solution: Solution[Pose]
+    wrong: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Follow:
+    """The tracker's step of a state.
+
+    Attributes
+    ----------
+    begin : state and the pose to begin at, to what is solved.
+    finish : with its limbs looked for: solution, trust (28,), share of pixels explained wrongly.
+    """
+
+    begin: Callable[["TrackState", Pose], Begun]
+    finish: Callable[[Begun], tuple[Solution[Pose], Floats, float]]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Look:
+    """The first half of a look.
+
+    Attributes
+    ----------
+    begun : the other reading. pose, trust, wrong : of the one that was followed in that frame.
+    beside : odds (log) for the other reading by what else was known of it.
+    """
+
+    begun: Begun
+    pose: Pose
+    trust: Floats
+    wrong: float
+    beside: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Question:
+    """The other reading, while both stand.
+
+    Attributes
+    ----------
+    pose : of the other reading in the frame it was last looked at. place : (3,) m, where the followed root was then.
+    trust : (28,) of the other reading, as a state's. wrong : share of pixels it explained wrongly.
+    odds : log, for the other reading. prior : the same before anything was seen; that does not fade.
+    looks : taken so far. frames : since the last one began. look : one that is not finished.
+    suspected : asked because the body bends strangely, the other reading being no likelier than `RARE` says.
+    """
+
+    pose: Pose
+    place: Floats
+    trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
+    wrong: float = float("nan")
+    odds: float = 0.0
+    prior: float = 0.0
+    looks: int = 0
+    frames: int = 0
+    look: Look | None = None
+    suspected: bool = False
+
+    def due(self, busy: bool) -> bool:
+        """Whether the other reading is looked at in this frame; one in which much else was tried may be waited out."""
+        return self.frames + 1 >= (0 if self.look else EVERY) + (PATIENCE if busy else 0)
+
+    @property
+    def waiting(self) -> "Question":
+        """The question after a frame in which the other reading was not looked at."""
+        return replace(self, frames=self.frames + 1)
+
+    def moved(self, place: Floats) -> Pose:
+        """The other reading where the followed root (3,) m is by now."""
+        return Pose(self.pose.translation + place - self.place, self.pose.root, self.pose.joints)
+
+
+def looked_at(
+    question: Question,
+    state: "TrackState",
+    pose: Pose,
+    wrong: float,
+    search: Neighbors,
+    follow: Follow,
+    *,
+    beside: float = 0.0,
+    counted: Floats = _EVERYWHERE,
+    one: Callable[[Pose, Pose], bool],
+) -> tuple[Question | None, Taken | None]:
+    """Half a look at the other reading.
+
+    Parameters
+    ----------
+    question : as of the frame before, and `due`. state : of this frame but for its pose.
+    pose, wrong : of the reading that is followed: this frame's pose, the share of pixels that it explains wrongly.
+    search : poses of the library. follow : the tracker's step.
+    beside : odds (log) for the other reading by what else is known of this frame.
+    counted : (28,) how much strangeness counts in each joint coordinate, 0 to 1.
+    one : whether two poses have become one reading.
+
+    Returns
+    -------
+    The question, None when it is closed; and the other reading, when that is to be followed from here.
+    """
+    look = question.look
+    if look is None:
+        twin = replace(state, trust=question.trust, wrong=question.wrong, before=None)
+        begun = follow.begin(twin, question.moved(pose.translation))
+        return replace(question, look=Look(begun, pose, state.trust, wrong, beside), frames=0), None
+    other, trust, share = follow.finish(look.begun)
+    score = IMAGE * (look.wrong - share) + look.beside
+    if len(search.samples):
+        ours, theirs = strange(search, look.pose, look.trust, counted), strange(search, other.state, trust, counted)
+        score += STRANGE * (ours - theirs)
+    odds, looks = FADES * question.odds + score, question.looks + 1
+    if one(look.pose, other.state):
+        return None, None
+    seen = replace(question, pose=other.state, place=look.pose.translation, trust=frozen(trust), wrong=share, look=None)
+    if looks >= LEAST and odds + question.prior > SURE:
+        now = follow.begin(replace(state, trust=seen.trust, wrong=share, before=None), seen.moved(pose.translation))
+        return None, (now.solution, now.wrong)
+    if looks >= MOST or (looks >= LEAST and odds + question.prior < -SURE):
+        return None, None
+    return replace(seen, odds=odds, looks=looks, frames=question.frames + 1), None
+
+
+def either(question: Question | None, performer: Performer, pose: Pose) -> Floats:
+    """(16,) m, the deviation of each joint between two readings; 0 once the question is closed.
+
+    Half of how far apart they have it, either being as likely; less of what is only suspected, by how likely it is.
+    """
+    if question is None:
+        return np.zeros(len(LANDMARKS))
+    there = landmarks(performer, question.moved(pose.translation))
+    other = 1.0 / (1.0 + np.exp(RARE - question.odds)) if question.suspected else 0.5
+    return np.asarray(np.sqrt(other * (1.0 - other)) * np.linalg.norm(there - landmarks(performer, pose), axis=1))
+
+
+def strange(search: Neighbors, pose: Pose, trust: Floats, counted: Floats = _EVERYWHERE) -> float:
+    """rad, root mean square of how far what is seen of a pose is from the library's nearest; both (28,) 0 to 1."""
+    weights = np.maximum(trust, 0.02) * counted
+    _, distance = search.nearest(pose.joints, 5, weights)
+    return float(np.sqrt((distance**2).mean() / weights.sum()))

@@ -1,0 +1,74 @@
+"""What one frame's pose is to minimise, and where the search for it begins (equation 3.14)."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...bodies.performer import DOFS, Pose, advance
+from ..frame.evidence import Evidence
+from ..limbs.other_poses import Coarse, disagreements
+from ..model import TrackerModel
+from ..settings import TrackSettings
+from .contract import Term
+from .edge import EdgeTerm
+from .freespace import FreespaceTerm
+from .limits import limits_term
+from .prior import prior_term
+from .smooth import SmoothTerm
+from .surface import SurfaceTerm
+
+if TYPE_CHECKING:
+    from ..tracker import TrackState
+
+PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
+
+
+def terms_of(
+    model: TrackerModel, settings: TrackSettings, state: "TrackState", evidence: Evidence, expected: Pose
+) -> list[Term]:
+    """The terms that the settings ask for, made for one frame (equation 3.14).
+
+    Parameters
+    ----------
+    model : the library of poses, for the prior.
+    settings : which terms, their weights and windows.
+    state : after the frame before; it has a pose.
+    evidence : what the frame says.
+    expected : the pose that smoothness draws to.
+    """
+    assert state.pose is not None
+    weights = np.full(DOFS, settings.smooth)
+    terms: list[Term] = [
+        SurfaceTerm(evidence, settings, state.before if "color" in settings.terms else None),
+        SmoothTerm(expected, weights),
+    ]
+    if "edge" in settings.terms:
+        terms.append(EdgeTerm(evidence, settings))
+    if "freespace" in settings.terms:
+        terms.append(FreespaceTerm(evidence, settings))
+    if "limits" in settings.terms:
+        terms.append(limits_term(state.performer, settings.limits, state.trust))
+    if "prior" in settings.terms:
+        prior = prior_term(model.database, state.pose, settings, state.trust)
+        if prior is not None:
+            terms.append(prior)
+    return terms
+
+
+def expected_pose(state: "TrackState", settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
+    """Where the body should be by now: where its motion leads, unless where it was explains the frame better.
+
+    Parameters
+    ----------
+    state : after the frame before; its velocity (34,) in m/s and rad/s.
+    settings : how much of the velocity is expected.
+    elapsed : s since the frame before.
+    coarse : the frame, for the comparison.
+    """
+    assert state.pose is not None
+    if settings.velocity <= 0.0 or not 0.0 < elapsed < PAUSE:
+        return state.pose
+    # Half the last step is expected; all of it or none only where the frame says so clearly.
+    shares, handicaps = (settings.velocity, 0.0, 1.0), (0.0, 0.01, 0.01)
+    ways = [advance(state.performer, state.pose, share * elapsed * state.velocity) for share in shares]
+    return ways[int(np.argmin(disagreements(state.performer, ways, coarse) + handicaps))]

@@ -1,0 +1,57 @@
+"""Joints called by a namespace before a colon."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motionmend.denoise import Denoiser
+from motionmend.denoise.channels.bare_names import called_barely
+from motionmend.denoise.model import DenoiserModel
+from motionmend.errors import MismatchError
+from motionmend.evaluate import corrupt
+from performers import clips, joints_model, truth
+
+
+def _of(namespace, motion):
+    names = tuple(f"{namespace}:{name}" for name in motion.skeleton.dof_names)
+    return replace(motion, skeleton=replace(motion.skeleton, dof_names=names))
+
+
+def test_a_recording_of_another_namespace_is_repaired_as_one_without():
+    bad = corrupt(truth("walk"), noise=np.radians(2.0), outliers=0.05, gaps=0.1, seed=1).recording
+    plain, named = joints_model().repair(bad), joints_model().repair(_of("mixamorig7", bad))
+    np.testing.assert_array_equal(named.recording.q, plain.recording.q)
+    np.testing.assert_array_equal(named.std, plain.std)
+    assert named.recording.channels == _of("mixamorig7", bad).channels
+    assert named.warnings == plain.warnings
+
+
+def test_clips_of_several_namespaces_teach_as_clips_of_none():
+    model = Denoiser(window=20, fps=30.0).fit([_of(f"actor{k}", clip) for k, clip in enumerate(clips())])
+    assert model.layout.names == joints_model().layout.names
+    np.testing.assert_array_equal(model.bases.values, joints_model().bases.values)
+
+
+def test_a_model_saved_with_a_namespace_is_read_without():
+    arrays, header = joints_model().to_arrays()
+    header = header | {"names": [f"old:{name}" for name in header["names"]]}
+    assert DenoiserModel.from_arrays(arrays, header).layout.names == joints_model().layout.names
+
+
+def test_two_bodies_of_one_file_keep_their_namespaces():
+    motion = truth("walk")
+    names = list(motion.skeleton.dof_names)
+    names[0], names[1] = "a:x", "b:x"
+    two = replace(motion, skeleton=replace(motion.skeleton, dof_names=tuple(names)))
+    assert called_barely(two) is two
+    assert called_barely(motion) is motion
+
+
+def test_other_channels_are_still_refused():
+    motion = truth("walk")
+    other = replace(
+        motion, skeleton=replace(motion.skeleton, dof_names=tuple(f"a:{k}" for k in range(motion.q.shape[1])))
+    )
+    with pytest.raises(MismatchError, match="the recording has 0 of the model's"):
+        joints_model().repair(other)

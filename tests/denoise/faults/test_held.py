@@ -1,0 +1,126 @@
+"""Samples that repeat themselves to the last digit while their channel is noisy."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionmend.bodies.motion import Markers, Motion, Origin
+from motionmend.denoise import repair_without_model
+from motionmend.denoise.faults.held import LEAST_REPEATS, LONGEST, held
+from motionmend.evaluate import compare, corrupt
+from motionmend.samples import markers
+from performers import FPS, joints_model, markers_model, truth
+
+SEEDS = st.integers(0, 10**6)
+
+
+def _noise(rng, frames=200, names=4, size=0.005):
+    return Markers(tuple(f"M{n}" for n in range(names)), size * rng.standard_normal((frames, names, 3)), 60.0)
+
+
+def _holding(recording, runs):
+    """The recording with runs (channel, first, last) of the sample before each."""
+    values = (recording.q if isinstance(recording, Motion) else recording.positions).copy()
+    still = np.zeros((recording.frames, len(recording.channels)), dtype=bool)
+    for channel, first, last in runs:
+        values[first : last + 1, channel] = values[first - 1, channel]
+        still[first : last + 1, channel] = True
+    return (recording.with_q if isinstance(recording, Motion) else recording.with_positions)(values), still
+
+
+@given(SEEDS, st.integers(LEAST_REPEATS, int(LONGEST * 60)))
+@settings(max_examples=30)
+def test_runs_in_noise_are_found_and_nothing_else(seed, length):
+    rng = np.random.default_rng(seed)
+    recording, still = _holding(_noise(rng, 500), [(2, 100, 99 + length), (0, 250, 249 + length)])
+    np.testing.assert_array_equal(held(recording), still)
+
+
+@given(SEEDS, st.sampled_from([1e-4, 5e-4, 2e-3]))
+@settings(max_examples=30)
+def test_what_is_written_in_coarse_steps_repeats_by_chance(seed, step):
+    noise = _noise(np.random.default_rng(seed), 400, size=0.002)
+    assert not held(noise.with_positions(step * np.round(noise.positions / step))).any()
+
+
+def test_a_channel_at_rest_a_long_stand_and_frames_shown_twice_are_left():
+    noise = _noise(np.random.default_rng(0), 600)
+    positions = noise.positions.copy()
+    positions[:, 0] = positions[0, 0]
+    positions[100:200, 1] = positions[100, 1]
+    assert not held(noise.with_positions(positions)).any()
+    assert not held(noise.with_positions(np.repeat(noise.positions[:200], 3, axis=0))).any()
+
+
+@pytest.mark.parametrize("frames", [0, 1, 2, 5])
+def test_few_frames(frames):
+    assert held(_noise(np.random.default_rng(0), frames)).shape == (frames, 4)
+
+
+@pytest.mark.parametrize("library", [True, False])
+@pytest.mark.parametrize("dropped", [True, False])
+def test_what_a_sensor_holds_is_filled_and_said(library, dropped):
+    """The last value, or zero, for a third of a second: nearly as good as if it were missing."""
+    clean = truth("walk")
+    noisy = corrupt(clean, noise=np.radians(2.0), seed=1).recording
+    runs = [(channel, 20 + 7 * turn, 29 + 7 * turn) for turn, channel in enumerate(range(8, 40, 3))]
+    bad, still = _holding(noisy, runs)
+    if dropped:
+        bad = bad.with_q(np.where(still, 0.0, bad.q))
+
+    def repaired(recording):
+        return joints_model().repair(recording) if library else repair_without_model(recording, "adaptive")
+
+    found, gaps = repaired(bad), repaired(noisy.with_q(np.where(still, np.nan, noisy.q)))
+    inside = still.copy()
+    if dropped:  # the first zero may be true for all that is known
+        inside[20:][np.diff(still.astype(int), axis=0)[19:] > 0] = False
+    assert (found.origin[inside] == Origin.REPAIRED).mean() > 0.9
+    assert compare(clean, found.recording).rms_deg < 1.15 * compare(clean, gaps.recording).rms_deg
+    assert any("repeat the one before" in warning for warning in found.warnings)
+    assert not (found.origin == Origin.LEFT_OPEN).any()
+
+
+def test_markers_that_are_held_are_filled_from_the_others():
+    clean = markers(truth("walk"))
+    noisy = corrupt(clean, noise=0.002, seed=1).recording
+    bad, still = _holding(noisy, [(5, 30, 50), (12, 60, 80)])
+    found = markers_model().repair(bad)
+    off = np.linalg.norm(found.recording.positions - clean.positions, axis=2)
+    assert (found.origin[still] == Origin.REPAIRED).all()
+    assert np.sqrt(np.mean(np.square(off[still]))) < 0.02
+
+
+def test_what_is_held_where_nothing_tells_of_it_is_left_open_and_not_said_to_be_replaced():
+    """A second lost, then one held: its middle is as far from anything seen as that of a gap of two."""
+    clean = truth("walk")
+    noisy = corrupt(clean, noise=np.radians(2.0), seed=1).recording
+    bad, still = _holding(noisy, [(10, 121, 149)])
+    q = bad.q.copy()
+    q[60:120, 10] = np.nan
+    found = repair_without_model(bad.with_q(q), "adaptive")
+    assert (found.origin[still] == Origin.LEFT_OPEN).any()
+    assert np.isnan(found.recording.q[found.origin == Origin.LEFT_OPEN]).all()
+    (said,) = [warning for warning in found.warnings if "repeat the one before" in warning]
+    assert "taken as missing" in said
+
+
+def test_a_clean_recording_may_stand_still():
+    """Without noise nobody can tell: what is at rest stays."""
+    clean, _ = _holding(truth("reach"), [(20, 40, 60), (21, 40, 60), (33, 80, 95)])
+    for found in (joints_model().repair(clean), repair_without_model(clean, "adaptive")):
+        assert not any("repeat the one before" in warning for warning in found.warnings)
+        assert found.recording.fps == FPS
+
+
+def test_rests_in_a_calm_half_are_left_where_the_other_is_noisy():
+    """A joint rests for a while before the noise begins, and is held after: only the second is repaired."""
+    clean = truth("walk", seconds=8.0)
+    half, joint = clean.frames // 2, 20
+    noise = np.where(np.arange(clean.frames)[:, None] < half, 0.0, np.radians(3.0))
+    noisy = clean.with_q(clean.q + noise * np.random.default_rng(1).normal(size=clean.q.shape))
+    recorded, still = _holding(noisy, [(joint, 40, 52), (joint, half + 40, half + 52)])
+    found = repair_without_model(recorded, "adaptive").origin == Origin.REPAIRED
+    assert not (found & still)[:half].any()
+    assert (found & still)[half:].sum() > 8

@@ -1,0 +1,122 @@
+"""Takes that were joined, and scenes that were put elsewhere."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionmend.bodies.motion import Markers, Origin
+from motionmend.denoise import repair_without_model
+from motionmend.denoise.channels.joints import root_rows
+from motionmend.denoise.faults.takes import first_frames, repaired_in_takes
+from motionmend.evaluate import corrupt
+from motionmend.samples import markers
+from performers import joints_model, markers_model, truth
+
+ACTIONS = ("walk", "run", "jump", "reach", "turn")
+
+
+def _moved(recording, first, last, shift):
+    """The recording with frames first to last - 1 elsewhere."""
+    if isinstance(recording, Markers):
+        positions = recording.positions.copy()
+        positions[first:last] += shift
+        return recording.with_positions(positions)
+    q = recording.q.copy()
+    q[first:last, root_rows(recording.skeleton)[1]] += shift
+    return recording.with_q(q)
+
+
+def _spliced(recording, first, last):
+    """The recording without frames first to last - 1."""
+    return recording.with_positions(np.delete(recording.positions, np.s_[first:last], axis=0))
+
+
+@given(
+    st.sampled_from(ACTIONS),
+    st.booleans(),
+    st.integers(30, 260),
+    st.floats(0.8, 5.0),
+    st.integers(0, 10**6),
+    st.sampled_from([0.0, 2.0]),
+)
+@settings(max_examples=30, deadline=None)
+def test_a_lasting_leap_of_everything_is_found_to_the_frame(action, joints, at, far, seed, noise):
+    clean = truth(action, fps=60.0)
+    along = np.random.default_rng(seed).standard_normal(3)
+    recording = clean if joints else markers(clean)
+    spoilt = corrupt(recording, noise=np.radians(noise) if joints else 0.01 * noise / 2.0, seed=1).recording
+    bad = _moved(spoilt, at, clean.frames, far * along / np.linalg.norm(along))
+    assert first_frames(bad).tolist() == [at]
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+@pytest.mark.parametrize("fps", [15.0, 30.0, 120.0])
+def test_nothing_is_found_in_what_people_do_nor_in_noise_and_outliers(action, fps):
+    clean = truth(action, fps=fps)
+    for recording, noise in ((clean, np.radians(5.0)), (markers(clean), 0.02)):
+        assert not len(first_frames(recording))
+        for outliers in (0.0, 0.1, 0.2):
+            assert not len(first_frames(corrupt(recording, noise=noise, outliers=outliers, seed=2).recording))
+
+
+@pytest.mark.parametrize("frames", [1, 3, 8, 20, 50])
+def test_who_comes_back_within_a_second_was_never_put_elsewhere(frames):
+    clean = markers(truth("walk", fps=60.0))
+    assert not len(first_frames(_moved(clean, 120, 120 + frames, np.array([1.0, 0.0, 0.5]))))
+
+
+@pytest.mark.parametrize("frames", [0, 1, 2, 5])
+def test_short_recordings_and_those_without_anybody_have_none(frames):
+    clean = markers(truth("walk"))
+    short = clean.with_positions(clean.positions[:frames])
+    assert not len(first_frames(short))
+    assert not len(first_frames(clean.with_positions(np.full_like(clean.positions, np.nan))))
+
+
+@pytest.mark.parametrize("taught", [False, True])
+def test_of_joined_takes_every_sample_stays_and_it_is_said(taught):
+    clean = markers(truth("walk", seconds=8.0, fps=30.0))
+    joined = _spliced(clean, 100, 160)
+    outcome = markers_model().repair(joined) if taught else repair_without_model(joined)
+    assert (outcome.origin == Origin.MEASURED).all()
+    assert np.abs(outcome.recording.positions - joined.positions).max() < 0.005
+    assert any("before frame 100;" in said for said in outcome.warnings)
+    assert outcome.recording.frames == joined.frames
+
+
+@pytest.mark.parametrize("taught", [False, True])
+def test_noise_and_gaps_on_either_side_are_repaired(taught):
+    clean = truth("walk", seconds=8.0, fps=30.0)
+    spoilt = corrupt(clean, noise=np.radians(2.0), outliers=0.05, seed=3)
+    bad = _moved(spoilt.recording, 120, clean.frames, np.array([0.0, 0.0, 2.0]))
+    aim = _moved(clean, 120, clean.frames, np.array([0.0, 0.0, 2.0]))
+    outcome = joints_model().repair(bad) if taught else repair_without_model(bad)
+    whole = joints_model().repair(spoilt.recording) if taught else repair_without_model(spoilt.recording)
+    off = np.sqrt(np.mean(np.square(outcome.recording.q - aim.q)))
+    assert off < 1.3 * np.sqrt(np.mean(np.square(whole.recording.q - clean.q)))
+    assert outcome.noise is not None
+    assert outcome.noise.shape == (clean.q.shape[1],)
+
+
+def test_residuals_stay_with_their_frames():
+    clean = markers(truth("walk", fps=30.0))
+    residuals = np.arange(clean.frames * len(clean.names), dtype=float).reshape(clean.frames, -1)
+    bad = _moved(replace(clean, residuals=residuals), 70, clean.frames, np.array([3.0, 0.0, 0.0]))
+    outcome = repair_without_model(bad)
+    np.testing.assert_array_equal(outcome.recording.residuals, residuals)
+
+
+def test_what_is_said_of_a_take_counts_from_its_first_frame_and_what_holds_of_all_is_said_once():
+    clean = markers(truth("walk", seconds=8.0, fps=30.0))
+    bad = _moved(clean, 100, clean.frames, np.array([3.0, 0.0, 0.0]))
+
+    def repair(take):
+        return replace(repair_without_model(take, "linear"), warnings=("of all", f"of {take.frames} frames"))
+
+    common, cut, *said = repaired_in_takes(bad, repair).warnings
+    assert common == "of all"
+    assert "before frame 100;" in cut
+    assert said == ["of 100 frames", f"from frame 100 on, counted from there: of {clean.frames - 100} frames"]

@@ -1,0 +1,95 @@
+"""Frames in which no marker is seen at all, before the first, after the last or between."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionmend.bodies.motion import Origin
+from motionmend.denoise import repair_without_model
+from motionmend.denoise.gaps.unseen_frames import between, farther_each_frame
+from motionmend.samples import markers
+from performers import truth
+
+FPS = 60.0
+
+
+@given(st.integers(0, 10**6), st.integers(1, 20))
+@settings(max_examples=30)
+def test_how_far_points_get_is_that_of_a_line_or_of_staying(seed, count):
+    rng = np.random.default_rng(seed)
+    start, speed = rng.normal(size=(2, 4, 3))
+    steady = start + speed * np.arange(40)[:, None, None]
+    np.testing.assert_allclose(farther_each_frame(steady, count), 0.0, atol=1e-12)
+    shaken = 0.1 * rng.normal(size=(400, 4, 3))  # of what stays, two draws differ by the root of two
+    np.testing.assert_allclose(farther_each_frame(shaken, count), 0.1 * np.sqrt(2.0), rtol=0.15)
+    walk = np.cumsum(rng.normal(size=(60, 4, 3)), axis=0)
+    off = farther_each_frame(walk, count)
+    assert (np.diff(off, axis=0) >= 0.0).all()
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    np.testing.assert_allclose(farther_each_frame(walk @ turn.T + 3.0, count), off, rtol=1e-9)
+
+
+def test_a_recording_too_short_goes_on_in_proportion_and_what_is_missing_stays_unknown():
+    walk = np.cumsum(np.random.default_rng(0).normal(size=(6, 2, 3)), axis=0)
+    walk[:, 1] = np.nan
+    off = farther_each_frame(walk, 20)
+    assert off.shape == (20, 2)
+    assert off[19, 0] == pytest.approx(off[4, 0] * 20 / 5)
+    assert np.isnan(off[:, 1]).all()
+    assert np.isnan(farther_each_frame(walk[:1], 3)).all()
+
+
+@given(st.integers(0, 10**6), st.integers(1, 20))
+@settings(max_examples=30)
+def test_how_far_points_are_from_the_way_across_is_that_of_a_line_or_a_cubic(seed, count):
+    rng = np.random.default_rng(seed)
+    start, speed, turn = rng.normal(size=(3, 2, 3))
+    time = np.arange(60)[:, None, None] / 30.0
+    np.testing.assert_allclose(between(start + speed * time, count), 0.0, atol=1e-12)
+    bent = start + speed * time + turn * time**2
+    straight = np.arange(1, count + 1) * np.arange(count, 0, -1) / 900.0  # how far a parabola is from its chord
+    assert (between(bent, count) <= straight[:, None] * np.sqrt(np.square(turn).mean(axis=1)) + 1e-12).all()
+    walk = np.cumsum(rng.normal(size=(60, 2, 3)), axis=0)
+    assert between(walk, count) == pytest.approx(between(walk[::-1], count)[::-1])
+    other = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    np.testing.assert_allclose(between(walk @ other.T + 3.0, count), between(walk, count), rtol=1e-9)
+
+
+def test_what_is_seen_nowhere_for_so_long_is_off_as_it_moves_ahead_of_the_nearer_end():
+    walk = np.cumsum(np.random.default_rng(0).normal(size=(12, 2, 3)), axis=0)
+    off, ahead = between(walk, 9), farther_each_frame(walk, 5)
+    np.testing.assert_allclose(off, ahead[[0, 1, 2, 3, 4, 3, 2, 1, 0]])
+
+
+@pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
+@pytest.mark.parametrize("frames", [10, 20, 40])
+def test_what_is_filled_where_no_marker_is_seen_is_as_unsure_as_it_is_wrong(action, frames):
+    clean = markers(truth(action, 4, 6.0, FPS))
+    shaken = clean.positions + 0.001 * np.random.default_rng(4).standard_normal(clean.positions.shape)
+    gone = (np.array([[50], [150], [250]]) + np.arange(frames)).ravel()
+    shaken[gone] = np.nan
+    told = repair_without_model(clean.with_positions(shaken))
+    filled = told.origin[gone] == Origin.FILLED
+    assert filled.mean() > 0.9
+    off = np.abs(told.recording.positions - clean.positions)[gone]
+    assert (off < 1.96 * told.std[gone][:, :, None])[filled].mean() > 0.8
+
+
+@pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
+@pytest.mark.parametrize("end", ["first", "last"])
+def test_what_is_filled_there_is_as_unsure_as_it_is_wrong_and_that_is_said(action, end):
+    clean = markers(truth(action, 4, 5.0, FPS))
+    shaken = clean.positions + 0.001 * np.random.default_rng(4).standard_normal(clean.positions.shape)
+    gone = slice(0, 15) if end == "first" else slice(-15, None)
+    shaken[gone] = np.nan
+    told = repair_without_model(clean.with_positions(shaken))
+    filled = told.origin[gone] == Origin.FILLED
+    assert filled.mean() > 0.9
+    off = np.abs(told.recording.positions - clean.positions)[gone]
+    assert (off < 1.96 * told.std[gone][:, :, None])[filled].mean() > 0.8
+    assert any(f"no marker is seen in the {end} 15 frames" in said for said in told.warnings)
+    held = np.ones(len(shaken), bool)
+    held[gone] = False
+    whole = repair_without_model(clean.with_positions(np.where(held[:, None, None], shaken, clean.positions)))
+    assert not any("no marker is seen" in said for said in whole.warnings)

@@ -1,0 +1,98 @@
+"""The synthetic performer's denoisers, and channels spoilt in a known way."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from motionmend.bodies.motion import Markers
+from motionmend.denoise import Denoiser
+from motionmend.denoise.adaptive.blocks import mend_channels
+from motionmend.denoise.channels.joints import root_angles, root_rotation, root_rows
+from motionmend.denoise.channels.recording import to_channels
+from motionmend.denoise.channels.travel import turn
+from motionmend.denoise.library.local_prior import Prior, neighbourhood
+from motionmend.numerics.ssa import at_rate
+from motionmend.samples import clip, markers
+
+FPS = 30.0
+
+
+@lru_cache(maxsize=1)
+def clips():
+    people = ((1, -0.4), (2, 0.0), (3, 0.4))
+    return tuple(
+        clip(action, seconds=4.0, fps=FPS, seed=seed, style=style)
+        for action in ("walk", "turn", "reach")
+        for seed, style in people
+    )
+
+
+@lru_cache(maxsize=1)
+def joints_model():
+    return Denoiser(window=20, fps=FPS).fit(clips())
+
+
+@lru_cache(maxsize=1)
+def markers_model():
+    return Denoiser(window=20, fps=FPS).fit([markers(c) for c in clips()])
+
+
+@lru_cache(maxsize=8)
+def truth(action="walk", seed=9, seconds=5.0, fps=FPS):
+    """A clip of somebody the models do not know."""
+    return clip(action, seconds=seconds, fps=fps, seed=seed)
+
+
+def channels_of(recording):
+    """(T, C) degrees and cm."""
+    model = joints_model() if hasattr(recording, "q") else markers_model()
+    return to_channels(recording, model.layout).values
+
+
+def spoilt(values, noise, outliers, seed=0):
+    """(T, C) with noise and a share of samples 15 to 55 off; and where those are."""
+    rng = np.random.default_rng(seed)
+    hit = rng.random(values.shape) < outliers
+    off = rng.choice([-1.0, 1.0], values.shape) * rng.uniform(15.0, 55.0, values.shape)
+    return values + noise * rng.standard_normal(values.shape) + np.where(hit, off, 0.0), hit
+
+
+def prior_of(model, fps=FPS):
+    """What the model's library says of clean motion at a rate."""
+    bases, stride = at_rate(model.bases, model.settings.fps, fps)
+    return Prior(model.library.usual_bends(fps), bases, stride)
+
+
+def mend(measured, fps=FPS, library=True, near=True):
+    """`mend_channels` with the joints model's library, as `repair` does; or with no more than its bends."""
+    model = joints_model()
+    prior = prior_of(model, fps)
+    if not library:
+        return mend_channels(measured, Prior(prior.bends, None), fps)
+    closer = neighbourhood(model.library, model.bases, model.settings.fps) if near else None
+    return mend_channels(measured, prior, fps, near=closer)
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def f1(found, hit):
+    """2 true / (found + there)."""
+    return 2.0 * float((found & hit).sum()) / max(1, int(found.sum()) + int(hit.sum()))
+
+
+def moved(recording, angle, shift):
+    """The recording turned about the vertical and carried elsewhere."""
+    if isinstance(recording, Markers):
+        turned = recording.positions @ turn(np.array([angle]), recording.up)[0].T
+        return recording.with_positions(turned + shift)
+    skeleton = recording.skeleton
+    turns, moves = root_rows(skeleton)
+    about = turn(np.array([angle]), skeleton.up)[0]
+    q = recording.q.copy()
+    rotation = root_rotation(skeleton, turns, q)
+    q[:, turns] = np.radians(root_angles(skeleton, turns, about @ rotation))
+    place = skeleton.offsets[0] + q[:, moves] @ skeleton.dof_axis[moves]
+    q[:, moves] = (place @ about.T + shift - skeleton.offsets[0]) @ np.linalg.inv(skeleton.dof_axis[moves])
+    return recording.with_q(q)

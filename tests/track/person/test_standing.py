@@ -1,0 +1,83 @@
+"""Furniture that never moves, told before anybody is followed."""
+
+import numpy as np
+import pytest
+
+from drawn_people import CAMERA, PERSON, in_room, picture, random_joints
+from motionmend.bodies.camera import DepthFrame
+from motionmend.bodies.performer import Pose, rotation, standing
+from motionmend.bodies.surface import render
+from motionmend.track.person.foreground import find_person, scene_of
+from motionmend.track.person.standing import with_furniture
+
+BOX = np.s_[120:240, 225:320]  # px, on the floor 1.9 m away, as tall as a table and wider than a person
+
+
+def _frames(rng, poses, box=True):
+    """The person in a room with a large box nearer than they are."""
+    frames = []
+    for k, pose in enumerate(poses):
+        depth = np.array(in_room(picture(pose, rng=rng), rng=rng).depth)
+        if box:
+            front = np.full(depth[BOX].shape, 1.9)
+            front[:, ::2] += 0.06  # slats, for a flat one is a board
+            front += rng.normal(0, 0.0015, front.shape) * front**2
+            depth[BOX] = np.fmin(depth[BOX], front.astype(np.float32))
+        frames.append(DepthFrame(CAMERA, depth, None, k / 30.0))
+    return frames
+
+
+def _explained(scene, frame, pose):
+    """Share of the person's pixels that are found, and of what is found that is theirs."""
+    found = np.isfinite(find_person(scene, frame).depth)
+    theirs = np.isfinite(render(PERSON, pose, CAMERA).depth)
+    return (found & theirs).sum() / theirs.sum(), (found & theirs).sum() / max(found.sum(), 1)
+
+
+def test_a_box_nearer_and_larger_than_who_walks_is_furniture(rng):
+    poses = [standing((x, 0.1, 2.9)) for x in np.linspace(-1.0, 0.2, 12)]
+    frames = _frames(rng, poses)
+    assert _explained(scene_of(frames[0]), frames[0], poses[0])[0] < 0.5  # the box is more like a body
+    scene = with_furniture(frames)
+    for k in (0, 5, 11):
+        assert min(_explained(scene, frames[k], poses[k])) > 0.9
+
+
+def test_the_feet_of_who_moves_only_the_arms_are_theirs(rng):
+    base = standing((-0.6, 0.1, 2.9))
+    joints = [random_joints(rng) for _ in range(12)]
+    poses = []
+    for own in joints:
+        own[-8:] = base.joints[-8:]  # both legs
+        poses.append(Pose(base.translation, base.root, own))
+    scene = with_furniture(_frames(rng, poses))
+    for k in (0, 11):
+        assert min(_explained(scene, _frames(rng, poses)[k], poses[k])) > 0.9
+
+
+@pytest.mark.parametrize("box", [False, True])
+def test_where_nobody_moves_or_nothing_stands_nothing_is_known(rng, box):
+    steps = np.zeros(8) if box else np.linspace(-0.8, 0.4, 8)
+    assert with_furniture(_frames(rng, [standing((-0.6 + x, 0.1, 2.9)) for x in steps], box)) is None
+    assert with_furniture(_frames(rng, [standing((0.0, 0.1, 2.9))] * 2, box)) is None
+
+
+def test_frames_of_several_sizes_tell_nothing(rng):
+    poses = [standing((x, 0.1, 2.9)) for x in np.linspace(-1.0, 0.2, 4)]
+    frames = _frames(rng, poses)
+    small = DepthFrame(CAMERA.every(2), frames[1].depth[::2, ::2], None, 0.5)
+    assert with_furniture([*frames, small]) is None
+
+
+@pytest.mark.parametrize("sways", [False, True])
+def test_who_stands_still_while_somebody_walks_by_is_no_furniture_unless_they_never_sway(rng, sways):
+    base = standing((-0.6, 0.1, 2.4))
+    feet = np.array([-0.6, 1.0, 2.4])
+    frames = []
+    for k, x in enumerate(np.linspace(0.3, 1.2, 24)):
+        lean = rotation(np.array([np.radians(0.6) * np.sin(1.3 * k) * sways, 0.0, 0.0]))
+        still = Pose(lean @ (base.translation - feet) + feet, lean @ base.root, base.joints)
+        passer = standing((-0.6, 0.1, 1.7) if k == 5 else (x, 0.1, 3.0))  # for a moment right before them
+        both = np.fmin(picture(still, rng=rng).depth, picture(passer, rng=rng).depth)
+        frames.append(in_room(DepthFrame(CAMERA, both, None, k / 30.0), rng=rng))
+    assert (with_furniture(frames) is None) == sways

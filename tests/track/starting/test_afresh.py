@@ -1,0 +1,124 @@
+"""A body that was taken up wrongly at the start, and explains the images badly ever since, is looked for anew."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motionmend.bodies.camera import KINECT, DepthFrame
+from motionmend.bodies.performer import Pose, Poses, rotation
+from motionmend.bodies.surface import render
+from motionmend.evaluate.sensor import sensed
+from motionmend.numerics.neighbors import Neighbors
+from motionmend.track.detect.joints import fit_detector
+from motionmend.track.measure import first_seconds as measure
+from motionmend.track.readings.facing import about_face
+from motionmend.track.settings import settings_of
+from motionmend.track.starting.afresh import DOUBTED, FIRST, LAST, Afresh, better, odds_misread, watched
+from motionmend.track.tracker import start, step
+from walkers import BODY, DT, column, library, off, walk, walking
+
+
+@pytest.fixture(scope="module")
+def model():
+    """The strides with a detector that has seen them from all sides."""
+    strides = [walking(0.7 * k, (0.1 * (k % 5 - 2), 0.05, 2.6 + 0.2 * (k % 4)), 37.0 * k, 0.5) for k in range(160)]
+    poses = Poses(*(np.array([getattr(one, name) for one in strides]) for name in ("translation", "root", "joints")))
+    return replace(library(), detector=fit_detector(poses, [BODY], seed=0, count=160, trees=2))
+
+
+def twisted(pose):
+    """The pose with the pelvis turned to the camera, the chest farther and the legs against both."""
+    joints = np.array(pose.joints)
+    joints[column("chest", 1)] = 1.1
+    joints[column("l_thigh", 1)] -= 1.0
+    joints[column("r_thigh", 1)] -= 1.0
+    return Pose(pose.translation, rotation(np.array([0.0, 1.6, 0.0])) @ pose.root, joints)
+
+
+def seen(poses):
+    for k, pose in enumerate(poses):
+        yield DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
+
+
+@pytest.mark.parametrize("heading", [75.0, -100.0])
+def test_who_was_taken_up_wrongly_is_found(model, heading):
+    """Such a pose is usual by now, and the questions of front and back, and left and right, lead nowhere."""
+    poses = walk(40, heading)
+    settings, state, errors = settings_of(), None, []
+    for pose, frame in zip(poses, seen(poses), strict=True):
+        if state is None:
+            begun = start(model, settings, frame, BODY, twisted(about_face(BODY, poses[0])))
+            state = replace(begun, wrong=0.4, afresh=Afresh())
+        state, estimate = step(model, settings, state, frame)
+        errors.append(off(estimate.pose, pose))
+    assert state.afresh is None
+    assert min(errors[3:10]) > 0.1
+    assert max(errors[-5:]) < 0.06
+
+
+@pytest.mark.parametrize("is_given", [True, False])
+def test_who_is_followed_rightly_is_never_looked_for(model, is_given):
+    poses = walk(20, 30.0)
+    state, open_for = None, 0
+    for frame in seen(poses):
+        if state is None:
+            state = start(model, settings_of(), frame, BODY, poses[0] if is_given else None)
+        state, estimate = step(model, settings_of(), state, frame)
+        open_for += state.afresh is not None
+        assert state.afresh is None or not state.afresh.doubted
+        assert "recovered" not in estimate.flags
+    assert open_for == (0 if is_given else round(FIRST / DT) + 1)
+
+
+def test_nobody_is_looked_for_anew_while_measured(model, monkeypatch):
+    """What a body explains badly that is not the person's says nothing of the pose."""
+    before = []
+
+    def spied(fitted, settings, state, frame):
+        before.append(state)
+        return step(fitted, settings, state, frame)
+
+    monkeypatch.setattr(measure, "step", spied)
+    measure.measure_person(model, settings_of(), list(seen(walk(12, 30.0)))[::3])
+    assert len(before) >= 4
+    assert all(state.afresh is None for state in before)
+
+
+@given(st.lists(st.floats(0.0, 0.2), max_size=60))
+def test_it_is_looked_for_ever_more_seldom_and_not_for_good(frames):
+    search, pose = library().database.search, twisted(walking(0.5, (0, 0, 3), 0.0))
+    afresh, looks = Afresh(), []
+    for elapsed in frames:
+        if afresh is not None and afresh.due:
+            assert afresh.doubted
+            looks.append(afresh.look)
+            afresh = afresh.later
+        if afresh is not None:
+            afresh = watched(afresh, elapsed, search, pose, 0.5, np.ones(28))
+    assert looks == [FIRST * 2**k for k in range(len(looks))]
+    assert all(look <= LAST for look in looks)
+
+
+def test_only_who_bends_strangely_and_explains_badly_ever_since_is_doubted():
+    search, trust = library().database.search, np.ones(28)
+    right, wrong = walking(0.5, (0, 0, 3), 0.0), twisted(walking(0.5, (0, 0, 3), 0.0))
+    assert watched(Afresh(), DT, search, wrong, 0.5, trust).doubted
+    assert not watched(Afresh(), DT, search, right, 0.5, trust).doubted
+    assert not watched(Afresh(), DT, search, right, 0.15, trust).doubted
+    assert not watched(Afresh(), DT, Neighbors(np.empty((0, 28))), wrong, 0.5, trust).doubted
+    assert not Afresh().doubted
+    lately = Afresh(odds=-8.0 * 14, frames=14, time=14 * DT)
+    assert not watched(lately, DT, search, wrong, 0.5, trust).doubted
+    assert odds_misread(search, wrong, 0.5) > DOUBTED
+
+
+def test_only_what_is_clearly_better_and_likely_right_is_taken():
+    search = library().database.search
+    right, wrong = walking(0.5, (0, 0, 3), 0.0), twisted(walking(0.5, (0, 0, 3), 0.0))
+    assert better(search, wrong, 0.3, right, 0.2)
+    assert not better(search, right, 0.3, wrong, 0.3)
+    assert not better(search, wrong, 0.9, wrong, 0.7)  # better, but no good either
+    assert not better(search, right, 0.21, right, 0.2)
