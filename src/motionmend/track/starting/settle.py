@@ -2,7 +2,7 @@
 
 Gauss-Newton moves a limb to what is near it; one that a detector mistook or did not see is far. So each limb's poses
 are searched as a whole: those of a library and those that detected joints and unexplained points suggest, then
-closer and closer about the best of them (`limbs.limb_search`), every one judged by a picture.
+closer and closer about the best of them (`other_poses.limb_search`), every one judged by a picture.
 """
 
 from collections.abc import Sequence
