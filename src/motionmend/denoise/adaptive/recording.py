@@ -10,10 +10,11 @@ from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from ..channels.cloud import CENTIMETRES
-from ..channels.joints import joints_of, root_rows
+from ..channels.joints import DEGREES, joints_of, root_rows
 from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
+from ..channels.rotation_order import few
 from ..faults.displaced import displaced, lasting
 from ..faults.held import SAID, held, in_noise, told, without
 from ..faults.slid import slides
@@ -119,8 +120,30 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
         return as_recorded(recording, outcome)
     return replace(
         outcome,
-        warnings=(*outcome.warnings, *_sliding(outcome.recording, outcome.origin), *_hardly_believed(outcome)),
+        warnings=(
+            *outcome.warnings,
+            *_sliding(outcome.recording, outcome.origin),
+            *_hardly_believed(outcome),
+            *_never_seen(outcome),
+        ),
     )
+
+
+def _never_seen(outcome: Repaired[Recording]) -> tuple[str, ...]:
+    """A sentence that names joints or markers without any sample, and how far off they may be; none without such."""
+    recording: Motion | Markers = outcome.recording
+    made_up = np.flatnonzero((outcome.origin == Origin.FILLED).all(axis=0))
+    if isinstance(recording, Motion):
+        made_up = made_up[recording.skeleton.dof_kind[made_up] == ROTATION]
+        names, unit = [recording.skeleton.names[j] for j in recording.skeleton.dof_joint[made_up]], "degrees"
+        scale = DEGREES
+    else:
+        names, unit, scale = [recording.names[m] for m in made_up], "cm", CENTIMETRES
+    off: dict[str, float] = {}
+    for name, channel in zip(names, made_up, strict=True):
+        off[name] = max(off.get(name, 0.0), scale * float(outcome.std[:, channel].mean()))
+    said = few([f"{name} ({away:.2g} {unit})" for name, away in off.items()])
+    return (f"never seen, and made up by what the library's people do, off by about: {said}",) if said else ()
 
 
 def _hardly_believed(outcome: Repaired[Recording]) -> tuple[str, ...]:

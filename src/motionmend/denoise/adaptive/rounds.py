@@ -19,6 +19,7 @@ from ..bases.support import Support, as_alike_for_long, bridged, ends_alone, lin
 from ..dynamics.steady import mixed_in, smooth_steadily
 from ..gaps.likeliest import Process
 from ..gaps.moved import excess, gaps_of, hidden_by, laid_elsewhere
+from ..gaps.never_seen import never_seen
 from ..gaps.shares import fillings, mixed, shares, unsure
 from ..library.local_prior import Prior
 from ..noise.kept_distances import noise_by_distances
@@ -224,6 +225,9 @@ def adapt(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
         )
         steps += taken
+        if prior.bases is not None and not prior.own:
+            away = never_seen(measured, outlier, values, prior.bases, prior.stride, joints, fps)
+            variance = np.maximum(variance, away)
     return Adapted(
         values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, leaps, steps
     )

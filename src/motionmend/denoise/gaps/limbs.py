@@ -31,10 +31,16 @@ PIECES = 8  # parts of the library that are predicted from the others, if it has
 RIDGES = 10.0 ** np.arange(-4.0, 2.6, 0.5)
 UNKNOWN_MEAN = 100.0  # variances
 EVERY, NOW = slice(None), slice(OFFSETS.index(0.0), OFFSETS.index(0.0) + 1)  # of a window
+ASKED, ASKED_SECONDS = (
+    4,
+    4.0,
+)  # markers that are hidden where a library shows one person alone, and in so much of a recording
 EQUAL = 0.2  # of the mean squared error: the strength by which shares are drawn to equal ones
 
 
-def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: Ints) -> tuple[Floats, Floats]:
+def fill_absent(
+    positions: Floats, fps: float, library: MarkerLibrary, absent: Ints, *, asked: bool = True
+) -> tuple[Floats, Floats]:
     """Predict markers that are missing throughout.
 
     Parameters
@@ -43,6 +49,7 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
     fps : Hz.
     library : to learn from.
     absent : (A,) markers.
+    asked : a library of one person alone tells nothing of how people differ: markers that are seen are asked then.
 
     Returns
     -------
@@ -81,7 +88,31 @@ def fill_absent(positions: Floats, fps: float, library: MarkerLibrary, absent: I
     flat = mixed.reshape(len(mixed), -1)
     drawn = np.stack([np.interp(at, rows, column) for column in flat.T], axis=1).reshape(len(at), len(absent), 3)
     spread = np.stack([np.interp(at, rows, column) for column in doubt.T], axis=1)
+    if asked and (who.persons == 1 or len(np.unique(library.clip[usable])) == 1):
+        spread *= _beyond(positions, fps, library, _as_unsteady(examples[:, now], visible, absent))
     return drawn, spread
+
+
+def _as_unsteady(postures: Floats, visible: Ints, absent: Ints) -> Ints:
+    """Visible markers that keep their distances from those about them as ill as the absent ones do, the likest few."""
+    among = unsteadiness(postures, LEAST_EXAMPLES // 2)[:, visible]
+    least = np.log(np.sort(among, axis=1)[:, :ANCHORS].mean(axis=1))
+    return visible[np.argsort(np.abs(least[visible] - least[absent].mean()), kind="stable")[:ASKED]]
+
+
+def _beyond(positions: Floats, fps: float, library: MarkerLibrary, markers: Ints) -> float:
+    """How many times as far off as stated some visible markers come out when they are hidden; not below 1."""
+    most = round(ASKED_SECONDS * fps)
+    some = slice(max(0, (len(positions) - most) // 2), max(0, (len(positions) - most) // 2) + most)
+    beyond = [1.0]
+    for marker in markers:
+        without_it = positions[some].copy()
+        without_it[:, marker] = np.nan
+        found, told = fill_absent(without_it, fps, library, np.array([marker]), asked=False)
+        off = np.square(found[:, 0] - positions[some, marker]).mean(axis=1) / np.square(told[:, 0])
+        if np.isfinite(off).any():
+            beyond.append(float(np.sqrt(np.nanmean(off))))
+    return max(1.0, float(np.mean(beyond)))
 
 
 def _most_known(known: Bools, visible: Ints) -> Ints:
