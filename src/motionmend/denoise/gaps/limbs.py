@@ -31,10 +31,8 @@ PIECES = 8  # parts of the library that are predicted from the others, if it has
 RIDGES = 10.0 ** np.arange(-4.0, 2.6, 0.5)
 UNKNOWN_MEAN = 100.0  # variances
 EVERY, NOW = slice(None), slice(OFFSETS.index(0.0), OFFSETS.index(0.0) + 1)  # of a window
-ASKED, ASKED_SECONDS = (
-    4,
-    4.0,
-)  # markers that are hidden where a library shows one person alone, and in so much of a recording
+ASKED = 4  # markers that are hidden, in `ASKED_SECONDS` of a recording, where a library shows one person alone
+ASKED_SECONDS = 4.0
 EQUAL = 0.2  # of the mean squared error: the strength by which shares are drawn to equal ones
 
 
