@@ -1,5 +1,6 @@
 """A whole recording repaired by the adaptive method: joint angles, or markers with their gaps and labels."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -59,6 +60,7 @@ HARDLY, FEWEST_REJECTED = 1 / 3, 10  # of a channel's samples, and how many, tha
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
+AT_FIRST_SIGHT = 25.0  # log odds of a swap in what was measured; true ones have 40 to 130, pairs of outliers up to 11
 MUCH_LESS = 0.1  # of the variance of second differences that a first repair shows: that less is no chance
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 
@@ -257,20 +259,40 @@ def _with_labels(
         channels = to_channels(labelled, known.layout)
         return channels, _mended(channels.values, labelled, channels, known)
 
+    def those_asked(swaps: tuple[Swap, ...], channels: Channels) -> tuple[Swap, ...]:
+        if asked is None:
+            return swaps
+        return swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
+
+    recording, at_first = _right_at_first_sight(recording, known.layout, those_asked)
     channels, mended = repaired(recording)
-    swaps: tuple[Swap, ...] = swaps_seen(_cleaned(mended, recording, known.layout), recording.fps, known.postures)
-    if asked is not None:
-        swaps = swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
+    swaps = swaps_seen(_cleaned(mended, recording, known.layout), recording.fps, known.postures)
+    swaps = those_asked(swaps, channels)
     right = relabelled(recording, channels, swaps)
     if right is recording:
-        return right, channels, mended, swaps
+        return right, channels, mended, (*at_first, *swaps)
     missed = mended.missed
     channels, mended = repaired(right)
     certain = but_for_throughout(swaps, recording, channels)
     if mended.missed > missed and certain != swaps:
         swaps, right = certain, relabelled(recording, channels, certain)
         channels, mended = repaired(right)
-    return right, channels, mended, swaps
+    return right, channels, mended, (*at_first, *swaps)
+
+
+def _right_at_first_sight(
+    recording: Markers, layout: Layout, those_asked: Callable[[tuple[Swap, ...], Channels], tuple[Swap, ...]]
+) -> tuple[Markers, tuple[Swap, ...]]:
+    """The recording with those labels given back that are swapped beyond doubt as it is, and which these are.
+
+    A repair draws what leaps to where a library has it, and smooths or replaces the very leaps by which a whole limb's
+    swapped labels are told.
+    """
+    channels = to_channels(recording, layout)
+    positions = channels.values.reshape(recording.frames, -1, 3) / CENTIMETRES
+    seen = swaps_seen(positions, recording.fps, None)
+    certain = those_asked(tuple(swap for swap in seen if swap.put_right and swap.log_odds >= AT_FIRST_SIGHT), channels)
+    return relabelled(recording, channels, certain), tuple(swap for swap in certain if swap.put_right)
 
 
 def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> tuple[Repaired[Motion], Floats]:

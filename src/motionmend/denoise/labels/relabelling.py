@@ -104,6 +104,11 @@ def swaps_told(swaps: tuple[Swap, ...], recording: Markers, channels: Channels, 
                 f"{names}: labels were swapped in {where} against the rest and are exchanged there, so that the "
                 "recording agrees with itself; nothing tells which of the two is right"
             )
+        elif lasts:
+            said.append(
+                f"{names}: labels were swapped in {where} and are exchanged there, as the library's clips have them; "
+                "on somebody who wears these markers otherwise than its people it is the other way round"
+            )
         else:
             said.append(f"{names}: labels were swapped in {where} and are put right")
     return tuple(said)
