@@ -264,7 +264,7 @@ def test_what_is_swapped_throughout_is_put_right_even_by_another_person_s_librar
 @pytest.mark.parametrize(("first", "last"), [(120, 239), (250, 342)])
 def test_both_legs_swapped_are_put_right_with_another_person_s_library_too(data, first, last):
     """A repair by the library would smooth over the leaps by which they are told."""
-    walk, model = _part(data, "cmu_02_01"), Denoiser().fit([_part(data, "cmu_05_13")])
+    walk, model = _part(data, "cmu_02_01"), Denoiser().fit([_part(data, "hdm05_bd_05-01_01_120")])
     whole = repair_without_model(walk).recording
     spoilt = whole.positions
     for name in ("KNE", "ANK", "SHN", "TOE", "HEE", "MT5"):
