@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.motion import Origin
 from motionmend.denoise import repair_without_model
 from motionmend.denoise.gaps.unseen_frames import between, farther_each_frame
+from motionmend.io import read
 from motionmend.samples import markers
 from performers import truth
 
@@ -93,3 +94,28 @@ def test_what_is_filled_there_is_as_unsure_as_it_is_wrong_and_that_is_said(actio
     held[gone] = False
     whole = repair_without_model(clean.with_positions(np.where(held[:, None, None], shaken, clean.positions)))
     assert not any("no marker is seen" in said for said in whole.warnings)
+
+
+def walks_through(data, name, share):
+    """A real walk, whole, and the same seen only in the middle of its way, so much of it left out at either end."""
+    walk = repair_without_model(read(data / "mocap" / "c3d" / f"{name}.c3d")).recording
+    along = np.ptp(np.nanmedian(walk.positions, axis=1), axis=0)[:2].argmax()
+    low, high = np.quantile(np.nanmedian(walk.positions, axis=1)[:, along], [share, 1.0 - share])
+    gone = (walk.positions[..., along] < low) | (walk.positions[..., along] > high)
+    return walk, walk.with_positions(np.where(gone[..., None], np.nan, walk.positions)), gone
+
+
+@pytest.mark.parametrize(("name", "share"), [("cmu_02_01", 0.1), ("cmu_02_01", 0.22)])
+def test_who_walks_into_view_is_as_unsure_before_as_what_is_made_up_is_wrong(data, name, share):
+    walk, part, gone = walks_through(data, name, share)
+    found = repair_without_model(part)
+    assert any("come into view late or leave it early" in said for said in found.warnings)
+    away = np.abs(found.recording.positions - walk.positions)[gone] / found.std[gone][:, None]
+    away = away[np.isfinite(away)]
+    assert (away < 1.0).mean() > 0.6
+    assert (away < 1.96).mean() > 0.78
+
+
+def test_nothing_is_said_where_everybody_is_in_view(data):
+    walk, _, _ = walks_through(data, "cmu_02_01", 0.1)
+    assert not any("into view" in said for said in repair_without_model(walk).warnings)

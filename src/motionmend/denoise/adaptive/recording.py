@@ -24,7 +24,7 @@ from ..faults.thrown_root import thrown
 from ..gaps.hedge import filled_both_ways
 from ..gaps.likeliest import Process
 from ..gaps.markers import fill_gaps
-from ..gaps.unseen_frames import as_unsure_as_it_moves
+from ..gaps.unseen_frames import as_unsure_as_it_moves, made_up_beyond
 from ..labels.relabelling import (
     but_for_throughout,
     relabelled,
@@ -126,6 +126,7 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
             *outcome.warnings,
             *_sliding(outcome.recording, outcome.origin),
             *_hardly_believed(outcome),
+            *made_up_beyond(outcome),
             *_never_seen(outcome),
         ),
     )

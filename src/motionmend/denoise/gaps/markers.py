@@ -45,6 +45,7 @@ EXAMPLES = 400  # of the library, those most like the recording
 TAUGHT = 150  # of these, for one gap
 TUNED, TUNED_EXAMPLES, ROUNDS = 72, 36, 7  # frames, examples and rounds to find the amplitudes
 MOVED = 8  # gaps that are moved elsewhere to see how wrong the deviations are
+LATER = 1 / 3  # of what is seen of a marker, by which it comes into view later to see the same of ends
 LEAST_EXCESS, MOST_EXCESS = 0.5, 10.0  # how much smaller and larger they may become by it
 HOPELESS = 0.4  # m; a standard deviation above this is no support: the gap stays open
 _EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(12)])).astype(np.int64))
@@ -344,11 +345,20 @@ def _calibrate(work: _Work) -> None:
     """Scale what was filled so that on hidden stretches the deviations say what they promise.
 
     A gap of each marker is moved elsewhere, with the gaps that other markers have at the time, and filled by what the
-    rest teaches: amplitudes and all.
+    rest teaches: amplitudes and all. Where markers come into view or leave it, they do so later or earlier.
     """
-    seen, moved = _moved_gaps(work.seen)
-    if not moved:
-        return
+    inside = _errors(work, *_moved_gaps(work.seen))
+    beyond = [(end, _errors(work, *_moved_ends(work.seen, end))) for end in (0, 1)]
+    if inside:
+        work.std *= _excess(inside)
+    for end, errors in beyond:
+        if errors:
+            worse = _excess(errors) / (_excess(inside) if inside else 1.0)
+            work.std[_beyond(work.seen, end)] *= max(1.0, worse)
+
+
+def _errors(work: _Work, seen: Bools, moved: list[tuple[int, int, int]]) -> list[Floats]:
+    """Errors of what is filled in moved gaps, for each gap, in deviations as they are stated."""
     places = np.where(seen[..., None], work.places, np.nan)
     trial = replace(work, places=places, seen=seen, std=np.full(seen.shape, np.nan), tuned={}, last={})
     errors = []
@@ -358,8 +368,40 @@ def _calibrate(work: _Work) -> None:
         found = (trial.places - work.places)[hidden, marker] / trial.std[hidden, marker, None]
         if len(found := found[np.isfinite(found).all(axis=1)]):  # of what is left nothing may be told
             errors.append(found)
-    if errors:
-        work.std *= _excess(errors)
+    return errors
+
+
+def _beyond(seen: Bools, end: int) -> Bools:
+    """(T, M) True before each marker's first sample, or at the other `end`, 1, after its last."""
+    way = slice(None, None, -1 if end else 1)
+    return np.asarray(~np.logical_or.accumulate(seen[way], axis=0)[way])
+
+
+def _moved_ends(seen: Bools, end: int) -> tuple[Bools, list[tuple[int, int, int]]]:
+    """(T, M) what is seen if everybody came into view later, or left earlier, and the gaps at that end.
+
+    What a marker does before it comes into view nothing after it encloses, as gaps inside are enclosed, and there few
+    others are in view.
+    """
+    gaps = _beyond(seen, end)
+    lost = gaps.sum(axis=0)
+    enters = np.flatnonzero((lost > 0) & (lost < len(seen)))
+    if not len(enters):
+        return seen, []
+    shown = seen[:, enters].sum(axis=0)
+    later = int(min(np.median(lost[enters]), np.median(shown) * LATER))
+    if later < 1:
+        return seen, []
+    way = slice(None, None, -1 if end else 1)
+    left = seen.copy()
+    left[way][later:] &= seen[way][:-later]
+    left[way][:later] = False
+    moved = []
+    for marker in _thinned(enters, MOVED):
+        length = int(min(lost[marker] + later, len(seen)))
+        if left[:, marker].any():
+            moved.append((int(marker), len(seen) - length if end else 0, len(seen) if end else length))
+    return left, moved
 
 
 def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:

@@ -10,10 +10,11 @@ from functools import cache, partial
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arrays import Bools, Floats
 from ...bodies.motion import Markers, Origin, Recording, Repaired
 from ..channels.cloud import CENTIMETRES
 
+FAR, MUCH = 0.05, 0.01  # m, and share of all samples: what is filled beyond what was seen of markers, and is said
 LOOKED = 400  # frames from which it is followed, at most
 BACK = 2  # frames over which a velocity is taken
 
@@ -61,6 +62,25 @@ def as_unsure_as_it_moves(outcome: Repaired[Recording]) -> Repaired[Recording]:
         if beyond[part].any()
     ]
     return replace(outcome, std=std, warnings=(*outcome.warnings, *said))
+
+
+def made_up_beyond(outcome: Repaired[Recording]) -> tuple[str, ...]:
+    """A sentence where much is filled of markers before they come into view, or after they leave it, and is unsure."""
+    markers, filled = outcome.recording, np.asarray(outcome.origin == Origin.FILLED)
+    seen: Bools = np.asarray(outcome.origin <= Origin.REPAIRED)
+    if not isinstance(markers, Markers) or not seen.any():
+        return ()
+    inside = np.logical_or.accumulate(seen, axis=0) & np.logical_or.accumulate(seen[::-1], axis=0)[::-1]
+    somebody: Bools = np.asarray(seen.any(axis=1))
+    beyond = filled & ~inside & seen.any(axis=0) & somebody[:, None]
+    unsure = beyond & (outcome.std > FAR)
+    if unsure.sum() < MUCH * filled.size:
+        return ()
+    return (
+        f"{int(unsure.any(axis=0).sum())} markers come into view late or leave it early: what is filled of them there "
+        f"({unsure.sum() / filled.size:.0%} of all samples) is led by the markers still seen and may be off by "
+        f"{CENTIMETRES * float(np.quantile(outcome.std[unsure], 0.95)):.0f} cm; a limit (--max-std) leaves it open",
+    )
 
 
 def farther_each_frame(places: Floats, count: int) -> Floats:
