@@ -239,6 +239,14 @@ def name_of(path: Path) -> str:
     return path.resolve().name if path.name in ("", "..") else path.name
 
 
+def place_among(path: Path, given: Sequence[Path]) -> tuple[int, Path]:
+    """Where a file stands among what was given: by what names it or holds it, then by its own name; else before all."""
+    for number, one in enumerate(given):
+        if path == one or one in path.parents:
+            return number, path
+    return -1, Path()
+
+
 def is_no_file(path: Path) -> bool:
     """Whether something is there that is neither a file nor a folder: to open it may take for ever."""
     return path.exists() and not path.is_file() and not path.is_dir()

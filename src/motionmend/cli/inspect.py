@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import counted
 from .compare_joints import SENSORS, TEXTS
-from .inputs import Input, Refusal, ending, gather
+from .inputs import Input, Refusal, ending, gather, place_among
 from .options import WORKING, AsJson, Files, Rate, SkeletonFile, Working
 from .output import Done, work
 
@@ -31,9 +31,10 @@ def inspect(
     Recordings, depth folders, joints as sensors and trackers report them, skeletons (.asf) and models (.mend).
     Lengths are in metres, angles in degrees, times in seconds; frames are counted from 0.
     """
-    inputs, refused = _inputs([working.reachable(file) for file in files])
+    given = [working.reachable(file) for file in files]
+    inputs, refused = _inputs(given)
     task = partial(look, fps=fps, skeleton=skeleton and working.reachable(skeleton))
-    return work(task, inputs, name=_path, working=working, as_json=as_json, refused=refused)
+    return work(task, inputs, name=_path, working=working, as_json=as_json, refused=refused, given=given)
 
 
 def _inputs(given: list[Path]) -> tuple[list[Input], list[Refusal]]:
@@ -58,7 +59,8 @@ def _inputs(given: list[Path]) -> tuple[list[Input], list[Refusal]]:
     files = {*READABLE, ".asf", ".mend", *SENSORS}
     found, refused = gather(rest, files, meant=lambda path: inside(path) or _meant(path, looks_meant))
     refused = [refusal for refusal in refused if not any(refusal.path in one.path.parents for one in nested)]
-    return [*inputs, *nested, *(one for one in found if not inside(one.path))], refused
+    every = [*inputs, *nested, *(one for one in found if not inside(one.path))]
+    return sorted(every, key=lambda one: place_among(one.path, given)), refused
 
 
 def _meant(path: Path, looks_meant: Callable[[Path], bool]) -> bool:

@@ -74,7 +74,8 @@ def pipeline(
                 barred.append(job)
             else:
                 jobs.append(take)
-        return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=[*refused, *barred])
+        refused = [*refused, *barred]
+        return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=refused, given=given)
 
 
 def _chain(options: "PipelineConfig", kinds: set[Kind]) -> "tuple[Chain, dict[Kind, str]]":

@@ -71,8 +71,8 @@ def repaired_from(said: Mapping[str, Any], recording: Motion | Markers) -> Repai
     KeyError, TypeError, ValueError : when it is not of this form.
     """
     runs = said["joint_runs"] if "joint_runs" in said else said.get("runs")
-    if runs is None:
-        return None
+    if runs is None or ("joint_runs" in said and isinstance(recording, Motion)):
+        return None  # joints as they were seen, of which the angles were made: no single angle's origin
     columns = {name: c for c, name in enumerate(labels(recording.channels))}
     origin = np.zeros((recording.frames, len(columns)), np.uint8)
     std = np.full(origin.shape, np.nan, np.float32)
