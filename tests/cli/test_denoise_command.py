@@ -10,9 +10,12 @@ import pytest
 from commands import Command, files_below
 
 from motionmend.bodies.motion import Markers, Motion
+from motionmend.bodies.performer import LANDMARKS
 from motionmend.bodies.postures import Postures
+from motionmend.bodies.rig import motion_landmarks
 from motionmend.io import read, write
 from motionmend.io.joint_table import read_joint_table, write_joint_table
+from motionmend.io.sensor import read_postures
 
 AMC = "amc.mend"
 
@@ -437,3 +440,47 @@ def test_what_a_table_says_of_its_joints_stays_in_it(cli: Command, tmp_path: Pat
     counts = json.loads((tmp_path / "clean.mend.json").read_text())["channels"]["r_wrist"]
     assert counts["left_open"] == int((~found.present[:, 3]).sum()) > 30
     assert "without anybody" in ran.err
+
+
+def test_what_is_said_of_a_table_of_joints_is_what_stands_in_it(cli: Command, library: Path, tmp_path: Path) -> None:
+    joints = sensed(library)
+    write_joint_table(tmp_path / "in.csv", replace(joints, std=np.full((joints.frames, len(joints.names)), 0.02)))
+    assert cli("denoise", tmp_path / "in.csv", "-o", tmp_path / "out.csv").code == 0
+    table = read_joint_table(tmp_path / "out.csv")
+    assert table.std is not None
+    beside = json.loads((tmp_path / "out.mend.json").read_text())
+    for j, name in enumerate(table.names):
+        assert beside["std"][name]["mean"] == pytest.approx(table.std[:, j].mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["dropped", "no time", "semicolons", "tabs"])
+@pytest.mark.parametrize("command", ["denoise", "corrupt"])
+def test_tables_of_joints_are_taken_as_correct_takes_them(
+    cli: Command, library: Path, tmp_path: Path, command: str, kind: str
+) -> None:
+    joints = sensed(library)
+    kept = np.delete(np.arange(joints.frames), [10, 11, 25])
+    dropped = replace(joints, positions=joints.positions[kept], times=joints.times[kept])
+    write_joint_table(tmp_path / "in.csv", dropped if kind == "dropped" else joints)
+    rows = [line.split(",") for line in (tmp_path / "in.csv").read_text().splitlines()]
+    if kind == "no time":
+        rows = [row[1:] for row in rows]
+    between = {"semicolons": ";", "tabs": "\t"}.get(kind, ",")
+    (tmp_path / "in.csv").write_text("".join(between.join(row) + "\n" for row in rows))
+    ran = cli(command, tmp_path / "in.csv", "-o", tmp_path / "out.csv")
+    assert ran.code == 0, ran.err
+    table, given = read_joint_table(tmp_path / "out.csv"), read_postures(tmp_path / "in.csv")
+    assert table.names == given.names
+    assert np.allclose(table.times, given.times, atol=1e-6)
+    assert np.nanmax(np.abs(table.positions - given.positions)) < 0.02
+    said = {"dropped": "2 steps longer than 1.5 frames", "no time": "no times"}
+    assert said.get(kind, "commas") in ran.err
+
+
+def sensed(library: Path) -> Postures:
+    """Joints of a walk as a sensor names them, at 30 Hz, a millimetre of noise."""
+    motion = read(library / "clean.amc")
+    assert isinstance(motion, Motion)
+    at = motion_landmarks(motion)[::4]
+    at = at + 0.001 * np.random.default_rng(0).normal(size=at.shape)
+    return Postures(LANDMARKS, at, np.arange(len(at)) / 30)

@@ -1,6 +1,7 @@
 """`motionmend pipeline`: every kind of take all the way, and what is said of takes that cannot go."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,14 @@ from commands import Command, files_below
 from motionmend import samples
 from motionmend.bodies.camera import Camera, DepthFrame
 from motionmend.bodies.joint_sets import KINECT20, correspondence
-from motionmend.bodies.motion import Motion
+from motionmend.bodies.motion import Motion, Origin, Repaired
 from motionmend.bodies.performer import LANDMARKS, landmarks
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.skeleton import positions
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
+from motionmend.cli.pipeline import as_in_table, as_markers, denoised
 from motionmend.correct import Corrector, Pair
 from motionmend.io import read, write
 from motionmend.io.depth_folder import write_depth_folder
@@ -85,7 +87,27 @@ def test_a_folder_of_takes_goes_all_the_way(cli: Command, takes: Path, sensor: P
     assert [step["step"] for step in beside["steps"]] == ["correct", "denoise"]
     assert beside["steps"][0]["model"]["file"] == "sensor.mend"
     assert sum(beside["channels"]["Head"].values()) == sensor.frames
+    for j, name in enumerate(table.names):
+        assert beside["std"][name]["mean"] == pytest.approx(table.std[:, j].mean(), rel=0.01)
     assert list(beside)[-1] == "seconds"
+
+
+def test_what_a_repair_leaves_open_and_the_step_before_made_is_filled_as_unsure_as_that(clip: Motion) -> None:
+    marked = samples.markers(clip)
+    some = Postures(marked.names[:3], marked.positions[:9, :3], np.arange(9) / 30, std=np.full((9, 3), 0.01))
+    std = np.array(some.std)
+    std[:, 2] = 0.3
+    held = replace(some, std=std)
+    markers = as_markers(held)
+    origin = np.where(markers.present, Origin.MEASURED, Origin.LEFT_OPEN).astype(np.uint8)
+    repaired = Repaired(
+        markers, origin, np.where(markers.present, 0.002, np.nan).astype(np.float32), np.ones((9, 3)), "adaptive"
+    )
+    written = denoised(held, repaired)
+    told = as_in_table(repaired, written)
+    assert (told.origin[:, 2] == Origin.FILLED).all()
+    assert np.allclose(told.std, written.std)
+    assert np.allclose(told.std[:, 2], 0.3)
 
 
 def test_a_frame_without_the_person_is_left_open_and_said_to_be(

@@ -23,9 +23,9 @@ def holds_joints(path: Path) -> bool:
 
     A table without deviations, reliabilities or states holds joints when most of its names are those of joints.
     """
-    from ..bodies.joint_sets import meanings
     from ..io.joint_table import beside_of, read_joint_table
     from ..io.sensor import kind_of
+    from ..io.table import are_joints
 
     if not path.is_file() or ending(path) not in (*SENSORS, *TEXTS):
         return False
@@ -33,8 +33,7 @@ def holds_joints(path: Path) -> bool:
     if kind == "joints":
         if beside_of(path):
             return True
-        named = meanings(read_joint_table(path).names)
-        return 2 * sum(map(bool, named)) > len(named)
+        return are_joints(read_joint_table(path).names)
     return kind in ("table", "ntu", "uiprmd", "utdmhad", "keraal", "azure", *_TRUTHS)
 
 

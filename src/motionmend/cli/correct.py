@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 WRITTEN = (".csv", ".bvh", ".amc")
 TIMED = 200  # frames corrected one by one to tell how long each takes
 WARM = 2  # of them, before which things are loaded
+_DESCENDING = ("paper",)  # methods that descend frame by frame, and do not count their steps; all others solve directly
 DIGITS = 3  # significant digits of what .mend.json says of each joint
 
 
@@ -208,6 +209,8 @@ class Correction:
             "swapped_frames": flagged(corrected).get("swapped", []),
             "reliability": reliability,
             "std": _spread(corrected.std, sensor.names, corrected.present),
+            "iterations": None if self.method in _DESCENDING else 0,
+            "cost": [],
             "warnings": warnings,
             "guesses": sensor.guesses,
         }
@@ -292,14 +295,14 @@ def empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
 
 
 def tallied(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
-    """How many samples (frames x joints) the sensor tracked, inferred and lacked, and how far they were moved (cm)."""
+    """How many samples (frames x joints) are what `channels` says, how many the sensor tracked and inferred, and how
+    far they were moved (cm)."""
     there, now = sensor.present, corrected.present
     moved = np.linalg.norm(corrected.positions - sensor.positions, axis=2)[there & now]
+    of_joints = channels(sensor, corrected).values()
     counts: dict[str, Any] = {
         "samples": int(there.size),
-        "measured": int(there.sum()),
-        "filled": int((now & ~there).sum()),
-        "left_open": int((~now).sum()),
+        **{kind: sum(one[kind] for one in of_joints) for kind in ("measured", "repaired", "filled", "left_open")},
         "empty_frames": int((~now.any(axis=1)).sum()),
     }
     if sensor.state is not None:
@@ -313,8 +316,8 @@ def tallied(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
 
 
 def channels(sensor: "Postures", corrected: "Postures") -> dict[str, dict[str, int]]:
-    """Of each joint how many frames the sensor gave, and how many were moved by more than their own deviation,
-    filled and left open."""
+    """Of each joint how many frames stand as the sensor gave them (measured), were moved (repaired), filled and left
+    open."""
     there, now = sensor.present, corrected.present
     moved = np.linalg.norm(
         np.where(there & now, 1.0, 0.0)[:, :, None] * np.nan_to_num(corrected.positions - sensor.positions), axis=2

@@ -161,7 +161,9 @@ class Repair:
         joints = joints_seen(recording)
         repaired, seconds = self.timed(recording if joints is None else joints)
         if joints is not None:
-            repaired = empty_where_nobody(joints, repaired)
+            from ..io.table import as_written
+
+            repaired = as_written(empty_where_nobody(joints, repaired))
         return self.save(job, recording, repaired, {"read": was_read, **seconds})
 
     def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":

@@ -222,14 +222,17 @@ class Chain:
         """Joints, denoised as a cloud of markers and written as a table."""
         from ..io.atomic import atomic
         from ..io.joint_table import write_joint_table
+        from ..io.table import uneven_times
 
         steps: tuple[Step, ...] = (step,)
         repaired = None
         if self.repair is not None and postures.frames > 1:
             repaired, last = _repaired(self.repair, as_markers(postures), made=True)
+            postures, before = denoised(postures, repaired), repaired
+            repaired = as_in_table(repaired, postures)
+            said = (*uneven_times(postures.times), *_kept(before, repaired, step.name))
+            last = replace(last, warnings=(*last.warnings, *said))
             steps, seconds = (*steps, last), {**seconds, last.name: last.seconds}
-            postures = denoised(postures, repaired)
-            repaired = open_where_empty(repaired, postures)
         start = perf_counter()
         with ExitStack() as whole:
             self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, guesses, seconds)
@@ -322,13 +325,27 @@ def denoised(postures: "Postures", repaired: "Repaired[Markers]") -> "Postures":
     return replace(postures, positions=positions, std=std)
 
 
-def open_where_empty(repaired: "Repaired[Markers]", written: "Postures") -> "Repaired[Markers]":
-    """What is said of a repair whose positions are written only where there are any: the others are left open."""
+def as_in_table(repaired: "Repaired[Markers]", written: "Postures") -> "Repaired[Markers]":
+    """What is said of a repair as its table has it: with the table's deviations, and positions that the repair left
+    open and the step before had made are filled."""
     from ..bodies.motion import Origin
 
     there = written.present
-    origin = np.where(there, repaired.origin, np.uint8(Origin.LEFT_OPEN))
-    return replace(repaired, origin=origin, std=np.where(there, repaired.std, np.float32(np.nan)))
+    made = np.where(repaired.origin == Origin.LEFT_OPEN, np.uint8(Origin.FILLED), repaired.origin)
+    std = repaired.std if written.std is None else written.std.astype(repaired.std.dtype)
+    return replace(
+        repaired,
+        origin=np.where(there, made, np.uint8(Origin.LEFT_OPEN)),
+        std=np.where(there, std, np.float32(np.nan)),
+    )
+
+
+def _kept(repaired: "Repaired[Markers]", written: "Repaired[Markers]", step: str) -> tuple[str, ...]:
+    """A sentence about positions that a repair left open and that stay as the step before had them."""
+    from ..bodies.motion import Origin
+
+    kept = int(((repaired.origin == Origin.LEFT_OPEN) & (written.origin == Origin.FILLED)).sum())
+    return (f"{counted(kept, 'position')} that it left open stand as {step} made them, as unsure",) if kept else ()
 
 
 def _warnings(steps: tuple[Step, ...]) -> tuple[str, ...]:
