@@ -10,8 +10,8 @@ from commands import Command, files_below
 
 from motionmend import samples
 from motionmend.bodies.camera import Camera, DepthFrame
-from motionmend.bodies.joint_sets import KINECT20, correspondence
-from motionmend.bodies.motion import Motion, Origin, Repaired
+from motionmend.bodies.joint_sets import JOINT_SETS, KINECT20, correspondence
+from motionmend.bodies.motion import Markers, Motion, Origin, Repaired
 from motionmend.bodies.performer import LANDMARKS, landmarks
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.skeleton import positions
@@ -19,6 +19,7 @@ from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
 from motionmend.cli.pipeline import as_in_table, as_markers, denoised
+from motionmend.cli.takes import is_skeleton
 from motionmend.correct import Corrector, Pair
 from motionmend.io import read, write
 from motionmend.io.depth_folder import write_depth_folder
@@ -316,3 +317,37 @@ def test_depth_is_tracked_and_denoised(cli: Command, clip: Motion, tmp_path: Pat
     said = [json.loads((tmp_path / out / "take.mend.json").read_text())["warnings"] for out in ("alone", "again")]
     assert any("no colour" in warning for warning in said[0])
     assert {f"track: {warning}" for warning in said[0]} <= set(said[1])
+
+
+@pytest.mark.parametrize("names", [one.names for one in JOINT_SETS.values()], ids=list(JOINT_SETS))
+def test_joints_of_sensors_are_a_skeleton(names: tuple[str, ...]) -> None:
+    assert is_skeleton(names)
+
+
+OF_SKIN = ("Shoulder", "Clavicle", "Bicep", "Elbow", "Wrist", "ASIS", "Thigh") + (
+    "TH1",
+    "TH2",
+    "Knee",
+    "SH1",
+    "SH2",
+    "Ankle",
+    "Heel",
+    "Toe",
+)
+
+
+def test_markers_at_joints_are_no_skeleton_and_a_trc_of_them_is_only_denoised(
+    cli: Command, clip: Motion, tmp_path: Path
+) -> None:
+    """Gait laboratories name markers after the joints that they lie at."""
+    names = tuple(f"{side}.{name}" for side in "RL" for name in OF_SKIN)
+    assert not is_skeleton(names)
+    assert not is_skeleton([*names[:5], *names[6:20], "V.Sacral"])
+    marked = samples.markers(clip)
+    write(tmp_path / "walk.trc", Markers(names, marked.positions[:, : len(names)], marked.fps, up=marked.up))
+    for given, out in ((tmp_path / "walk.trc", tmp_path / "made.trc"), (tmp_path, tmp_path / "out")):
+        ran = cli("pipeline", given, "-o", out, "--json", "--jobs", "1")
+        assert ran.code == 0, ran.err
+        first = json.loads(ran.out.splitlines()[0])
+        assert (first["kind"], first["steps"]) == ("recording", ["denoise"])
+    assert (tmp_path / "out" / "walk.trc").exists()

@@ -1,6 +1,7 @@
 """Takes of every kind: what a pipeline is given, what each is, and where its output belongs."""
 
 import os
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from .output import say
 
 Kind: TypeAlias = Literal["depth", "sensor", "recording"]
 WRITTEN = {"depth": (".csv", ".bvh", ".amc"), "sensor": (".csv", ".bvh")}
-_FEWEST = 6  # joints whose meaning is known: then points with names are a skeleton, else they are markers
+_FEWEST = 6  # joints whose meaning is known, and more than half of all: then points with names are a skeleton
+_ON_SKIN = re.compile(r"(asis?|psis?|sacr(al|um)?)$")  # what only markers are called that lie about a pelvis
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,6 @@ def _below(path: Path, top: Path) -> Iterator[tuple[Input, Kind]]:
 def kind_of_take(file: Path) -> Kind | None:
     """What a file is; None for none of the kinds. What cannot be read is what its ending says, so that reading it
     says why."""
-    from ..bodies.joint_sets import meanings
     from ..io import READABLE, looks_meant
     from ..io.sensor import SENSOR_ENDINGS, kind_of, looks_like_sensor, read_postures
 
@@ -113,11 +114,19 @@ def kind_of_take(file: Path) -> Kind | None:
         if known and looks_like_sensor(file):
             if ending(file) not in READABLE:
                 return "sensor"
-            joints = sum(1 for meaning in meanings(read_postures(file).names) if meaning)
-            return "sensor" if joints >= _FEWEST or not looks_meant(file) else "recording"
+            return "sensor" if is_skeleton(read_postures(file).names) or not looks_meant(file) else "recording"
         return "recording" if ending(file) in READABLE and looks_meant(file) else None
     except FileError:
         return "recording" if ending(file) in READABLE and looks_meant(file) else "sensor" if known else None
+
+
+def is_skeleton(names: Sequence[str]) -> bool:
+    """Whether named points are a skeleton's joints rather than markers on the skin, of which some lie at joints."""
+    from ..bodies.joint_sets import meanings
+
+    joints = sum(map(bool, meanings(names)))
+    bare = (re.sub(r"[^a-z]", "", name.rpartition(":")[2].lower()) for name in names)
+    return joints >= _FEWEST and 2 * joints > len(names) and not any(_ON_SKIN.search(name) for name in bare)
 
 
 def plan_takes(
