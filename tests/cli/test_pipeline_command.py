@@ -324,16 +324,7 @@ def test_joints_of_sensors_are_a_skeleton(names: tuple[str, ...]) -> None:
     assert is_skeleton(names)
 
 
-OF_SKIN = ("Shoulder", "Clavicle", "Bicep", "Elbow", "Wrist", "ASIS", "Thigh") + (
-    "TH1",
-    "TH2",
-    "Knee",
-    "SH1",
-    "SH2",
-    "Ankle",
-    "Heel",
-    "Toe",
-)
+OF_SKIN = ["Shoulder", "Clavicle", "Bicep", "Elbow", "Wrist", "ASIS", "Thigh", "Knee", "Shank", "Ankle", "Heel", "Toe"]
 
 
 def test_markers_at_joints_are_no_skeleton_and_a_trc_of_them_is_only_denoised(
@@ -342,7 +333,7 @@ def test_markers_at_joints_are_no_skeleton_and_a_trc_of_them_is_only_denoised(
     """Gait laboratories name markers after the joints that they lie at."""
     names = tuple(f"{side}.{name}" for side in "RL" for name in OF_SKIN)
     assert not is_skeleton(names)
-    assert not is_skeleton([*names[:5], *names[6:20], "V.Sacral"])
+    assert not is_skeleton([name for name in names if "ASIS" not in name] + ["V.Sacral"])
     marked = samples.markers(clip)
     write(tmp_path / "walk.trc", Markers(names, marked.positions[:, : len(names)], marked.fps, up=marked.up))
     for given, out in ((tmp_path / "walk.trc", tmp_path / "made.trc"), (tmp_path, tmp_path / "out")):
