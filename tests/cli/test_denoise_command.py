@@ -1,7 +1,9 @@
 """`motionmend denoise` from files to files."""
 
+import hashlib
 import json
 import shutil
+import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,7 +44,7 @@ def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_
     taken, mended = read(library / "take.c3d"), read(tmp_path / "clean.c3d")
     assert (facts["input"], facts["frames"], facts["fps"]) == ("take.c3d", taken.frames, taken.fps)
     assert facts["model"]["file"] == "c3d.mend"
-    assert len(facts["model"]["sha256"]) == 64
+    assert facts["model"]["sha256"] == hashlib.sha256((library / "c3d.mend").read_bytes()).hexdigest()
     assert list(facts["channels"]) == list(taken.channels)
     for c, (name, counts) in enumerate(facts["channels"].items()):
         missing = int((~taken.present[:, c]).sum())
@@ -170,7 +172,7 @@ def test_json_is_pure_and_one_object_for_each_input(cli: Command, library: Path,
     assert set(said) == {"none.amc", "bad.amc", "take.amc", "clean.amc"}
     assert "error" in said["bad.amc"]
     done = said["take.amc"]
-    assert set(done["seconds"]) == {"read", "repair", "write", "total"}
+    assert set(done["seconds"]) == {"startup", "read", "repair", "write", "total"}
     assert done["seconds"]["total"] >= done["seconds"]["repair"] > 0
     assert done["frame_ms"]["mean"] == pytest.approx(1000 * done["seconds"]["repair"] / done["frames"])
     assert done["output"] == str(tmp_path / "out" / "takes" / "take.amc")
@@ -484,3 +486,37 @@ def sensed(library: Path) -> Postures:
     at = motion_landmarks(motion)[::4]
     at = at + 0.001 * np.random.default_rng(0).normal(size=at.shape)
     return Postures(LANDMARKS, at, np.arange(len(at)) / 30)
+
+
+def test_seconds_begin_with_the_process(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("denoise", library / "take.c3d", "--method", "linear", "-o", tmp_path / "out.c3d", "--json")
+    seconds = json.loads(ran.out)["seconds"]
+    assert set(seconds) == {"startup", "read", "repair", "write", "total"}
+    assert seconds["startup"] > 0
+    assert seconds["total"] == pytest.approx(sum(seconds[name] for name in ("startup", "read", "repair", "write")))
+
+
+@pytest.mark.parametrize("command", ["denoise", "corrupt", "pipeline"])
+def test_what_the_output_cannot_hold_is_said_and_by_which_number_frames_are_counted(
+    cli: Command, library: Path, tmp_path: Path, command: str
+) -> None:
+    raw = bytearray((library / "take.c3d").read_bytes())
+    first, last = struct.unpack_from("<2H", raw, 6)
+    struct.pack_into("<2H", raw, 6, first + 500, last + 500)
+    (tmp_path / "in.c3d").write_bytes(raw)
+    for ending in ("trc", "c3d"):
+        out = tmp_path / f"{ending}_out.{ending}"
+        assert cli(command, tmp_path / "in.c3d", "-o", out).code == 0
+        record = "corrupt" if command == "corrupt" else "mend"
+        assert json.loads(out.with_suffix(f".{record}.json").read_text())["first_frame"] == first + 500
+    said = json.loads(cli("inspect", tmp_path / "in.c3d", "--json").out)
+    assert said["first_frame"] == first + 500
+
+
+def test_a_table_s_deviations_are_missed_in_a_c3d(cli: Command, library: Path, tmp_path: Path) -> None:
+    joints = sensed(library)
+    write_joint_table(tmp_path / "in.csv", replace(joints, std=np.full((joints.frames, len(joints.names)), 0.02)))
+    for command in ("denoise", "corrupt"):
+        ran = cli(command, tmp_path / "in.csv", "-o", tmp_path / f"{command}.c3d", "--json")
+        assert any("lacks deviations" in one for one in json.loads(ran.out)["warnings"])
+        assert "lacks deviations" in ran.err

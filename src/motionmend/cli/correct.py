@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import FileError, UsageError, counted
+from .clock import since_start
 from .inputs import Input, Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing, check_rate
 from .output import Done
@@ -83,6 +84,7 @@ def correct(
     if look_ahead is not None:
         frames_ahead(look_ahead)
     task = Correction(method=method, online=online, look_ahead=look_ahead, fps=fps, timed=as_json).knowing(model)
+    task = replace(task, startup=since_start())
     ending = f".{format or 'csv'}"
     forms = Forms(
         SENSOR_ENDINGS,
@@ -139,6 +141,7 @@ class Correction:
     timed: bool = False  # also how long single frames take, live
     model: "CorrectorModel | None" = None
     model_facts: dict[str, str] | None = None
+    startup: float = 0.0  # s, from the start of the process until work began
 
     def knowing(self, path: Path) -> "Correction":
         """The same options with the model read from its file."""
@@ -161,7 +164,7 @@ class Correction:
         corrected = self.model.correct(sensor, self.online, self.method, self._ahead(sensor))
         corrected = empty_where_empty(sensor, corrected)
         refuse_nobody(job.source, corrected)
-        seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
+        seconds = {"startup": self.startup, "read": was_read - start, "correct": perf_counter() - was_read}
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         return self._save(job, sensor, corrected, warnings, seconds)
 
@@ -179,11 +182,13 @@ class Correction:
     ) -> Done:
         """Write the output and what is said of it."""
         from ..bodies.posed_skeleton import motion_of
+        from ..io.conversion import not_in
 
         start = perf_counter()
         made = corrected if job.target.suffix.lower() == ".csv" else motion_of(corrected, rate_of(sensor, self.fps))
         seconds = {**seconds, "write": perf_counter() - start}
         warnings += tuple(one for one in made.guesses if one not in corrected.guesses)
+        warnings += not_in(job.target.suffix.lower(), corrected)
         counts = tallied(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
         ahead = self._ahead(sensor)

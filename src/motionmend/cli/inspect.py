@@ -115,6 +115,7 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
     from ..bodies.motion import Motion
     from ..io import read
     from .findings import jumps, labels, missing_shares, suspicions
+    from .provenance import numbering
 
     recording = read(path, fps=fps, skeleton=skeleton)
     moving = isinstance(recording, Motion)
@@ -126,6 +127,7 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
         "format": ending(path).removeprefix("."),
         "fps": recording.fps,
         "frames": recording.frames,
+        **numbering(recording),
         "duration": recording.frames / recording.fps,
         "units": {"length": "m", "angle": "deg", "duration": "s", **_file_unit(recording)},
         "channels" if moving else "markers": labels(recording.channels),

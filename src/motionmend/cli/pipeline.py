@@ -202,15 +202,20 @@ class Chain:
     ) -> Done:
         """Joint angles or markers, denoised and written."""
         from ..io import write
+        from ..io.conversion import not_in
 
         repaired = None
+        lost = not_in(take.job.target.suffix.lower(), recording)
         if self.repair is not None:
             repaired, step = _repaired(self.repair, recording, made=bool(steps))
+            step = replace(step, warnings=(*step.warnings, *lost))
             steps, seconds = (*steps, step), {**seconds, step.name: step.seconds}
         result = recording if repaired is None else repaired.recording
         start = perf_counter()
         with ExitStack() as whole:
-            self._sidecar(whole, take, steps, result.frames, result.fps, repaired, recording.guesses, seconds)
+            self._sidecar(
+                whole, take, steps, result.frames, result.fps, repaired, recording.guesses, seconds, recording
+            )
             write(take.job.target, result, repaired=repaired)
         return _said(
             take, steps, result.frames, repaired, recording.guesses, {**seconds, "write": perf_counter() - start}
@@ -249,10 +254,11 @@ class Chain:
         repaired: "Repaired[Any] | None",
         guesses: tuple[str, ...],
         seconds: dict[str, float],
+        recording: "Motion | Markers | None" = None,
     ) -> None:
         """The file beside the output; appears with it."""
         from ..io.atomic import atomic
-        from .provenance import provenance
+        from .provenance import numbering, provenance
 
         facts = {
             "version": __version__,
@@ -263,6 +269,7 @@ class Chain:
             "method": None if repaired is None else repaired.method,
             "frames": frames,
             "fps": fps,
+            **({} if recording is None else numbering(recording)),
             **({} if repaired is None else provenance(repaired)),
             "warnings": _warnings(steps),
             "guesses": guesses,

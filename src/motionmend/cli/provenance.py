@@ -36,6 +36,17 @@ def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
     }
 
 
+def numbering(recording: Motion | Markers) -> dict[str, int]:
+    """The entry `first_frame`: by which number the file calls its first frame, where that is neither 0 nor 1.
+
+    Frames in a .mend.json are counted from 0, whatever number the file has for them.
+    """
+    from ..io.conversion import first_frame
+
+    number = first_frame(recording)
+    return {} if number is None else {"first_frame": number}
+
+
 class Runs(Mapping[str, dict[str, list[list[Any]]]]):
     """The entry `runs` of `provenance`: each channel's are made when they are asked for, and not held.
 
