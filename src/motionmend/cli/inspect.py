@@ -112,14 +112,21 @@ def look(item: Input, *, fps: float | None, skeleton: Path | None) -> Done:
 
 
 def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
+    import numpy as np
+
     from ..bodies.motion import Motion
     from ..io import read
-    from .findings import jumps, labels, missing_shares, suspicions
+    from .findings import FAST_MARKER, jumps, labels, leaps, listed, missing_shares, suspicions
     from .provenance import numbering
 
     recording = read(path, fps=fps, skeleton=skeleton)
     moving = isinstance(recording, Motion)
-    jumped = jumps(recording) if isinstance(recording, Motion) else ()
+    times = np.arange(recording.frames) / recording.fps
+    jumped = (
+        jumps(recording)
+        if isinstance(recording, Motion)
+        else leaps(recording.names, recording.positions, times, FAST_MARKER)
+    )
     share = 1.0 - float(recording.present.mean()) if recording.present.size else 0.0
     facts: dict[str, Any] = {
         "input": path,
@@ -135,13 +142,9 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
         "up": recording.skeleton.up if isinstance(recording, Motion) else recording.up,
         "share_missing": share,
         "missing": missing_shares(recording),
-        "jumps": [
-            {"channel": jump.channel, "frame": frame, "wrap": wrap}
-            for jump in jumped
-            for frame, wrap in zip(jump.frames, jump.wraps, strict=True)
-        ],
+        "jumps": listed(jumped),
         "suspicious": [{"name": s.name, "what": s.what, "detail": s.detail} for s in suspicions(recording)],
-        "warnings": _warnings(recording.frames, share, jumped),
+        "warnings": _warnings(recording.frames, share, jumped if moving else ()),
         "guesses": recording.guesses,
     }
     return Done(facts, _table(facts), guesses=recording.guesses)

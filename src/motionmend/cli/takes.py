@@ -9,7 +9,19 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, ready, say_hidden, say_not_followed
+from .inputs import (
+    Input,
+    Job,
+    Refusal,
+    ending,
+    is_new,
+    is_no_file,
+    jobs_of,
+    name_of,
+    ready,
+    say_hidden,
+    say_not_followed,
+)
 from .options import Writing
 from .output import say
 
@@ -51,7 +63,7 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
         raise UsageError("a take was wanted, none was given: name a depth folder, a sensor's recording, or markers")
     found: list[tuple[Input, Kind]] = []
     refused: list[Refusal] = []
-    seen: set[Path] = set()
+    seen: dict[Path, Path] = {}
     for path in given:
         if not path.exists():
             refused.append(Refusal(path, "no such file or folder"))
@@ -64,8 +76,7 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
             refused.append(Refusal(path, what))
         for take, kind in takes:
             ours = take.path != path and out.resolve() in take.path.resolve().parents
-            if take.path.resolve() not in seen and not ours:
-                seen.add(take.path.resolve())
+            if not ours and is_new(take.path, seen):
                 found.append((take, kind))
     return found, refused
 
