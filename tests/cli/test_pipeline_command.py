@@ -19,8 +19,10 @@ from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
 from motionmend.cli.pipeline import as_in_table, as_markers, denoised
+from motionmend.cli.pipeline_config import read_config
 from motionmend.cli.takes import is_skeleton
 from motionmend.correct import Corrector, Pair
+from motionmend.errors import UsageError
 from motionmend.io import read, write
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import read_joint_table, write_joint_table
@@ -256,12 +258,21 @@ def test_a_configuration_with_a_mistake_is_bad_usage(
     assert word in ran.failures[0]
 
 
+def test_terms_are_a_list_or_a_text_with_commas_as_on_the_command_line(tmp_path: Path) -> None:
+    for spelt in ('"surface, color"', '["surface", "color"]'):
+        (tmp_path / "t.toml").write_text(f"[track]\nterms = {spelt}\n")
+        assert read_config(tmp_path / "t.toml").track.terms == ("surface", "color")
+    (tmp_path / "t.toml").write_text("[track]\nterms = 3\n")
+    with pytest.raises(UsageError, match="terms"):
+        read_config(tmp_path / "t.toml")
+
+
 def test_bad_usage_and_models_that_are_none(cli: Command, takes: Path, tmp_path: Path) -> None:
     assert cli("pipeline", "-o", tmp_path / "out").code == 2
     two = ["-m", takes / "sensor.mend", "-m", takes / "sensor.mend"]
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", *two).code == 2
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "-m", takes / "all.toml").code == 1
-    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "no.toml").code == 1
+    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "no.toml").code == 2
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out.csv").code == 2
     assert cli("pipeline", takes / "takes" / "seen.csv", "-o", tmp_path / "out.c3d").code == 2
 
