@@ -179,6 +179,7 @@ class Chain:
     def _corrected(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
         """A sensor's skeleton corrected, as joints or joint angles."""
         from ..bodies.posed_skeleton import motion_of
+        from ..io.conversion import not_in
         from ..io.sensor import read_postures
         from ..io.sensor_source import warnings_of
         from .correct import empty_where_empty, rate_of, refuse_nobody, refuse_other_units
@@ -193,7 +194,8 @@ class Chain:
         corrected = empty_where_empty(sensor, corrected)
         refuse_nobody(take.job.source, corrected)
         result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
-        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
+        lost = not_in(take.job.target.suffix.lower(), corrected)
+        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source), *lost)))
         step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
         return result, step, sensor.guesses, was_read - start
 
