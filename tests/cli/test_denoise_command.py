@@ -446,13 +446,18 @@ def test_what_a_table_says_of_its_joints_stays_in_it(cli: Command, tmp_path: Pat
 
 def test_what_is_said_of_a_table_of_joints_is_what_stands_in_it(cli: Command, library: Path, tmp_path: Path) -> None:
     joints = sensed(library)
-    write_joint_table(tmp_path / "in.csv", replace(joints, std=np.full((joints.frames, len(joints.names)), 0.02)))
-    assert cli("denoise", tmp_path / "in.csv", "-o", tmp_path / "out.csv").code == 0
+    std, held = np.full((joints.frames, len(joints.names)), 0.02), joints.names.index("l_wrist")
+    std[:, held] = 0.3  # never seen, so that nothing tells where it is
+    write_joint_table(tmp_path / "in.csv", replace(joints, std=std))
+    ran = cli("denoise", tmp_path / "in.csv", "-o", tmp_path / "out.csv", "--max-std", "0.05")
+    assert ran.code == 0
     table = read_joint_table(tmp_path / "out.csv")
     assert table.std is not None
     beside = json.loads((tmp_path / "out.mend.json").read_text())
+    assert not table.present[:, held].any()
     for j, name in enumerate(table.names):
-        assert beside["std"][name]["mean"] == pytest.approx(table.std[:, j].mean(), rel=0.01)
+        mean = table.std[table.present[:, j], j].mean() if j != held else None
+        assert beside["std"][name]["mean"] == (None if mean is None else pytest.approx(mean, rel=0.01))
 
 
 @pytest.mark.parametrize("kind", ["dropped", "no time", "semicolons", "tabs"])

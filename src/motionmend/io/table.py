@@ -213,7 +213,8 @@ def as_written(repaired: Repaired[Markers]) -> Repaired[Markers]:
     beside = source.beside if isinstance(source, TableSource) else None
     if beside is None or beside.std is None or beside.std.shape != repaired.std.shape:
         return repaired
-    return replace(repaired, std=_deviations(beside.std, repaired).astype(repaired.std.dtype))
+    std = np.where(repaired.recording.present, _deviations(beside.std, repaired), np.nan)
+    return replace(repaired, std=std.astype(repaired.std.dtype))
 
 
 def _columns(titles: Sequence[str], name: str) -> tuple[tuple[str, ...], list[int], int]:
