@@ -164,9 +164,7 @@ class Repair:
         joints = joints_seen(recording)
         repaired, seconds = self.timed(recording if joints is None else joints)
         if joints is not None:
-            from ..io.table import as_written
-
-            repaired = as_written(empty_where_nobody(joints, repaired))
+            repaired = empty_where_nobody(joints, repaired)
         return self.save(job, recording, repaired, {"startup": self.startup, "read": was_read, **seconds})
 
     def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":
@@ -196,18 +194,20 @@ class Repair:
         from ..io import write
         from ..io.atomic import atomic
         from ..io.conversion import not_in
+        from ..io.table import as_written
 
         start = perf_counter()
+        told = as_written(repaired) if job.target.suffix.lower() == ".csv" else repaired
         warnings = (*repaired.warnings, *not_in(job.target.suffix.lower(), recording))
         sidecars = (".mend.json", *((".report.html",) if self.report else ()))
         with job.together(*sidecars), ExitStack() as whole:
             if self.report:
                 page = whole.enter_context(atomic(job.beside(".report.html")))
-                self._write_report(page, recording, repaired)
+                self._write_report(page, recording, told)
             write(job.target, repaired.recording, repaired=repaired)
             seconds = {**seconds, "write": perf_counter() - start}
             seconds["total"] = sum(seconds.values())
-            facts = self._facts(job, recording, repaired, warnings)
+            facts = self._facts(job, recording, told, warnings)
             write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         counts = repaired.counts()
         latency = self._latency(recording.fps)
