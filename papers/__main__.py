@@ -22,7 +22,8 @@ def main() -> int:
     except MotionMendError as error:
         print(f"papers: {error}", file=sys.stderr)
         return 2 if isinstance(error, UsageError) else 1
-    print(options.out / "REPORT.md")
+    if (options.out / "REPORT.md").exists():
+        print(options.out / "REPORT.md")
     return 0 if all(result["as_expected"] for result in results) else 1
 
 

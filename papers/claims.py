@@ -61,6 +61,7 @@ class Claim:
     script : the modules of this package that measure it.
     expected : "met", or "not met: " and why.
     criteria : all must hold.
+    also : ids of what the paper claims of parts, which act and are judged in this claim alone.
     """
 
     part: str
@@ -72,6 +73,7 @@ class Claim:
     script: tuple[str, ...]
     expected: str
     criteria: tuple[Criterion, ...]
+    also: tuple[str, ...] = ()
 
     @property
     def expected_met(self) -> bool:
@@ -111,6 +113,32 @@ class Claim:
             "as_expected": met == self.expected_met,
             "criteria": checks,
             "script": list(self.script),
+            "also": list(self.also),
+        }
+
+
+@dataclass(frozen=True)
+class OutOfReach:
+    """A claim that nothing here can measure, and why."""
+
+    part: str
+    id: str
+    title: str
+    place: str
+    theirs: str
+    why: str
+
+    def judge(self) -> dict[str, Any]:
+        """The same keys as of a claim that was measured: it is not met, as expected, and no number says anything."""
+        return {
+            **{name: getattr(self, name) for name in ("part", "id", "title", "place", "theirs")},
+            "ours": self.why,
+            "met": False,
+            "expected": f"not met: {self.why}",
+            "as_expected": True,
+            "criteria": [],
+            "script": [],
+            "also": [],
         }
 
 
@@ -119,30 +147,43 @@ def load() -> tuple[Claim, ...]:
     return tuple(claim for part in PARTS for claim in _claims_of(part))
 
 
+def out_of_reach() -> tuple[OutOfReach, ...]:
+    """The claims of the papers that cannot be measured here."""
+    return tuple(OutOfReach(part, **entry) for part in PARTS for entry in _entries(part).get("out_of_reach", ()))
+
+
 def _claims_of(part: str) -> tuple[Claim, ...]:
-    with open(Path(__file__).with_name(f"{part}.toml"), "rb") as file:
-        entries = tomllib.load(file)["claim"]
     return tuple(
         Claim(
-            **{key: value for key, value in entry.items() if key not in ("script", "criterion")},
+            **{key: value for key, value in entry.items() if key not in ("script", "criterion", "also")},
             part=part,
             script=tuple(entry["script"]),
             criteria=tuple(Criterion(**criterion) for criterion in entry["criterion"]),
+            also=tuple(entry.get("also", ())),
         )
-        for entry in entries
+        for entry in _entries(part)["claim"]
     )
 
 
+def _entries(part: str) -> dict[str, Any]:
+    with open(Path(__file__).with_name(f"{part}.toml"), "rb") as file:
+        return tomllib.load(file)
+
+
 def choose(claims: Sequence[Claim], ids: Sequence[str]) -> tuple[Claim, ...]:
-    """The claims with these ids, all when none is given, always in the file's order.
+    """The claims with these ids, or in which these are judged; all when none is given, always in the file's order.
+
+    What is out of reach is known, too, but none of them.
 
     Raises
     ------
     UsageError : an id that no claim has.
     """
     wanted = {one.upper() for one in ids}
-    unknown = wanted - {claim.id for claim in claims}
+    known = {one: None for claim in claims for one in (claim.id, *claim.also)} | {
+        one.id: None for one in out_of_reach()
+    }
+    unknown = wanted - known.keys()
     if unknown:
-        known = ", ".join(claim.id for claim in claims)
-        raise UsageError(f"no claim is called {', '.join(sorted(unknown))}: choose from {known}")
-    return tuple(claim for claim in claims if not wanted or claim.id in wanted)
+        raise UsageError(f"no claim is called {', '.join(sorted(unknown))}: choose from {', '.join(known)}")
+    return tuple(claim for claim in claims if not wanted or wanted & {claim.id, *claim.also})

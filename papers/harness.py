@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from motionmend.errors import FileError, UsageError
 
 from . import measured
-from .claims import Claim, choose, load
+from .claims import Claim, choose, load, out_of_reach
 from .common import Findings
 from .pictures import shrink
 from .report import machine, write_report
@@ -31,14 +31,16 @@ def run(
 
     Parameters
     ----------
-    ids : of claims, e.g. `D2` or `B1`; all when empty.
+    ids : of claims, e.g. `D2` or `B1`; all when empty. One that is judged in others runs these, and one that is out of
+        reach says so and runs nothing.
     data : folder that holds `mocap/`; None takes the environment variable MOTIONMEND_DATA.
     out : folder, made when it is not there.
     on_done : called with each claim's result as soon as it is known.
 
     Returns
     -------
-    One dictionary for each claim: part, id, title, place, theirs, ours, met, expected, as_expected, criteria, script.
+    One dictionary for each claim: part, id, title, place, theirs, ours, met, expected, as_expected, criteria, script,
+    also.
 
     Raises
     ------
@@ -46,12 +48,16 @@ def run(
     FileError : the folder holds no recordings.
     """
     claims = choose(load(), ids)
+    results = [one.judge() for one in out_of_reach() if one.id in {name.upper() for name in ids}]
+    for result in results if on_done is not None else ():
+        on_done(result)
+    if not claims:
+        return results
     mocap = recordings_in(data)
     pictures = Path(out) / "figures"
     pictures.mkdir(parents=True, exist_ok=True)
     found = measured.load(Path(out))
     fresh: set[str] = set()
-    results = []
     for claim in claims:
         for script in claim.script:
             if script not in fresh:

@@ -81,6 +81,26 @@ def test_a_criterion_judges_by_direction_and_tolerance(papers, direction, measur
     assert criterion.holds(measured) is holds
 
 
+def test_every_claim_of_the_paper_on_correction_has_a_row_is_judged_in_one_or_is_out_of_reach(papers, claims):
+    module = import_module("papers.claims")
+    own = [claim for claim in claims if claim.part == "correcting"]
+    rows, within = {claim.id for claim in own}, {one for claim in own for one in claim.also}
+    beyond = {one.id for one in module.out_of_reach()}
+    assert not rows & within
+    assert not (rows | within) & beyond
+    assert {f"C{number}" for number in range(1, 18)} <= rows | within | beyond
+    assert [claim.id for claim in module.choose(claims, ["c9"])] == ["C11", "C14"]
+
+
+def test_what_is_out_of_reach_says_so_and_runs_nothing(papers, tmp_path):
+    told = []
+    (result,) = papers.run(["C16"], None, tmp_path / "out", on_done=told.append)
+    assert told == [result]
+    assert (result["id"], result["met"], result["as_expected"]) == ("C16", False, True)
+    assert "people" in result["ours"]
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_unknown_claim_is_refused(papers, tmp_path):
     with pytest.raises(UsageError, match="D99"):
         papers.run(["D99"], tmp_path, tmp_path / "out")

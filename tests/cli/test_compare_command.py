@@ -8,10 +8,13 @@ import numpy as np
 from commands import Command
 
 from motionmend import samples
-from motionmend.bodies.motion import Motion
+from motionmend.bodies.joint_sets import JOINT_SETS, correspondence
+from motionmend.bodies.motion import Markers, Motion
 from motionmend.bodies.performer import LANDMARKS
+from motionmend.bodies.posed_skeleton import motion_of
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.rig import motion_landmarks
+from motionmend.bodies.truth_joints import joints_of_motion
 from motionmend.io import read, write
 from motionmend.io.joint_table import write_joint_table
 from skeletons import turned_otherwise
@@ -145,3 +148,51 @@ def test_joints_are_not_compared_with_angles(cli: Command, library: Path, tmp_pa
     ran = cli("compare", library / "clean.c3d", joints(tmp_path / "other.csv", 0.0))
     assert (ran.code, len(ran.failures)) == (1, 1)
     assert "other.csv" in ran.failures[0] or "clean.c3d" in ran.failures[0]
+
+
+def test_a_table_and_the_angles_made_of_it_are_compared_joint_by_joint(cli: Command, library: Path, tmp_path: Path):
+    """All joints of a sensor, by name: those of the tracker alone lie elsewhere on a body, or are not there."""
+    sets = JOINT_SETS["kinect25"]
+    moved = read(library / "clean.amc")
+    assert isinstance(moved, Motion)
+    seen = joints_of_motion(moved)
+    at = seen.positions[::8, correspondence(seen.names, sets.names)]
+    lacking = correspondence(seen.names, sets.names) < 0
+    at[:, lacking] = at[:, [sets.names.index("HandLeft")]] + 0.05 * np.arange(1, lacking.sum() + 1)[:, None]
+    table = Postures(sets.names, at, np.arange(len(at)) / 15)
+    write_joint_table(tmp_path / "seen.csv", table)
+    write(tmp_path / "seen.bvh", motion_of(table))
+    for pair in (("seen.csv", "seen.bvh"), ("seen.bvh", "seen.csv")):
+        facts = json.loads(cli("compare", *(tmp_path / name for name in pair), "--json").out)
+        assert set(facts["mean_cm_by_joint"]) == set(sets.names)
+        assert facts["missing"]["samples"] == 0
+        assert facts["mean_cm"] < 3.0
+        assert not any("mean" in note for note in facts["notes"])
+
+
+def test_markers_that_are_more_or_fewer_than_the_truths(cli: Command, library: Path, tmp_path: Path) -> None:
+    whole = read(library / "clean.c3d")
+    assert isinstance(whole, Markers)
+    names = (*(name.lower() for name in whole.names[:30]), "stick")
+    write(tmp_path / "other.c3d", Markers(names, whole.positions[:, :31], whole.fps, up=whole.up))
+    ran = cli("compare", library / "clean.c3d", tmp_path / "other.c3d", "--json")
+    facts = json.loads(ran.out)
+    assert (ran.code, facts["missing"]["samples"], facts["unknown"]) == (0, 11 * whole.frames, ["stick"])
+    assert "stick" in ran.err
+
+
+def test_the_optical_markers_of_uiprmd_are_a_truth(cli: Command, data: Path, tmp_path: Path) -> None:
+    place = data / "kinect/uiprmd"
+    name = "m01_s03_e02_positions.txt.gz"
+    truth, sensor = place / "Vicon/Positions" / name, place / "Kinect/Positions" / name
+    facts = json.loads(cli("compare", truth, sensor, "--json").out)
+    assert 2 < facts["mean_cm"] < 15
+    assert any("rigid" in note for note in facts["notes"])
+
+
+def test_a_truth_that_cannot_be_read_stands_in_front_of_its_line(cli: Command, tmp_path: Path) -> None:
+    (tmp_path / "bad.txt").write_text("hello\n")
+    ran = cli("compare", tmp_path / "bad.txt", joints(tmp_path / "other.csv", 0.0), "--json")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert ran.failures[0].startswith(f"motionmend: {tmp_path / 'bad.txt'}: ")
+    assert json.loads(ran.out)["input"] == str(tmp_path / "other.csv")

@@ -107,6 +107,10 @@ def test_a_walk_nobody_learned_from_comes_nearer_to_the_truth(cli: Command, taug
     assert beside["output"] == "fixed.csv"
     assert beside["model"]["file"] == "m.mend"
     assert set(beside["channels"]) == set(KINECT25.names)
+    for kind in ("measured", "repaired", "filled", "left_open"):
+        assert facts["counts"][kind] == sum(one[kind] for one in beside["channels"].values())
+    assert facts["counts"]["repaired"] > 0
+    assert (beside["iterations"], beside["cost"]) == (0, [])
     assert list(beside)[-1] == "seconds"
 
 

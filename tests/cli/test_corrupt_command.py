@@ -105,3 +105,15 @@ def test_negative_noise_is_bad_usage_in_the_unit_given(cli: Command, takes: Path
     assert ran.code == 2
     assert "-3" in ran.failures[0]
     assert not (tmp_path / "new").exists()
+
+
+def test_options_that_suit_some_of_the_inputs_fail_the_others_alone_each_in_its_turn(
+    cli: Command, library: Path, tmp_path: Path
+) -> None:
+    given = [library / "clean.amc", tmp_path / "nowhere.c3d", library / "clean.c3d", tmp_path / "gone.c3d"]
+    ran = cli("corrupt", *given, "-o", tmp_path / "out", "--drop", "LFHD", "--json")
+    said = [json.loads(line) for line in ran.out.splitlines()]
+    assert [one["input"] for one in said] == [str(path) for path in given]
+    assert ["error" in one for one in said] == [True, True, False, True]
+    assert (ran.code, len(ran.failures)) == (1, 3)
+    assert cli("corrupt", given[0], "-o", tmp_path / "o.amc", "--drop", "LFHD").code == 2

@@ -1,7 +1,9 @@
 """`motionmend denoise` from files to files."""
 
+import hashlib
 import json
 import shutil
+import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +12,12 @@ import pytest
 from commands import Command, files_below
 
 from motionmend.bodies.motion import Markers, Motion
+from motionmend.bodies.performer import LANDMARKS
 from motionmend.bodies.postures import Postures
+from motionmend.bodies.rig import motion_landmarks
 from motionmend.io import read, write
 from motionmend.io.joint_table import read_joint_table, write_joint_table
+from motionmend.io.sensor import read_postures
 
 AMC = "amc.mend"
 
@@ -39,7 +44,7 @@ def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_
     taken, mended = read(library / "take.c3d"), read(tmp_path / "clean.c3d")
     assert (facts["input"], facts["frames"], facts["fps"]) == ("take.c3d", taken.frames, taken.fps)
     assert facts["model"]["file"] == "c3d.mend"
-    assert len(facts["model"]["sha256"]) == 64
+    assert facts["model"]["sha256"] == hashlib.sha256((library / "c3d.mend").read_bytes()).hexdigest()
     assert list(facts["channels"]) == list(taken.channels)
     for c, (name, counts) in enumerate(facts["channels"].items()):
         missing = int((~taken.present[:, c]).sum())
@@ -167,7 +172,7 @@ def test_json_is_pure_and_one_object_for_each_input(cli: Command, library: Path,
     assert set(said) == {"none.amc", "bad.amc", "take.amc", "clean.amc"}
     assert "error" in said["bad.amc"]
     done = said["take.amc"]
-    assert set(done["seconds"]) == {"read", "repair", "write", "total"}
+    assert set(done["seconds"]) == {"startup", "read", "repair", "write", "total"}
     assert done["seconds"]["total"] >= done["seconds"]["repair"] > 0
     assert done["frame_ms"]["mean"] == pytest.approx(1000 * done["seconds"]["repair"] / done["frames"])
     assert done["output"] == str(tmp_path / "out" / "takes" / "take.amc")
@@ -437,3 +442,86 @@ def test_what_a_table_says_of_its_joints_stays_in_it(cli: Command, tmp_path: Pat
     counts = json.loads((tmp_path / "clean.mend.json").read_text())["channels"]["r_wrist"]
     assert counts["left_open"] == int((~found.present[:, 3]).sum()) > 30
     assert "without anybody" in ran.err
+
+
+def test_what_is_said_of_a_table_of_joints_is_what_stands_in_it(cli: Command, library: Path, tmp_path: Path) -> None:
+    joints = sensed(library)
+    std, held = np.full((joints.frames, len(joints.names)), 0.02), joints.names.index("l_wrist")
+    std[:, held] = 0.3  # never seen, so that nothing tells where it is
+    write_joint_table(tmp_path / "in.csv", replace(joints, std=std))
+    ran = cli("denoise", tmp_path / "in.csv", "-o", tmp_path / "out.csv", "--max-std", "0.05")
+    assert ran.code == 0
+    table = read_joint_table(tmp_path / "out.csv")
+    assert table.std is not None
+    beside = json.loads((tmp_path / "out.mend.json").read_text())
+    assert not table.present[:, held].any()
+    for j, name in enumerate(table.names):
+        mean = table.std[table.present[:, j], j].mean() if j != held else None
+        assert beside["std"][name]["mean"] == (None if mean is None else pytest.approx(mean, rel=0.01))
+
+
+@pytest.mark.parametrize("kind", ["dropped", "no time", "semicolons", "tabs"])
+@pytest.mark.parametrize("command", ["denoise", "corrupt"])
+def test_tables_of_joints_are_taken_as_correct_takes_them(
+    cli: Command, library: Path, tmp_path: Path, command: str, kind: str
+) -> None:
+    joints = sensed(library)
+    kept = np.delete(np.arange(joints.frames), [10, 11, 25])
+    dropped = replace(joints, positions=joints.positions[kept], times=joints.times[kept])
+    write_joint_table(tmp_path / "in.csv", dropped if kind == "dropped" else joints)
+    rows = [line.split(",") for line in (tmp_path / "in.csv").read_text().splitlines()]
+    if kind == "no time":
+        rows = [row[1:] for row in rows]
+    between = {"semicolons": ";", "tabs": "\t"}.get(kind, ",")
+    (tmp_path / "in.csv").write_text("".join(between.join(row) + "\n" for row in rows))
+    ran = cli(command, tmp_path / "in.csv", "-o", tmp_path / "out.csv")
+    assert ran.code == 0, ran.err
+    table, given = read_joint_table(tmp_path / "out.csv"), read_postures(tmp_path / "in.csv")
+    assert table.names == given.names
+    assert np.allclose(table.times, given.times, atol=1e-6)
+    assert np.nanmax(np.abs(table.positions - given.positions)) < 0.02
+    said = {"dropped": "2 steps longer than 1.5 frames", "no time": "no times"}
+    assert said.get(kind, "commas") in ran.err
+
+
+def sensed(library: Path) -> Postures:
+    """Joints of a walk as a sensor names them, at 30 Hz, a millimetre of noise."""
+    motion = read(library / "clean.amc")
+    assert isinstance(motion, Motion)
+    at = motion_landmarks(motion)[::4]
+    at = at + 0.001 * np.random.default_rng(0).normal(size=at.shape)
+    return Postures(LANDMARKS, at, np.arange(len(at)) / 30)
+
+
+def test_seconds_begin_with_the_process(cli: Command, library: Path, tmp_path: Path) -> None:
+    ran = cli("denoise", library / "take.c3d", "--method", "linear", "-o", tmp_path / "out.c3d", "--json")
+    seconds = json.loads(ran.out)["seconds"]
+    assert set(seconds) == {"startup", "read", "repair", "write", "total"}
+    assert seconds["startup"] > 0
+    assert seconds["total"] == pytest.approx(sum(seconds[name] for name in ("startup", "read", "repair", "write")))
+
+
+@pytest.mark.parametrize("command", ["denoise", "corrupt", "pipeline"])
+def test_what_the_output_cannot_hold_is_said_and_by_which_number_frames_are_counted(
+    cli: Command, library: Path, tmp_path: Path, command: str
+) -> None:
+    raw = bytearray((library / "take.c3d").read_bytes())
+    first, last = struct.unpack_from("<2H", raw, 6)
+    struct.pack_into("<2H", raw, 6, first + 500, last + 500)
+    (tmp_path / "in.c3d").write_bytes(raw)
+    for ending in ("trc", "c3d"):
+        out = tmp_path / f"{ending}_out.{ending}"
+        assert cli(command, tmp_path / "in.c3d", "-o", out).code == 0
+        record = "corrupt" if command == "corrupt" else "mend"
+        assert json.loads(out.with_suffix(f".{record}.json").read_text())["first_frame"] == first + 500
+    said = json.loads(cli("inspect", tmp_path / "in.c3d", "--json").out)
+    assert said["first_frame"] == first + 500
+
+
+def test_a_table_s_deviations_are_missed_in_a_c3d(cli: Command, library: Path, tmp_path: Path) -> None:
+    joints = sensed(library)
+    write_joint_table(tmp_path / "in.csv", replace(joints, std=np.full((joints.frames, len(joints.names)), 0.02)))
+    for command in ("denoise", "corrupt"):
+        ran = cli(command, tmp_path / "in.csv", "-o", tmp_path / f"{command}.c3d", "--json")
+        assert any("lacks deviations" in one for one in json.loads(ran.out)["warnings"])
+        assert "lacks deviations" in ran.err

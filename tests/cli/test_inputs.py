@@ -58,7 +58,13 @@ def test_what_is_no_file_is_refused_unread_and_links_to_folders_are_not_followed
     assert places(inputs) == ["A.C3D", "b.amc", "day1/b.amc", "day1/deep/c.c3d", "gone.amc"]
     assert [refusal.path for refusal in refused] == [takes / "day1" / "pipe.csv"]
     said = [line for line in capsys.readouterr().err.splitlines() if "link" in line]
-    assert said == [f"{takes / 'day1' / 'loop'} is left out: a link to a folder; give it by name to take what is in it"]
+    assert said == [
+        f"{takes / 'day1' / 'loop'} is left out: a link to a folder; give it by name to take what is in it",
+        f"{takes / 'linked.amc'} is left out: the same as {takes / 'b.amc'}",
+    ]
+    again, _ = gather([takes / "b.amc", *[takes / "b.amc"] * 2, takes], ENDINGS)
+    assert [one.path for one in again].count(takes / "b.amc") == 1
+    assert f"{takes / 'b.amc'} is left out" not in capsys.readouterr().err  # by its own name
     assert len(gather([takes / "day1" / "loop"], ENDINGS)[0]) == 5
 
 
@@ -77,6 +83,7 @@ def test_depth_and_takes_below_a_folder_that_links_to_itself_are_found_once(
         f"{tmp_path / '.clip_depth.mat'} is left out",
         f"{tmp_path / 'clip_depth.mat'} is left out",
         f"{tmp_path / 'loop'} is left out",
+        f"{tmp_path / 'z'} is left out",
     ]
 
 
@@ -265,5 +272,10 @@ def test_what_only_shares_an_ending_with_recordings_is_left_out_of_a_folder_and_
     (tmp_path / "day" / "notes.txt").write_text("Field notes of the fourth day\n")
     gather([tmp_path / "day"], (".txt",))
     assert f"{tmp_path / 'day' / 'notes.txt'} is left out: " in capsys.readouterr().err
+    for number in range(12):
+        (tmp_path / "day" / f"junk{number}.txt").write_text("Field notes\n")
+    gather([tmp_path / "day"], (".txt",))
+    (said,) = capsys.readouterr().err.splitlines()
+    assert all(f"junk{number}.txt" in said for number in range(12))
     named, _ = gather([tmp_path / "README.txt"], (".txt",))
     assert places(named) == ["README.txt"]  # who names a file wants to hear what is wrong with it

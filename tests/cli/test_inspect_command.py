@@ -13,7 +13,9 @@ import pytest
 from commands import Command
 
 from motionmend.bodies.camera import Camera, DepthFrame
+from motionmend.bodies.motion import Markers
 from motionmend.bodies.postures import Postures
+from motionmend.io import read, write
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import write_joint_table
 
@@ -173,3 +175,28 @@ def test_a_folder_has_the_joints_of_every_sensor_and_leaves_out_what_goes_with_o
         assert {Path(json.loads(line)["input"]).name for line in said.out.splitlines() if line} >= {
             path.name for path in tables if path.parent == folder
         }
+
+
+def test_jumps_of_joints_and_markers_are_found_where_they_were_put(cli: Command, library: Path, tmp_path: Path) -> None:
+    for name, ending in (("head", ".csv"), ("LFHD", ".c3d")):
+        calm = Postures(("pelvis", "head", "l_wrist"), np.ones((20, 3, 3)), np.arange(20) / 30)
+        if ending == ".csv":
+            moved = np.array(calm.positions)
+            moved[7, 1] += 1.0
+            write_joint_table(tmp_path / "in.csv", calm.with_positions(moved))
+        else:
+            marked = read(library / "clean.c3d")
+            assert isinstance(marked, Markers)
+            moved = np.array(marked.positions)
+            moved[7, marked.names.index(name)] += 1.0
+            write(tmp_path / "in.c3d", marked.with_positions(moved))
+        facts = json.loads(cli("inspect", tmp_path / f"in{ending}", "--json").out)
+        assert [(jump["channel"], jump["frame"]) for jump in facts["jumps"]] == [(name, 7), (name, 8)]
+        assert not any("60 degrees" in one for one in facts["warnings"])
+
+
+def test_every_recording_has_the_key(cli: Command, tmp_path: Path) -> None:
+    camera = Camera(8, 6, 7.0, 7.0, 4.0, 3.0)
+    frames = [DepthFrame(camera, np.full((6, 8), 2.0, np.float32), None, k / 30) for k in range(3)]
+    write_depth_folder(tmp_path / "take", frames, 30.0)
+    assert json.loads(cli("inspect", tmp_path / "take", "--json").out)["jumps"] == []

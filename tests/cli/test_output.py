@@ -58,6 +58,19 @@ def test_a_name_that_stands_there_for_something_else_does_not_count(capsys, path
     assert capsys.readouterr().err == f"motionmend: {path}: {message}\n"
 
 
+def test_a_failure_of_the_file_held_against_begins_with_that_one(capsys: pytest.CaptureFixture[str]) -> None:
+    failed = Failure("FileError", "truth.txt: is empty", "")
+    tell_failure(Path("other.csv"), failed, as_json=True, debug=False, also=Path("truth.txt"))
+    said = capsys.readouterr()
+    assert said.err == "motionmend: truth.txt: is empty\n"
+    assert json.loads(said.out) == {"input": "other.csv", "error": "truth.txt: is empty"}
+
+
+def test_an_error_in_json_does_not_repeat_its_input(capsys: pytest.CaptureFixture[str]) -> None:
+    tell_failure(Path("a/bad.amc"), Failure("FileError", "a/bad.amc: is empty", ""), as_json=True, debug=False)
+    assert json.loads(capsys.readouterr().out) == {"input": "a/bad.amc", "error": "is empty"}
+
+
 def test_a_failure_with_json_is_an_object_and_with_debug_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
     tell_failure(Path("bad.amc"), Failure("FileError", "is empty", "Traceback ...\nhere\n"), as_json=True, debug=True)
     said = capsys.readouterr()
@@ -71,6 +84,11 @@ def test_one_guess_for_many_files_is_told_once(capsys: pytest.CaptureFixture[str
         "guess (2 files, a.amc first): 120 Hz",
         "guess (b.amc): y is up",
     ]
+
+
+def test_usage_by_which_something_was_done_was_not_bad() -> None:
+    wrong = Failure("UsageError", "y", "")
+    assert (exit_code([wrong]), exit_code([wrong], done=1), exit_code([], done=1)) == (2, 1, 0)
 
 
 def test_bad_usage_outweighs_a_failed_input() -> None:

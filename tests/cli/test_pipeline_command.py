@@ -1,6 +1,7 @@
 """`motionmend pipeline`: every kind of take all the way, and what is said of takes that cannot go."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +10,19 @@ from commands import Command, files_below
 
 from motionmend import samples
 from motionmend.bodies.camera import Camera, DepthFrame
-from motionmend.bodies.joint_sets import KINECT20, correspondence
-from motionmend.bodies.motion import Motion
+from motionmend.bodies.joint_sets import JOINT_SETS, KINECT20, correspondence
+from motionmend.bodies.motion import Markers, Motion, Origin, Repaired
 from motionmend.bodies.performer import LANDMARKS, landmarks
 from motionmend.bodies.postures import Postures
 from motionmend.bodies.skeleton import positions
 from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
+from motionmend.cli.pipeline import as_in_table, as_markers, denoised
+from motionmend.cli.pipeline_config import read_config
+from motionmend.cli.takes import is_skeleton
 from motionmend.correct import Corrector, Pair
+from motionmend.errors import UsageError
 from motionmend.io import read, write
 from motionmend.io.depth_folder import write_depth_folder
 from motionmend.io.joint_table import read_joint_table, write_joint_table
@@ -85,7 +90,27 @@ def test_a_folder_of_takes_goes_all_the_way(cli: Command, takes: Path, sensor: P
     assert [step["step"] for step in beside["steps"]] == ["correct", "denoise"]
     assert beside["steps"][0]["model"]["file"] == "sensor.mend"
     assert sum(beside["channels"]["Head"].values()) == sensor.frames
+    for j, name in enumerate(table.names):
+        assert beside["std"][name]["mean"] == pytest.approx(table.std[:, j].mean(), rel=0.01)
     assert list(beside)[-1] == "seconds"
+
+
+def test_what_a_repair_leaves_open_and_the_step_before_made_is_filled_as_unsure_as_that(clip: Motion) -> None:
+    marked = samples.markers(clip)
+    some = Postures(marked.names[:3], marked.positions[:9, :3], np.arange(9) / 30, std=np.full((9, 3), 0.01))
+    std = np.array(some.std)
+    std[:, 2] = 0.3
+    held = replace(some, std=std)
+    markers = as_markers(held)
+    origin = np.where(markers.present, Origin.MEASURED, Origin.LEFT_OPEN).astype(np.uint8)
+    repaired = Repaired(
+        markers, origin, np.where(markers.present, 0.002, np.nan).astype(np.float32), np.ones((9, 3)), "adaptive"
+    )
+    written = denoised(held, repaired)
+    told = as_in_table(repaired, written)
+    assert (told.origin[:, 2] == Origin.FILLED).all()
+    assert np.allclose(told.std, written.std)
+    assert np.allclose(told.std[:, 2], 0.3)
 
 
 def test_a_frame_without_the_person_is_left_open_and_said_to_be(
@@ -233,12 +258,21 @@ def test_a_configuration_with_a_mistake_is_bad_usage(
     assert word in ran.failures[0]
 
 
+def test_terms_are_a_list_or_a_text_with_commas_as_on_the_command_line(tmp_path: Path) -> None:
+    for spelt in ('"surface, color"', '["surface", "color"]'):
+        (tmp_path / "t.toml").write_text(f"[track]\nterms = {spelt}\n")
+        assert read_config(tmp_path / "t.toml").track.terms == ("surface", "color")
+    (tmp_path / "t.toml").write_text("[track]\nterms = 3\n")
+    with pytest.raises(UsageError, match="terms"):
+        read_config(tmp_path / "t.toml")
+
+
 def test_bad_usage_and_models_that_are_none(cli: Command, takes: Path, tmp_path: Path) -> None:
     assert cli("pipeline", "-o", tmp_path / "out").code == 2
     two = ["-m", takes / "sensor.mend", "-m", takes / "sensor.mend"]
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", *two).code == 2
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "-m", takes / "all.toml").code == 1
-    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "no.toml").code == 1
+    assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "no.toml").code == 2
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out.csv").code == 2
     assert cli("pipeline", takes / "takes" / "seen.csv", "-o", tmp_path / "out.c3d").code == 2
 
@@ -294,3 +328,28 @@ def test_depth_is_tracked_and_denoised(cli: Command, clip: Motion, tmp_path: Pat
     said = [json.loads((tmp_path / out / "take.mend.json").read_text())["warnings"] for out in ("alone", "again")]
     assert any("no colour" in warning for warning in said[0])
     assert {f"track: {warning}" for warning in said[0]} <= set(said[1])
+
+
+@pytest.mark.parametrize("names", [one.names for one in JOINT_SETS.values()], ids=list(JOINT_SETS))
+def test_joints_of_sensors_are_a_skeleton(names: tuple[str, ...]) -> None:
+    assert is_skeleton(names)
+
+
+OF_SKIN = ["Shoulder", "Clavicle", "Bicep", "Elbow", "Wrist", "ASIS", "Thigh", "Knee", "Shank", "Ankle", "Heel", "Toe"]
+
+
+def test_markers_at_joints_are_no_skeleton_and_a_trc_of_them_is_only_denoised(
+    cli: Command, clip: Motion, tmp_path: Path
+) -> None:
+    """Gait laboratories name markers after the joints that they lie at."""
+    names = tuple(f"{side}.{name}" for side in "RL" for name in OF_SKIN)
+    assert not is_skeleton(names)
+    assert not is_skeleton([name for name in names if "ASIS" not in name] + ["V.Sacral"])
+    marked = samples.markers(clip)
+    write(tmp_path / "walk.trc", Markers(names, marked.positions[:, : len(names)], marked.fps, up=marked.up))
+    for given, out in ((tmp_path / "walk.trc", tmp_path / "made.trc"), (tmp_path, tmp_path / "out")):
+        ran = cli("pipeline", given, "-o", out, "--json", "--jobs", "1")
+        assert ran.code == 0, ran.err
+        first = json.loads(ran.out.splitlines()[0])
+        assert (first["kind"], first["steps"]) == ("recording", ["denoise"])
+    assert (tmp_path / "out" / "walk.trc").exists()

@@ -234,6 +234,11 @@ def test_joint_angles_say_the_same_as_joints(cli: Command, studio: Path, tmp_pat
     facts = json.loads(ran.out)
     assert facts["frames"] == FRAMES
     assert facts["mean_cm"] < 1.0
+    made = tmp_path / "angles" / f"take.{form}"
+    for number, given in enumerate([[made], [studio / "take", made]]):
+        ran = cli("report", *given, "-o", tmp_path / f"page{number}.html")
+        assert ran.code == 0, ran.err
+        assert "tracked from" in (tmp_path / f"page{number}.html").read_text("utf-8")
 
 
 def bad_copy(studio: Path, folder: Path, kind: str) -> Path:

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motionmend.bodies.joint_sets import KINECT25, UIPRMD22
 from motionmend.bodies.postures import Postures
 from motionmend.errors import MismatchError
 from motionmend.evaluate.joints import compare_joints
@@ -132,6 +133,29 @@ def test_names_of_sensors_are_matched_by_meaning() -> None:
     found = compare_joints(truth, other)
     assert found.mean_cm == 0
     assert "mean" in found.notes[0]
+
+
+def test_names_go_before_meanings_where_most_are_the_same() -> None:
+    """A body's `neck` may mean another place than a sensor's; in two recordings of one body it is the same joint."""
+    names = ("pelvis", "Neck", "Spine1", "Head", "l_wrist")
+    rng = np.random.default_rng(1)
+    truth = Postures(names, rng.normal(size=(10, 5, 3)), np.arange(10) / 30)
+    other = Postures(tuple(f"him:{name.lower()}" for name in names), truth.positions, truth.times)
+    assert compare_joints(truth, other).mean_cm == 0
+    renamed = Postures(("pelvis", "Neck", "Spine1", "Head", "WristLeft"), truth.positions, truth.times)
+    found = compare_joints(truth, renamed)
+    assert (found.mean_cm, found.missing["samples"]) == (0, 0)
+    assert "l_wrist" in found.notes[0]
+
+
+def test_two_names_that_two_sensors_share_by_chance_do_not_go_before_what_they_mean() -> None:
+    rng = np.random.default_rng(2)
+    at = rng.normal(size=(5, 22, 3))
+    truth = Postures(UIPRMD22.names, at, np.arange(5) / 30)
+    place = {meaning: k for k, meaning in enumerate(UIPRMD22.meanings)}
+    there = np.stack([at[:, place[m]] if m in place else at[:, 0] + 9.0 for m in KINECT25.meanings], axis=1)
+    found = compare_joints(truth, Postures(KINECT25.names, there, truth.times))
+    assert found.mean_cm == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize("signs", [(1, -1, 1), (-1, -1, 1)])

@@ -255,6 +255,26 @@ def test_markers_are_matched_without_the_subject_when_that_is_clear():
         compare(two, twice)
 
 
+@given(st.sets(st.integers(0, 40), min_size=1, max_size=40), st.sampled_from([str, str.lower, "Ada:{}".format]))
+def test_markers_that_the_other_lacks_are_missing_throughout_and_those_it_has_more_are_named(kept, spelt):
+    rows = sorted(kept)
+    names = (*(spelt(MARKERS.names[m]) for m in rows), "stick")
+    at = np.concatenate([MARKERS.positions[:, rows], MARKERS.positions[:, :1] + 1.0], axis=1)
+    found = compare(MARKERS, Markers(names, at, MARKERS.fps))
+    assert found.mean_cm == pytest.approx(0.0, abs=1e-9)
+    assert found.missing["samples"] == (41 - len(rows)) * MARKERS.frames
+    assert found.unknown == ("stick",)
+    assert found.mean_cm_counting_missing is not None
+    assert (found.mean_cm_counting_missing > 0.1) == (len(rows) < 41)
+    assert any("count as missing" in note for note in found.notes) == (len(rows) < 41)
+
+
+def test_markers_without_a_name_in_common_are_refused():
+    strange = Markers(("stick", "cap"), MARKERS.positions[:, :2], MARKERS.fps)
+    with pytest.raises(MismatchError, match="by name"):
+        compare(MARKERS, strange)
+
+
 @pytest.mark.parametrize(
     "other",
     [

@@ -17,6 +17,7 @@ from c3d_files import (
     written_by_ezc3d,
 )
 
+from motionmend.bodies.motion import Origin, Repaired
 from motionmend.errors import FileError
 from motionmend.io.c3d import read_c3d, write_c3d
 from motionmend.io.c3d_layout import frames_of, parse
@@ -183,15 +184,54 @@ def test_same_label_twice_is_told_apart(tmp_path: Path, rng) -> None:
 
 
 @pytest.mark.parametrize("frames", [65_536, 70_000, 131_073])
-def test_longer_than_the_format_is_refused(tmp_path: Path, frames: int) -> None:
+def test_longer_than_the_header_counts_is_refused_where_nothing_says_how_long(tmp_path: Path, frames: int) -> None:
     points = np.ones((frames, 1, 3)) * np.arange(1, frames + 1)[:, None, None]
     path = written_by_ezc3d(tmp_path / "long.c3d", points, ["a"])
     with pytest.raises(FileError, match=rf"{frames} frames, the header 65535"):
         read_c3d(path)
-    made = markers(np.ones((frames, 1, 3)))
-    with pytest.raises(FileError, match=rf"up to 65535 frames, came {frames}"):
-        write_c3d(tmp_path / "out.c3d", made)
-    assert not (tmp_path / "out.c3d").exists()
+
+
+@pytest.mark.parametrize("frames", [65_536, 70_000, 131_073])
+@pytest.mark.parametrize("header", ["as far as it counts", "run over"])
+@pytest.mark.parametrize("lacking", ["", "ACTUAL_END_FIELD", "LONG_FRAMES"])
+def test_longer_than_the_header_counts_is_whole_where_a_parameter_says_how_long(
+    tmp_path: Path, frames: int, header: str, lacking: str
+) -> None:
+    positions = np.ones((frames, 1, 3)) * np.arange(1, frames + 1)[:, None, None]
+    write_c3d(tmp_path / "a.c3d", markers(positions))
+    raw = (tmp_path / "a.c3d").read_bytes()
+    if header == "run over":
+        raw = raw[:8] + struct.pack("<H", frames % 65_536) + raw[10:]
+    (tmp_path / "a.c3d").write_bytes(raw.replace(lacking.encode(), b"X" * len(lacking)) if lacking else raw)
+    read = read_c3d(tmp_path / "a.c3d")
+    np.testing.assert_allclose(read.positions, positions, rtol=1e-6)
+    origin = np.zeros((frames, 1), np.uint8)
+    origin[40_000:40_010] = origin[frames - 9 :] = Origin.FILLED
+    write_c3d(tmp_path / "b.c3d", read, Repaired(read, origin, origin * 0.0, origin * 0.0, "linear"))
+    again = read_c3d(tmp_path / "b.c3d")
+    np.testing.assert_array_equal(again.positions, read.positions)
+    assert any("19 samples were filled" in guess for guess in again.guesses)
+    parameter = parse((tmp_path / "b.c3d").read_bytes(), "b").find("MOTIONMEND", "FILLED")
+    assert parameter is not None
+    assert np.frombuffer(parameter.values, "<f4").tolist() == [1, 40_001, 40_010, 1, frames - 8, frames]
+
+
+def test_a_second_reader_sees_all_of_a_long_file(tmp_path: Path) -> None:
+    positions = np.ones((70_000, 1, 3)) * np.arange(1, 70_001)[:, None, None]
+    write_c3d(tmp_path / "a.c3d", markers(positions))
+    theirs = py_c3d(tmp_path / "a.c3d")[:, :, :3]
+    assert len(theirs) == 70_000
+    np.testing.assert_allclose(theirs / 1000, positions, rtol=1e-6)
+    trial = ezc3d.c3d(str(tmp_path / "a.c3d"))["parameters"]["TRIAL"]["ACTUAL_END_FIELD"]["value"]
+    assert (np.asarray(trial).ravel() % 65_536).tolist() == [70_000 - 65_536, 1]
+
+
+def test_what_a_parameter_promises_beyond_the_header_has_to_be_there(tmp_path: Path) -> None:
+    positions = np.ones((70_000, 1, 3)) * np.arange(1, 70_001)[:, None, None]
+    write_c3d(tmp_path / "a.c3d", markers(positions))
+    (tmp_path / "a.c3d").write_bytes((tmp_path / "a.c3d").read_bytes()[:-100_000])
+    with pytest.raises(FileError, match="70000 frames, the header 65535"):
+        read_c3d(tmp_path / "a.c3d")
 
 
 @pytest.mark.parametrize("frames", [32_768, 65_535])

@@ -1,5 +1,6 @@
 """Model files: what goes in comes out, damage is noticed, nothing is executed."""
 
+import hashlib
 import pickle
 from pathlib import Path
 
@@ -37,6 +38,7 @@ def test_comes_back_as_saved(tmp_path_factory, kind: str, stored: dict, header: 
     digest = save_model(path, kind, stored, header)
     model = load_model(path)
     assert (model.kind, model.header, model.sha256) == (kind, header, digest)
+    assert digest == hashlib.sha256(path.read_bytes()).hexdigest()
     assert set(model.arrays) == set(stored)
     for name, array in stored.items():
         np.testing.assert_array_equal(model.arrays[name], array)

@@ -18,3 +18,8 @@ def began() -> float:
         return time.time() - (time.clock_gettime(time.CLOCK_BOOTTIME) - since_boot)
     except (OSError, ValueError, AttributeError, IndexError):
         return _LOADED
+
+
+def since_start() -> float:
+    """Seconds since this process was started: what a command takes until its work begins."""
+    return max(0.0, time.time() - began())

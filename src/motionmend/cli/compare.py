@@ -56,9 +56,12 @@ def compare(
     from .compare_joints import SENSORS
 
     endings = (*READABLE, *(() if truth.is_dir() else SENSORS))
-    pairs, refused = _pairs(working.reachable(truth), working.reachable(other), endings)
+    given = working.reachable(truth), working.reachable(other)
+    pairs, refused = _pairs(*given, endings)
     task = partial(judge, fps=fps, skeleton=skeleton and working.reachable(skeleton))
-    return work(task, pairs, name=_other, working=working, as_json=as_json, refused=refused)
+    return work(
+        task, pairs, name=_other, working=working, as_json=as_json, refused=refused, given=given, against=_truth
+    )
 
 
 def _pairs(truth: Path, other: Path, endings: "tuple[str, ...]") -> tuple[list[Pair], list[Refusal]]:
@@ -81,6 +84,7 @@ def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
     """What `evaluate.compare`, `compare_joints` or `compare_skeletons` finds for one pair."""
     from ..bodies.motion import Motion
     from ..evaluate import compare, compare_skeletons
+    from ..evaluate.names import few
     from ..io import read
     from .compare_joints import holds_joints, judge_joints, told
 
@@ -93,7 +97,9 @@ def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
         return told(pair.truth, pair.other, compare_skeletons(truth, other).to_json(), guesses)
     found = compare(truth, other).to_json()
     facts = {"input": pair.other, "truth": pair.truth, **found, "guesses": guesses}
-    return Done(facts, _table(facts), guesses=guesses)
+    unknown = found["unknown"]
+    said = (f"{counted(len(unknown), 'marker')} unknown to the truth left out: {few(unknown)}",) if unknown else ()
+    return Done(facts, _table(facts), warnings=said, guesses=guesses)
 
 
 def _mean_other_things(truth: "Motion", other: "Motion") -> bool:
@@ -149,3 +155,7 @@ def _worst(by_name: Mapping[str, float | None] | None, unit: str) -> list[str]:
 
 def _other(pair: Pair) -> Path:
     return pair.other
+
+
+def _truth(pair: Pair) -> Path:
+    return pair.truth

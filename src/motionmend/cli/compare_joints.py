@@ -1,6 +1,6 @@
 """What `compare` does with joint positions: tables of joints and what sensors report, against each other."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 SENSORS = (".skl", ".skeleton", ".gz", ".mat", ".json")  # endings that only recordings of joints have
 TEXTS = (".csv", ".txt")  # endings that they share with others
 _ANGLES = (".amc", ".bvh")
+_TRUTHS = ("uiprmd markers", "keraal bodies")  # what optical systems wrote beside a sensor, in axes of their own
 _WORST = 5  # joints listed for people; JSON has them all
 
 
@@ -22,9 +23,9 @@ def holds_joints(path: Path) -> bool:
 
     A table without deviations, reliabilities or states holds joints when most of its names are those of joints.
     """
-    from ..bodies.joint_sets import meanings
     from ..io.joint_table import beside_of, read_joint_table
     from ..io.sensor import kind_of
+    from ..io.table import are_joints
 
     if not path.is_file() or ending(path) not in (*SENSORS, *TEXTS):
         return False
@@ -32,15 +33,16 @@ def holds_joints(path: Path) -> bool:
     if kind == "joints":
         if beside_of(path):
             return True
-        named = meanings(read_joint_table(path).names)
-        return 2 * sum(map(bool, named)) > len(named)
-    return kind in ("table", "ntu", "uiprmd", "utdmhad", "keraal", "azure")
+        return are_joints(read_joint_table(path).names)
+    return kind in ("table", "ntu", "uiprmd", "utdmhad", "keraal", "azure", *_TRUTHS)
 
 
 def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path | None = None) -> Done:
     """What `evaluate.compare_joints` finds for one pair of files.
 
-    Joint angles (.amc, .bvh) against joints are compared by the 16 joints of the tracker, in the truth's axes.
+    Joint angles (.amc, .bvh) against joints are compared by the joints of their skeleton where most have the names of
+    the others, else by the 16 joints of the tracker, in the truth's axes. So is what an optical system recorded beside
+    a sensor (UI-PRMD, Keraal).
 
     Raises
     ------
@@ -48,9 +50,15 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path 
     """
     from ..evaluate.joints import compare_joints
 
-    true, judged = (_read(path, fps, skeleton) for path in (truth, other))
+    angles = [ending(path) in _ANGLES for path in (truth, other)]
+    if angles[0]:
+        judged = _read(other, fps)
+        true = _of_angles(truth, fps, skeleton, judged.names)
+    else:
+        true = _read(truth, fps)
+        judged = _of_angles(other, fps, skeleton, true.names) if angles[1] else _read(other, fps)
     guesses = tuple(dict.fromkeys((*true.guesses, *judged.guesses)))
-    align = any(ending(path) in _ANGLES for path in (truth, other))
+    align = any(angles) or any(_kind(path) in _TRUTHS for path in (truth, other))
     return told(truth, other, compare_joints(true, judged, align=align).to_json(), guesses)
 
 
@@ -61,35 +69,58 @@ def told(truth: Path, other: Path, found: Mapping[str, Any], guesses: tuple[str,
     return Done(facts, _table(facts), guesses=guesses)
 
 
-def _read(path: Path, fps: float | None, skeleton: Path | None) -> "Postures":
+def _kind(path: Path) -> str:
+    from ..io.sensor import kind_of
+
+    return kind_of(path) if path.is_file() else ""
+
+
+def _read(path: Path, fps: float | None) -> "Postures":
     from ..errors import MismatchError
     from ..io.joint_table import read_joint_table
-    from ..io.sensor import kind_of, read_postures
+    from ..io.sensor import read_postures
+    from ..io.truth import read_truth
 
-    if ending(path) in _ANGLES:
-        return _of_angles(path, fps, skeleton)
     if ending(path) not in (*SENSORS, ".csv", ".txt", ".trc"):
         raise MismatchError(
             f"{path}: joints are compared with joints: a table (.csv) or what a sensor reports was wanted, came "
             f"'{path.suffix}'"
         )
-    return read_joint_table(path) if kind_of(path) == "joints" else read_postures(path, fps=fps)
+    kind = _kind(path)
+    if kind in _TRUTHS:
+        return read_truth(path, fps=fps)
+    return read_joint_table(path) if kind == "joints" else read_postures(path, fps=fps)
 
 
-def _of_angles(path: Path, fps: float | None, skeleton: Path | None) -> "Postures":
-    """The tracker's joints in a recording of joint angles."""
+def _of_angles(path: Path, fps: float | None, skeleton: Path | None, names: Sequence[str]) -> "Postures":
+    """The joints in a recording of joint angles that others' names ask for: those of its skeleton where most of these
+    are among them, as in a .bvh made of a table; the tracker's, at their places on a body, for the rest."""
     import numpy as np
 
     from ..bodies.motion import Motion
     from ..bodies.performer import LANDMARKS
     from ..bodies.postures import Postures
     from ..bodies.rig import motion_landmarks
+    from ..bodies.skeleton import positions
+    from ..errors import MismatchError
+    from ..evaluate.names import same_names
     from ..io import read
 
     motion = read(path, fps=fps, skeleton=skeleton)
     assert isinstance(motion, Motion)
     times = np.arange(motion.frames) / motion.fps
-    return Postures(LANDMARKS, motion_landmarks(motion), times, guesses=motion.guesses)
+    own = np.flatnonzero(same_names(motion.skeleton.names, names) >= 0)
+    if 2 * len(own) <= len(names):
+        return Postures(LANDMARKS, motion_landmarks(motion), times, guesses=motion.guesses)
+    found, at = tuple(motion.skeleton.names[j] for j in own), positions(motion.skeleton, motion.q)[:, own]
+    if len(own) < len(names):
+        try:
+            more = motion_landmarks(motion)
+        except MismatchError:
+            return Postures(found, at, times, guesses=motion.guesses)
+        rest = [k for k, name in enumerate(LANDMARKS) if name not in found]
+        found, at = (*found, *(LANDMARKS[k] for k in rest)), np.concatenate([at, more[:, rest]], axis=1)
+    return Postures(found, at, times, guesses=motion.guesses)
 
 
 def _table(facts: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import FileError, UsageError, counted
+from .clock import since_start
 from .inputs import Input, Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Working, Writing, check_rate
 from .output import Done
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 WRITTEN = (".csv", ".bvh", ".amc")
 TIMED = 200  # frames corrected one by one to tell how long each takes
 WARM = 2  # of them, before which things are loaded
+_DESCENDING = ("paper",)  # methods that descend frame by frame, and do not count their steps; all others solve directly
 DIGITS = 3  # significant digits of what .mend.json says of each joint
 
 
@@ -82,6 +84,7 @@ def correct(
     if look_ahead is not None:
         frames_ahead(look_ahead)
     task = Correction(method=method, online=online, look_ahead=look_ahead, fps=fps, timed=as_json).knowing(model)
+    task = replace(task, startup=since_start())
     ending = f".{format or 'csv'}"
     forms = Forms(
         SENSOR_ENDINGS,
@@ -138,6 +141,7 @@ class Correction:
     timed: bool = False  # also how long single frames take, live
     model: "CorrectorModel | None" = None
     model_facts: dict[str, str] | None = None
+    startup: float = 0.0  # s, from the start of the process until work began
 
     def knowing(self, path: Path) -> "Correction":
         """The same options with the model read from its file."""
@@ -160,7 +164,7 @@ class Correction:
         corrected = self.model.correct(sensor, self.online, self.method, self._ahead(sensor))
         corrected = empty_where_empty(sensor, corrected)
         refuse_nobody(job.source, corrected)
-        seconds = {"read": was_read - start, "correct": perf_counter() - was_read}
+        seconds = {"startup": self.startup, "read": was_read - start, "correct": perf_counter() - was_read}
         warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
         return self._save(job, sensor, corrected, warnings, seconds)
 
@@ -178,11 +182,13 @@ class Correction:
     ) -> Done:
         """Write the output and what is said of it."""
         from ..bodies.posed_skeleton import motion_of
+        from ..io.conversion import not_in
 
         start = perf_counter()
         made = corrected if job.target.suffix.lower() == ".csv" else motion_of(corrected, rate_of(sensor, self.fps))
         seconds = {**seconds, "write": perf_counter() - start}
         warnings += tuple(one for one in made.guesses if one not in corrected.guesses)
+        warnings += not_in(job.target.suffix.lower(), corrected)
         counts = tallied(sensor, corrected)
         reliability = _spread(corrected.reliability, sensor.names, corrected.present)
         ahead = self._ahead(sensor)
@@ -208,6 +214,8 @@ class Correction:
             "swapped_frames": flagged(corrected).get("swapped", []),
             "reliability": reliability,
             "std": _spread(corrected.std, sensor.names, corrected.present),
+            "iterations": None if self.method in _DESCENDING else 0,
+            "cost": [],
             "warnings": warnings,
             "guesses": sensor.guesses,
         }
@@ -292,14 +300,14 @@ def empty_where_empty(sensor: "Postures", corrected: "Postures") -> "Postures":
 
 
 def tallied(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
-    """How many samples (frames x joints) the sensor tracked, inferred and lacked, and how far they were moved (cm)."""
+    """How many samples (frames x joints) are what `channels` says, how many the sensor tracked and inferred, and how
+    far they were moved (cm)."""
     there, now = sensor.present, corrected.present
     moved = np.linalg.norm(corrected.positions - sensor.positions, axis=2)[there & now]
+    of_joints = channels(sensor, corrected).values()
     counts: dict[str, Any] = {
         "samples": int(there.size),
-        "measured": int(there.sum()),
-        "filled": int((now & ~there).sum()),
-        "left_open": int((~now).sum()),
+        **{kind: sum(one[kind] for one in of_joints) for kind in ("measured", "repaired", "filled", "left_open")},
         "empty_frames": int((~now.any(axis=1)).sum()),
     }
     if sensor.state is not None:
@@ -313,8 +321,8 @@ def tallied(sensor: "Postures", corrected: "Postures") -> dict[str, Any]:
 
 
 def channels(sensor: "Postures", corrected: "Postures") -> dict[str, dict[str, int]]:
-    """Of each joint how many frames the sensor gave, and how many were moved by more than their own deviation,
-    filled and left open."""
+    """Of each joint how many frames stand as the sensor gave them (measured), were moved (repaired), filled and left
+    open."""
     there, now = sensor.present, corrected.present
     moved = np.linalg.norm(
         np.where(there & now, 1.0, 0.0)[:, :, None] * np.nan_to_num(corrected.positions - sensor.positions), axis=2

@@ -107,11 +107,14 @@ class Spoil:
         from ..bodies.motion import Motion
         from ..evaluate import corrupt
         from ..io import read, write
+        from ..io.conversion import not_in
         from .findings import labels
+        from .provenance import numbering
 
         clean: Any = read(job.source, fps=self.fps, skeleton=self.skeleton)
         moving = isinstance(clean, Motion)
-        warnings = () if moving or self.noise <= MOST_NOISE else (_in_metres(self.noise),)
+        warnings: tuple[str, ...] = () if moving or self.noise <= MOST_NOISE else (_in_metres(self.noise),)
+        warnings += not_in(job.target.suffix.lower(), clean)
         spoilt = corrupt(
             clean,
             noise=float(np.radians(self.noise)) if moving else self.noise,
@@ -145,6 +148,7 @@ class Spoil:
                     },
                     "frames": clean.frames,
                     "fps": clean.fps,
+                    **numbering(clean),
                     "counts": counts,
                     "outlier_runs": _runs_by_name(names, spoilt.outlier),
                     "missing_runs": _runs_by_name(names, spoilt.missing),

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import UsageError, counted
+from .clock import since_start
 from .inputs import Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Working, Writing
 from .output import Done
@@ -92,6 +93,7 @@ def denoise(
         skeleton=skeleton,
         report=report,
     ).knowing(model)
+    repair = replace(repair, startup=since_start())
     sidecars = [".mend.json", *([".report.html"] if report else [])]
     return transform(repair, files, out, sidecars=sidecars, as_json=as_json, working=working, writing=writing)
 
@@ -140,6 +142,7 @@ class Repair:
     report: bool = False
     model: "DenoiserModel | None" = None
     model_facts: dict[str, str] | None = None
+    startup: float = 0.0  # s, from the start of the process until work began
 
     def knowing(self, model: Path | None) -> "Repair":
         """The same options with the model read from its file."""
@@ -162,7 +165,7 @@ class Repair:
         repaired, seconds = self.timed(recording if joints is None else joints)
         if joints is not None:
             repaired = empty_where_nobody(joints, repaired)
-        return self.save(job, recording, repaired, {"read": was_read, **seconds})
+        return self.save(job, recording, repaired, {"startup": self.startup, "read": was_read, **seconds})
 
     def timed(self, recording: "Motion | Markers") -> "tuple[Repaired[Any], dict[str, float]]":
         """What the method makes of a recording, and the seconds it took under `repair`."""
@@ -190,17 +193,21 @@ class Repair:
         """Write the output and the files beside it; `seconds` is what was spent so far, `repair` among it."""
         from ..io import write
         from ..io.atomic import atomic
+        from ..io.conversion import not_in
+        from ..io.table import as_written
 
         start = perf_counter()
+        told = as_written(repaired) if job.target.suffix.lower() == ".csv" else repaired
+        warnings = (*repaired.warnings, *not_in(job.target.suffix.lower(), recording))
         sidecars = (".mend.json", *((".report.html",) if self.report else ()))
         with job.together(*sidecars), ExitStack() as whole:
             if self.report:
                 page = whole.enter_context(atomic(job.beside(".report.html")))
-                self._write_report(page, recording, repaired)
+                self._write_report(page, recording, told)
             write(job.target, repaired.recording, repaired=repaired)
             seconds = {**seconds, "write": perf_counter() - start}
             seconds["total"] = sum(seconds.values())
-            facts = self._facts(job, recording, repaired)
+            facts = self._facts(job, recording, told, warnings)
             write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         counts = repaired.counts()
         latency = self._latency(recording.fps)
@@ -213,12 +220,12 @@ class Repair:
             "frame_ms": frame_ms,
             "latency_s": latency,
             "counts": counts,
-            "warnings": repaired.warnings,
+            "warnings": warnings,
             "guesses": recording.guesses,
         }
         late = "" if latency is None else f", given out {latency:.2f} s late"
         line = f"{job.source}: {counted(recording.frames, 'frame')}, {_summed(counts)}{late}: {job.target}"
-        return Done(said, line=line, warnings=repaired.warnings, guesses=recording.guesses)
+        return Done(said, line=line, warnings=warnings, guesses=recording.guesses)
 
     def _latency(self, fps: float) -> float | None:
         """Seconds after which a frame was given out at the latest; None where all are at the end."""
@@ -226,8 +233,10 @@ class Repair:
 
         return None if self.lag is None else round(FixedLag(self.lag).latency(fps), 6)
 
-    def _facts(self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]") -> dict[str, Any]:
-        from .provenance import provenance
+    def _facts(
+        self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]", warnings: tuple[str, ...]
+    ) -> dict[str, Any]:
+        from .provenance import numbering, provenance
 
         return {
             "version": __version__,
@@ -246,9 +255,10 @@ class Repair:
             "method": repaired.method,
             "frames": recording.frames,
             "fps": recording.fps,
+            **numbering(recording),
             "latency_s": self._latency(recording.fps),
             **provenance(repaired),
-            "warnings": repaired.warnings,
+            "warnings": warnings,
             "guesses": recording.guesses,
         }
 

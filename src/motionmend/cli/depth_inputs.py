@@ -6,7 +6,19 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..errors import FileError, UsageError
-from .inputs import NO_FILE, Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, say_hidden, say_not_followed
+from .inputs import (
+    NO_FILE,
+    Input,
+    Job,
+    Refusal,
+    ending,
+    is_new,
+    is_no_file,
+    jobs_of,
+    name_of,
+    say_hidden,
+    say_not_followed,
+)
 
 FORMATS = ("csv", "bvh", "amc")
 _WHAT = "a depth recording (a folder with camera.json and depth/, or a UTD-MHAD *_depth.mat)"
@@ -28,16 +40,13 @@ def gather_depth(given: Sequence[Path]) -> tuple[list[Input], list[Refusal]]:
         raise UsageError(f"{_WHAT} was wanted, none was given: name at least one FOLDER")
     inputs: list[Input] = []
     refused: list[Refusal] = []
-    seen: set[Path] = set()
+    seen: dict[Path, Path] = {}
     for path in given:
         found = _meant(path, several=len(given) > 1)
         if isinstance(found, Refusal):
             refused.append(found)
             continue
-        for one in found:
-            if one.path.resolve() not in seen:
-                seen.add(one.path.resolve())
-                inputs.append(one)
+        inputs += [one for one in found if is_new(one.path, seen)]
     return inputs, refused
 
 

@@ -68,6 +68,36 @@ def jumps(motion: Motion) -> tuple[Jump, ...]:
     return tuple(found)
 
 
+def leaps(names: Sequence[str], positions: Floats, times: Floats, fastest: float) -> tuple[Jump, ...]:
+    """Frames in which points are farther from where they were one frame before than people go.
+
+    Parameters
+    ----------
+    names : (P,) of the points.
+    positions : (T, P, 3) m, NaN = missing.
+    times : (T,) s.
+    fastest : m/s.
+    """
+    step = np.diff(times)
+    with np.errstate(invalid="ignore"):
+        far = np.linalg.norm(np.diff(positions, axis=0), axis=2) > fastest * np.where(step > 0, step, np.inf)[:, None]
+    found = []
+    for p, name in enumerate(labels(names)):
+        at = np.flatnonzero(far[:, p]) + 1
+        if at.size:
+            found.append(Jump(name, tuple(at.tolist()), (False,) * at.size))
+    return tuple(found)
+
+
+def listed(jumped: Sequence[Jump]) -> list[dict[str, str | int | bool]]:
+    """Jumps one by one, as JSON has them."""
+    return [
+        {"channel": jump.channel, "frame": frame, "wrap": wrap}
+        for jump in jumped
+        for frame, wrap in zip(jump.frames, jump.wraps, strict=True)
+    ]
+
+
 def suspicions(recording: Motion | Markers) -> tuple[Suspicion, ...]:
     """Channels or markers outside their limits, never moving, held at an end, or faster than people are."""
     every, ends = "every channel" if isinstance(recording, Motion) else "every marker", held_ends(recording)

@@ -93,7 +93,7 @@ def gather(
     inputs: list[Input] = []
     refused: list[Refusal] = []
     several = len(given) > 1
-    seen: set[Path] = set()
+    seen: dict[Path, Path] = {}
     for path in given:
         found: list[Input] = []
         if path.is_dir():
@@ -115,11 +115,29 @@ def gather(
             if is_no_file(one.path):
                 refused.append(Refusal(one.path, NO_FILE))
                 continue
-            whole = one.path.resolve()
-            if whole not in seen:
-                seen.add(whole)
+            if is_new(one.path, seen):
                 inputs.append(one)
     return inputs, refused
+
+
+def is_new(path: Path, seen: dict[Path, Path]) -> bool:
+    """Whether a file is none of those `seen`, to which it is added; says of one that is, by another name, which.
+
+    Parameters
+    ----------
+    path : a file or folder.
+    seen : by where it is, the name under which it was met.
+    """
+    from .output import say
+
+    whole = path.resolve()
+    if whole not in seen:
+        seen[whole] = path
+        return True
+    first = seen[whole]
+    if os.path.abspath(first) != os.path.abspath(path):
+        say(f"{path} is left out: the same as {first}")
+    return False
 
 
 def plan(
@@ -239,6 +257,14 @@ def name_of(path: Path) -> str:
     return path.resolve().name if path.name in ("", "..") else path.name
 
 
+def place_among(path: Path, given: Sequence[Path]) -> tuple[int, Path]:
+    """Where a file stands among what was given: by what names it or holds it, then by its own name; else before all."""
+    for number, one in enumerate(given):
+        if path == one or one in path.parents:
+            return number, path
+    return -1, Path()
+
+
 def is_no_file(path: Path) -> bool:
     """Whether something is there that is neither a file nor a folder: to open it may take for ever."""
     return path.exists() and not path.is_file() and not path.is_dir()
@@ -267,8 +293,8 @@ def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | Non
         if len(left) == 1:
             say(f"{left[0]} is left out: not a {what}, as it starts otherwise")
         else:
-            some = ", ".join(file.name for file in left[:3]) + (", ..." if len(left) > 3 else "")
-            say(f"{folder}: {len(left)} files are left out ({some}): none is a {what}, as they start otherwise")
+            names = ", ".join(file.name for file in left)
+            say(f"{folder}: {len(left)} files are left out ({names}): none is a {what}, as they start otherwise")
     return kept
 
 

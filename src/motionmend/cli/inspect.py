@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import counted
 from .compare_joints import SENSORS, TEXTS
-from .inputs import Input, Refusal, ending, gather
+from .inputs import Input, Refusal, ending, gather, place_among
 from .options import WORKING, AsJson, Files, Rate, SkeletonFile, Working
 from .output import Done, work
 
@@ -31,9 +31,10 @@ def inspect(
     Recordings, depth folders, joints as sensors and trackers report them, skeletons (.asf) and models (.mend).
     Lengths are in metres, angles in degrees, times in seconds; frames are counted from 0.
     """
-    inputs, refused = _inputs([working.reachable(file) for file in files])
+    given = [working.reachable(file) for file in files]
+    inputs, refused = _inputs(given)
     task = partial(look, fps=fps, skeleton=skeleton and working.reachable(skeleton))
-    return work(task, inputs, name=_path, working=working, as_json=as_json, refused=refused)
+    return work(task, inputs, name=_path, working=working, as_json=as_json, refused=refused, given=given)
 
 
 def _inputs(given: list[Path]) -> tuple[list[Input], list[Refusal]]:
@@ -58,7 +59,8 @@ def _inputs(given: list[Path]) -> tuple[list[Input], list[Refusal]]:
     files = {*READABLE, ".asf", ".mend", *SENSORS}
     found, refused = gather(rest, files, meant=lambda path: inside(path) or _meant(path, looks_meant))
     refused = [refusal for refusal in refused if not any(refusal.path in one.path.parents for one in nested)]
-    return [*inputs, *nested, *(one for one in found if not inside(one.path))], refused
+    every = [*inputs, *nested, *(one for one in found if not inside(one.path))]
+    return sorted(every, key=lambda one: place_among(one.path, given)), refused
 
 
 def _meant(path: Path, looks_meant: Callable[[Path], bool]) -> bool:
@@ -110,13 +112,21 @@ def look(item: Input, *, fps: float | None, skeleton: Path | None) -> Done:
 
 
 def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
+    import numpy as np
+
     from ..bodies.motion import Motion
     from ..io import read
-    from .findings import jumps, labels, missing_shares, suspicions
+    from .findings import FAST_MARKER, jumps, labels, leaps, listed, missing_shares, suspicions
+    from .provenance import numbering
 
     recording = read(path, fps=fps, skeleton=skeleton)
     moving = isinstance(recording, Motion)
-    jumped = jumps(recording) if isinstance(recording, Motion) else ()
+    times = np.arange(recording.frames) / recording.fps
+    jumped = (
+        jumps(recording)
+        if isinstance(recording, Motion)
+        else leaps(recording.names, recording.positions, times, FAST_MARKER)
+    )
     share = 1.0 - float(recording.present.mean()) if recording.present.size else 0.0
     facts: dict[str, Any] = {
         "input": path,
@@ -124,6 +134,7 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
         "format": ending(path).removeprefix("."),
         "fps": recording.fps,
         "frames": recording.frames,
+        **numbering(recording),
         "duration": recording.frames / recording.fps,
         "units": {"length": "m", "angle": "deg", "duration": "s", **_file_unit(recording)},
         "channels" if moving else "markers": labels(recording.channels),
@@ -131,13 +142,9 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
         "up": recording.skeleton.up if isinstance(recording, Motion) else recording.up,
         "share_missing": share,
         "missing": missing_shares(recording),
-        "jumps": [
-            {"channel": jump.channel, "frame": frame, "wrap": wrap}
-            for jump in jumped
-            for frame, wrap in zip(jump.frames, jump.wraps, strict=True)
-        ],
+        "jumps": listed(jumped),
         "suspicious": [{"name": s.name, "what": s.what, "detail": s.detail} for s in suspicions(recording)],
-        "warnings": _warnings(recording.frames, share, jumped),
+        "warnings": _warnings(recording.frames, share, jumped if moving else ()),
         "guesses": recording.guesses,
     }
     return Done(facts, _table(facts), guesses=recording.guesses)

@@ -52,6 +52,7 @@ def depth_facts(path: Path) -> dict[str, Any]:
         "looked_at": len(numbers),
         "share_missing": float(1 - present.mean()),
         "missing": {},
+        "jumps": [],
         "suspicious": [],
         "warnings": warnings,
         "guesses": recording.guesses,
@@ -69,6 +70,7 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
     from ..io.sensor import kind_of, read_postures
     from ..io.sensor_source import warnings_of
     from ..io.truth import read_truth
+    from .findings import leaps, listed
 
     kind = kind_of(path)
     if kind == "joints":
@@ -98,6 +100,7 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
         **_sensed(postures),
         "share_missing": float(1 - present.mean()) if present.size else 0.0,
         "missing": dict(zip(postures.names, share.tolist(), strict=True)),
+        "jumps": listed(leaps(postures.names, postures.positions, postures.times, FAST)),
         "suspicious": _fast(postures.names, postures.positions, postures.times),
         "warnings": warnings,
         "guesses": postures.guesses,

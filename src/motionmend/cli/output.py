@@ -4,6 +4,7 @@ import json
 import math
 import re
 import sys
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ..batch import Failure, Outcome, Task, run
-from .inputs import Refusal
+from .inputs import Refusal, place_among
 from .options import Working
 
 Item = TypeVar("Item")
@@ -44,6 +45,8 @@ def work(
     working: Working,
     as_json: bool,
     refused: Sequence[Refusal] = (),
+    given: Sequence[Path] = (),
+    against: Callable[[Item], Path] | None = None,
 ) -> int:
     """Run a task on every item and say what came of each, in the order of the items, as soon as it is its turn.
 
@@ -54,14 +57,22 @@ def work(
     name : the input file of an item.
     working : processes and cluster.
     as_json : JSON on stdout instead of text.
-    refused : what could not even be tried; told first.
+    refused : what could not even be tried.
+    given : files and folders as on the command line: what was refused is told where it stands among them. What is not
+        among them is told first.
+    against : the file that an item's is held against, as a truth, which may be at fault itself.
 
     Returns
     -------
     The exit code.
     """
-    for refusal in refused:
-        tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=as_json, debug=False)
+    barred = deque(sorted(refused, key=lambda refusal: place_among(refusal.path, given)))  # a stable order
+
+    def tell_refused(before: tuple[int, Path] | None) -> None:
+        while barred and (before is None or place_among(barred[0].path, given) < before):
+            refusal = barred.popleft()
+            tell_failure(refusal.path, Failure("FileError", refusal.reason, ""), as_json=as_json, debug=False)
+
     waiting: dict[int, Outcome[Item, Done]] = {}
     guesses: dict[str, list[Path]] = {}
     turn = 0
@@ -75,37 +86,45 @@ def work(
                 told = waiting.pop(turn)
                 turn += 1
                 path = name(told.item)
+                tell_refused(place_among(path, given))
                 if told.failure is not None:
-                    tell_failure(path, told.failure, as_json=as_json, debug=working.debug)
+                    held = None if against is None else against(told.item)
+                    tell_failure(path, told.failure, as_json=as_json, debug=working.debug, also=held)
                 elif told.value is not None:
                     _tell(path, told.value, as_json=as_json, first=turn == 1)
                     for guess in told.value.guesses:
                         guesses.setdefault(guess, []).append(path)
 
         outcomes = run(task, items, jobs=working.width, cluster=working.cluster, on_done=heard)
+    tell_refused(None)
     tell_guesses(guesses)
-    return exit_code([o.failure for o in outcomes if o.failure is not None], refused)
+    failures = [o.failure for o in outcomes if o.failure is not None]
+    return exit_code(failures, refused, done=len(outcomes) - len(failures))
 
 
-def exit_code(failures: Sequence[Failure], refused: Sequence[Refusal] = ()) -> int:
-    """0 when all went well, 2 when the usage was bad, else 1."""
-    if any(failure.kind == "UsageError" for failure in failures):
+def exit_code(failures: Sequence[Failure], refused: Sequence[Refusal] = (), done: int = 0) -> int:
+    """0 when all went well, 2 when the usage was bad, else 1; usage by which anything could be `done` was not."""
+    if not done and any(failure.kind == "UsageError" for failure in failures):
         return 2
     return 1 if failures or refused else 0
 
 
-def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool) -> None:
-    """One line on stderr that holds the file's name; with --json also an object with `error` on stdout."""
+def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool, also: Path | None = None) -> None:
+    """One line on stderr that holds the file's name; with --json also an object with `error` on stdout.
+
+    Where a message begins with the file that it was held against (`also`), that one is at fault.
+    """
     if debug and failure.traceback:
         say(failure.traceback.rstrip())
     # A bare word, as of a folder, may stand in any message.
     plain = not path.suffix and len(path.parts) == 1
     begins = r"\A" if plain else r"(?<![\w./-])"
     named = re.search(rf"{begins}{re.escape(str(path))}(?![\w-])", failure.message) is not None
+    named = named or (also is not None and failure.message.startswith(f"{also}: "))
     message = failure.message if named else f"{path}: {failure.message}"
     say(f"motionmend: {' '.join(message.splitlines())}")  # a file's name may hold a line's end
     if as_json:
-        print(json_line({"input": str(path), "error": failure.message}), flush=True)
+        print(json_line({"input": str(path), "error": failure.message.removeprefix(f"{path}: ")}), flush=True)
 
 
 def tell_guesses(guesses: Mapping[str, Sequence[Path]]) -> None:

@@ -74,7 +74,8 @@ def pipeline(
                 barred.append(job)
             else:
                 jobs.append(take)
-        return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=[*refused, *barred])
+        refused = [*refused, *barred]
+        return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=refused, given=given)
 
 
 def _chain(options: "PipelineConfig", kinds: set[Kind]) -> "tuple[Chain, dict[Kind, str]]":
@@ -178,6 +179,7 @@ class Chain:
     def _corrected(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
         """A sensor's skeleton corrected, as joints or joint angles."""
         from ..bodies.posed_skeleton import motion_of
+        from ..io.conversion import not_in
         from ..io.sensor import read_postures
         from ..io.sensor_source import warnings_of
         from .correct import empty_where_empty, rate_of, refuse_nobody, refuse_other_units
@@ -192,7 +194,8 @@ class Chain:
         corrected = empty_where_empty(sensor, corrected)
         refuse_nobody(take.job.source, corrected)
         result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
-        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
+        lost = not_in(take.job.target.suffix.lower(), corrected)
+        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source), *lost)))
         step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
         return result, step, sensor.guesses, was_read - start
 
@@ -201,15 +204,20 @@ class Chain:
     ) -> Done:
         """Joint angles or markers, denoised and written."""
         from ..io import write
+        from ..io.conversion import not_in
 
         repaired = None
+        lost = not_in(take.job.target.suffix.lower(), recording)
         if self.repair is not None:
             repaired, step = _repaired(self.repair, recording, made=bool(steps))
+            step = replace(step, warnings=(*step.warnings, *lost))
             steps, seconds = (*steps, step), {**seconds, step.name: step.seconds}
         result = recording if repaired is None else repaired.recording
         start = perf_counter()
         with ExitStack() as whole:
-            self._sidecar(whole, take, steps, result.frames, result.fps, repaired, recording.guesses, seconds)
+            self._sidecar(
+                whole, take, steps, result.frames, result.fps, repaired, recording.guesses, seconds, recording
+            )
             write(take.job.target, result, repaired=repaired)
         return _said(
             take, steps, result.frames, repaired, recording.guesses, {**seconds, "write": perf_counter() - start}
@@ -221,14 +229,17 @@ class Chain:
         """Joints, denoised as a cloud of markers and written as a table."""
         from ..io.atomic import atomic
         from ..io.joint_table import write_joint_table
+        from ..io.table import uneven_times
 
         steps: tuple[Step, ...] = (step,)
         repaired = None
         if self.repair is not None and postures.frames > 1:
             repaired, last = _repaired(self.repair, as_markers(postures), made=True)
+            postures, before = denoised(postures, repaired), repaired
+            repaired = as_in_table(repaired, postures)
+            said = (*uneven_times(postures.times), *_kept(before, repaired, step.name))
+            last = replace(last, warnings=(*last.warnings, *said))
             steps, seconds = (*steps, last), {**seconds, last.name: last.seconds}
-            postures = denoised(postures, repaired)
-            repaired = open_where_empty(repaired, postures)
         start = perf_counter()
         with ExitStack() as whole:
             self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, guesses, seconds)
@@ -245,10 +256,11 @@ class Chain:
         repaired: "Repaired[Any] | None",
         guesses: tuple[str, ...],
         seconds: dict[str, float],
+        recording: "Motion | Markers | None" = None,
     ) -> None:
         """The file beside the output; appears with it."""
         from ..io.atomic import atomic
-        from .provenance import provenance
+        from .provenance import numbering, provenance
 
         facts = {
             "version": __version__,
@@ -259,6 +271,7 @@ class Chain:
             "method": None if repaired is None else repaired.method,
             "frames": frames,
             "fps": fps,
+            **({} if recording is None else numbering(recording)),
             **({} if repaired is None else provenance(repaired)),
             "warnings": _warnings(steps),
             "guesses": guesses,
@@ -321,13 +334,27 @@ def denoised(postures: "Postures", repaired: "Repaired[Markers]") -> "Postures":
     return replace(postures, positions=positions, std=std)
 
 
-def open_where_empty(repaired: "Repaired[Markers]", written: "Postures") -> "Repaired[Markers]":
-    """What is said of a repair whose positions are written only where there are any: the others are left open."""
+def as_in_table(repaired: "Repaired[Markers]", written: "Postures") -> "Repaired[Markers]":
+    """What is said of a repair as its table has it: with the table's deviations, and positions that the repair left
+    open and the step before had made are filled."""
     from ..bodies.motion import Origin
 
     there = written.present
-    origin = np.where(there, repaired.origin, np.uint8(Origin.LEFT_OPEN))
-    return replace(repaired, origin=origin, std=np.where(there, repaired.std, np.float32(np.nan)))
+    made = np.where(repaired.origin == Origin.LEFT_OPEN, np.uint8(Origin.FILLED), repaired.origin)
+    std = repaired.std if written.std is None else written.std.astype(repaired.std.dtype)
+    return replace(
+        repaired,
+        origin=np.where(there, made, np.uint8(Origin.LEFT_OPEN)),
+        std=np.where(there, std, np.float32(np.nan)),
+    )
+
+
+def _kept(repaired: "Repaired[Markers]", written: "Repaired[Markers]", step: str) -> tuple[str, ...]:
+    """A sentence about positions that a repair left open and that stay as the step before had them."""
+    from ..bodies.motion import Origin
+
+    kept = int(((repaired.origin == Origin.LEFT_OPEN) & (written.origin == Origin.FILLED)).sum())
+    return (f"{counted(kept, 'position')} that it left open stand as {step} made them, as unsure",) if kept else ()
 
 
 def _warnings(steps: tuple[Step, ...]) -> tuple[str, ...]:

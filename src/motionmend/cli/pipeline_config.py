@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from ..errors import FileError, UsageError
 
@@ -24,6 +24,12 @@ class TrackSection(_Section):
     body: Path | None = None
     preset: str = "default"
     terms: tuple[str, ...] | None = None
+
+    @field_validator("terms", mode="before")
+    @classmethod
+    def _as_on_the_command_line(cls, value: object) -> object:
+        """A list, or the same in one text with commas."""
+        return tuple(term.strip() for term in value.split(",")) if isinstance(value, str) else value
 
 
 class CorrectSection(_Section):
@@ -63,13 +69,12 @@ def read_config(path: Path) -> PipelineConfig:
 
     Raises
     ------
-    FileError : no such file.
-    UsageError : not TOML, an entry that is not known, or a value that cannot be.
+    UsageError : no such file, not TOML, an entry that is not known, or a value that cannot be.
     """
     try:
         found = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
-        raise FileError(f"{path}: cannot be read: {error.strerror or error}") from None
+        raise UsageError(f"--config {path}: cannot be read: {error.strerror or error}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UsageError(f"{path}: TOML was wanted, this is none: {error}") from None
     try:

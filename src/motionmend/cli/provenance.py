@@ -36,6 +36,17 @@ def provenance(repaired: Repaired[Any]) -> dict[str, Any]:
     }
 
 
+def numbering(recording: Motion | Markers) -> dict[str, int]:
+    """The entry `first_frame`: by which number the file calls its first frame, where that is neither 0 nor 1.
+
+    Frames in a .mend.json are counted from 0, whatever number the file has for them.
+    """
+    from ..io.conversion import first_frame
+
+    number = first_frame(recording)
+    return {} if number is None else {"first_frame": number}
+
+
 class Runs(Mapping[str, dict[str, list[list[Any]]]]):
     """The entry `runs` of `provenance`: each channel's are made when they are asked for, and not held.
 
@@ -71,8 +82,8 @@ def repaired_from(said: Mapping[str, Any], recording: Motion | Markers) -> Repai
     KeyError, TypeError, ValueError : when it is not of this form.
     """
     runs = said["joint_runs"] if "joint_runs" in said else said.get("runs")
-    if runs is None:
-        return None
+    if runs is None or ("joint_runs" in said and isinstance(recording, Motion)):
+        return None  # joints as they were seen, of which the angles were made: no single angle's origin
     columns = {name: c for c, name in enumerate(labels(recording.channels))}
     origin = np.zeros((recording.frames, len(columns)), np.uint8)
     std = np.full(origin.shape, np.nan, np.float32)

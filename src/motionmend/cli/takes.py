@@ -1,6 +1,7 @@
 """Takes of every kind: what a pipeline is given, what each is, and where its output belongs."""
 
 import os
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,13 +9,26 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ..errors import FileError, UsageError
-from .inputs import Input, Job, Refusal, ending, is_no_file, jobs_of, name_of, ready, say_hidden, say_not_followed
+from .inputs import (
+    Input,
+    Job,
+    Refusal,
+    ending,
+    is_new,
+    is_no_file,
+    jobs_of,
+    name_of,
+    ready,
+    say_hidden,
+    say_not_followed,
+)
 from .options import Writing
 from .output import say
 
 Kind: TypeAlias = Literal["depth", "sensor", "recording"]
 WRITTEN = {"depth": (".csv", ".bvh", ".amc"), "sensor": (".csv", ".bvh")}
-_FEWEST = 6  # joints whose meaning is known: then points with names are a skeleton, else they are markers
+_FEWEST = 6  # joints whose meaning is known, and more than half of all: then points with names are a skeleton
+_ON_SKIN = re.compile(r"(asis?|psis?|sacr(al|um)?)$")  # what only markers are called that lie about a pelvis
 
 
 @dataclass(frozen=True)
@@ -49,7 +63,7 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
         raise UsageError("a take was wanted, none was given: name a depth folder, a sensor's recording, or markers")
     found: list[tuple[Input, Kind]] = []
     refused: list[Refusal] = []
-    seen: set[Path] = set()
+    seen: dict[Path, Path] = {}
     for path in given:
         if not path.exists():
             refused.append(Refusal(path, "no such file or folder"))
@@ -62,8 +76,7 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
             refused.append(Refusal(path, what))
         for take, kind in takes:
             ours = take.path != path and out.resolve() in take.path.resolve().parents
-            if take.path.resolve() not in seen and not ours:
-                seen.add(take.path.resolve())
+            if not ours and is_new(take.path, seen):
                 found.append((take, kind))
     return found, refused
 
@@ -100,7 +113,6 @@ def _below(path: Path, top: Path) -> Iterator[tuple[Input, Kind]]:
 def kind_of_take(file: Path) -> Kind | None:
     """What a file is; None for none of the kinds. What cannot be read is what its ending says, so that reading it
     says why."""
-    from ..bodies.joint_sets import meanings
     from ..io import READABLE, looks_meant
     from ..io.sensor import SENSOR_ENDINGS, kind_of, looks_like_sensor, read_postures
 
@@ -113,11 +125,19 @@ def kind_of_take(file: Path) -> Kind | None:
         if known and looks_like_sensor(file):
             if ending(file) not in READABLE:
                 return "sensor"
-            joints = sum(1 for meaning in meanings(read_postures(file).names) if meaning)
-            return "sensor" if joints >= _FEWEST or not looks_meant(file) else "recording"
+            return "sensor" if is_skeleton(read_postures(file).names) or not looks_meant(file) else "recording"
         return "recording" if ending(file) in READABLE and looks_meant(file) else None
     except FileError:
         return "recording" if ending(file) in READABLE and looks_meant(file) else "sensor" if known else None
+
+
+def is_skeleton(names: Sequence[str]) -> bool:
+    """Whether named points are a skeleton's joints rather than markers on the skin, of which some lie at joints."""
+    from ..bodies.joint_sets import meanings
+
+    joints = sum(map(bool, meanings(names)))
+    bare = (re.sub(r"[^a-z]", "", name.rpartition(":")[2].lower()) for name in names)
+    return joints >= _FEWEST and 2 * joints > len(names) and not any(_ON_SKIN.search(name) for name in bare)
 
 
 def plan_takes(

@@ -96,7 +96,7 @@ def track(
             codes.append(work(task, jobs[:1], name=_source, working=alone, as_json=as_json))
             jobs = jobs[1:]
             task = task.knowing(model, skeleton, body, start)
-        codes.append(work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused))
+        codes.append(work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused, given=folders))
         return max(codes)
 
 

@@ -46,7 +46,7 @@ def transform(
         planned = plan(forms.placed(inputs), files, out, forms.writable, forms.otherwise)
         jobs, barred = ready_and_housed(planned, inputs, sidecars, writing, make)
         refused = [*refused, *barred]
-        return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused)
+        return work(_Once(task), jobs, name=_source, working=working, as_json=as_json, refused=refused, given=files)
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,11 @@ from ..bodies.postures import Postures
 from ..errors import MismatchError, counted
 from .axes import carrying
 from .metrics import bone_drift, jitter, position_error
+from .names import few, same_names
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
 UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere
+_BY_MEANING = "joints were matched by what their names mean"
 _GAP = 2.5  # frames; between samples farther apart than this nothing is interpolated
 _SAME_RATE = 1.05  # times another; rates of one recording as two clocks tell them
 _LAPSE = 0.5  # of a frame; rows whose times differ by more are worth a sentence
@@ -70,9 +72,10 @@ class JointComparison:
 def compare_joints(truth: Postures, other: Postures, *, align: bool | None = False) -> JointComparison:
     """Compare joint positions with the truth, sample by sample.
 
-    Joints are matched by name; where no name is the same, by what they mean on a body. A joint of the truth that the
-    other lacks counts as missing. As many rows on both sides at one rate are compared row by row, as clocks may begin
-    at other times; otherwise both are taken at the times of the slower one, between samples on a straight line.
+    Joints are matched by name, whatever case and subject's prefix; where few names are the same, and what has no such
+    name, by what they mean on a body. A joint of the truth that the other lacks counts as missing. As many rows on both
+    sides at one rate are compared row by row, as clocks may begin at other times; otherwise both are taken at the times
+    of the slower one, between samples on a straight line.
 
     Parameters
     ----------
@@ -130,21 +133,29 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool | None = Fal
 
 
 def _matching(wanted: tuple[str, ...], came: tuple[str, ...]) -> tuple[Ints, tuple[str, ...]]:
-    """(J,) where each joint of the truth stands in the other, -1 for nowhere; and what is worth a sentence."""
-    place = np.array([came.index(name) if name in came else -1 for name in wanted], dtype=np.int64)
-    notes: tuple[str, ...] = ()
+    """(J,) where each joint of the truth stands in the other, -1 for nowhere; and what is worth a sentence.
+
+    Where most names are the same on both sides, so are the joints, and meanings tell of the rest alone; a few equal
+    names, as two sensors have them, may stand for other places of a body.
+    """
+    place, notes = same_names(wanted, came), tuple[str, ...]()
+    alike = 2 * int((place >= 0).sum()) > min(len(wanted), len(came))
     if (place < 0).any():
         meant = correspondence(came, wanted)
+        if alike:
+            meant = np.where(place >= 0, place, np.where(np.isin(meant, place), -1, meant))
         if (meant >= 0).sum() > (place >= 0).sum():
+            others = few([name for name, p, m in zip(wanted, place, meant, strict=True) if p != m])
+            which = f"these joints were matched by what their names mean ({others})" if alike else _BY_MEANING
             place = meant
-            notes += ("joints were matched by what their names mean, and each sensor places them a little elsewhere",)
+            notes += (f"{which}, and each sensor places them a little elsewhere",)
     if (place < 0).all():
         raise MismatchError(
-            f"a comparison needs joints of the same names, came {_few(came)} where the truth has {_few(wanted)}"
+            f"a comparison needs joints of the same names, came {few(came)} where the truth has {few(wanted)}"
         )
     lacking = [name for name, p in zip(wanted, place, strict=True) if p < 0]
     if lacking:
-        notes += (f"{len(lacking)} joints of the truth have no column and count as missing: {_few(lacking)}",)
+        notes += (f"{len(lacking)} joints of the truth have no column and count as missing: {few(lacking)}",)
     return place, notes
 
 
@@ -187,10 +198,6 @@ def _up_along_y(postures: Postures) -> float:
     rise = (y[:, high][:, :, None] - y[:, low][:, None, :]).ravel()
     rise = rise[np.isfinite(rise)]
     return float(np.median(rise)) if rise.size else float("nan")
-
-
-def _few(names: tuple[str, ...] | list[str]) -> str:
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
 def _in_step(truth: Postures, other: Postures) -> tuple[Postures, Postures, tuple[str, ...]]:

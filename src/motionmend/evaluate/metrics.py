@@ -1,7 +1,6 @@
 """How close a recording comes to the truth: angles, places, jitter, bone lengths, feet, and what is missing."""
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -12,8 +11,9 @@ from ..arrays import Bools, Floats, Ints
 from ..bodies.feet import contacts, foot_joints, foot_markers, skate_during
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, positions, wrapped
-from ..errors import MismatchError
+from ..errors import MismatchError, counted
 from .axes import Carrying, carrying
+from .names import few, numbered, same_names
 
 RIGID_STD = 0.005  # m; two markers whose distance varies less than this in the truth sit on one bone
 RATE_TOLERANCE = 5e-4  # relative; what a frame time written with few digits is off by, 119.88 Hz is not 120 Hz
@@ -46,6 +46,7 @@ class Comparison:
     foot_skate_cm_s : `truth`, `other`: mean horizontal speed of the feet while the truth's stand on the floor, cm/s.
     missing : `samples` that the truth has and the other lacks, their `share`, and `by_channel`.
     notes : one sentence for each number that needs one.
+    unknown : names of the other's markers that the truth has not; they are left out.
     """
 
     kind: str
@@ -65,18 +66,20 @@ class Comparison:
     foot_skate_cm_s: dict[str, float | None]
     missing: dict[str, Any]
     notes: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Every field under its own name, ready for `json.dumps`; None becomes null."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return {**values, "notes": list(self.notes)}
+        return {**values, "notes": list(self.notes), "unknown": list(self.unknown)}
 
 
 def compare(truth: Motion | Markers, other: Motion | Markers) -> Comparison:
     """Compare a recording with the truth, sample by sample.
 
-    Channels and markers are matched by name, in whatever order; markers also without the subject's prefix when
-    that is unambiguous. Samples that the truth lacks are left out of everything. Joint angles whose root lies so far
+    Channels and markers are matched by name, in whatever order; markers also without the subject's prefix and in
+    another case when that is unambiguous. A marker that the other lacks counts as missing, one that the truth has not
+    is left out. Samples that the truth lacks are left out of everything. Joint angles whose root lies so far
     off throughout that its axes cannot be the truth's are brought there by one rigid motion, which is noted.
 
     Parameters
@@ -191,7 +194,7 @@ def _is_body(name: str) -> bool:
 
 
 def _compare_motions(truth: Motion, other: Motion) -> Comparison:
-    other_q = other.q[:, _matching(truth.channels, other.channels, strip=False)]
+    other_q = other.q[:, _matching(truth.channels, other.channels)]
     other_q = np.where(truth.present, other_q, np.nan)
     filled_q = np.where(truth.present & ~np.isfinite(other_q), _mean_pose(truth), other_q)
     rotation = truth.skeleton.dof_kind == ROTATION
@@ -258,7 +261,10 @@ def _filled_there(truth: Motion, other_q: Floats, filled_q: Floats, carried: Car
 
 
 def _compare_markers(truth: Markers, other: Markers) -> Comparison:
-    other_at = other.positions[:, _matching(truth.names, other.names, strip=True)]
+    place = same_names(truth.names, other.names)
+    if (place < 0).all():
+        raise _no_match(truth.names, other.names)
+    other_at = np.where((place >= 0)[None, :, None], other.positions[:, place], np.nan)
     seen = np.asarray(np.isfinite(other_at).all(axis=2))
     other_at = np.where((truth.present & seen)[:, :, None], other_at, np.nan)
     true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
@@ -266,6 +272,10 @@ def _compare_markers(truth: Markers, other: Markers) -> Comparison:
     distance = position_error(true_at, other_at)
     drift = _cm(bone_drift(true_at, other_at))
     feet, notes = _feet(truth)
+    lacking = [name for name, p in zip(truth.names, place, strict=True) if p < 0]
+    if lacking:
+        notes += (f"{counted(len(lacking), 'marker')} of the truth not in the other count as missing: {few(lacking)}",)
+    unknown = tuple(name for m, name in enumerate(other.names) if m not in place)
     if drift is None:
         notes += ("bone_drift_cm is null: no two markers keep their distance within 5 mm in the truth",)
     return Comparison(
@@ -286,36 +296,25 @@ def _compare_markers(truth: Markers, other: Markers) -> Comparison:
         foot_skate_cm_s=_skates(true_at, other_at, feet, truth.fps, truth.up),
         missing=_missing(truth, seen),
         notes=notes,
+        unknown=unknown,
     )
 
 
-def _matching(wanted: tuple[str, ...], came: tuple[str, ...], *, strip: bool) -> Ints:
+def _matching(wanted: tuple[str, ...], came: tuple[str, ...]) -> Ints:
     """(C,) where each wanted channel stands among those that came; equal names match in their order."""
-    for clean in (False, True) if strip else (False,):
-        keys, others = (_numbered(names, clean) for names in (wanted, came))
-        if sorted(keys) == sorted(others) and (not clean or len(set(keys)) == len({k for k, _ in keys})):
-            place = {key: c for c, key in enumerate(others)}
-            return np.array([place[key] for key in keys], dtype=np.int64)
+    keys, others = numbered(wanted), numbered(came)
+    if sorted(keys) != sorted(others):
+        raise _no_match(wanted, came)
+    place = {key: c for c, key in enumerate(others)}
+    return np.array([place[key] for key in keys], dtype=np.int64)
+
+
+def _no_match(wanted: tuple[str, ...], came: tuple[str, ...]) -> MismatchError:
     lacks, extra = sorted(set(wanted) - set(came)), sorted(set(came) - set(wanted))
-    raise MismatchError(
+    return MismatchError(
         f"a comparison needs the truth's {len(wanted)} channels by name, came {len(came)}; "
-        f"lacking: {_few(lacks)}; unknown to the truth: {_few(extra)}"
+        f"lacking: {few(lacks)}; unknown to the truth: {few(extra)}"
     )
-
-
-def _numbered(names: tuple[str, ...], clean: bool) -> list[tuple[str, int]]:
-    """Each name with how often it came before."""
-    seen: Counter[str] = Counter()
-    keys = []
-    for name in names:
-        key = name.rpartition(":")[2] if clean else name
-        keys.append((key, seen[key]))
-        seen[key] += 1
-    return keys
-
-
-def _few(names: list[str]) -> str:
-    return (", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")) or "none"
 
 
 def _counted(truth: Motion, other_q: Floats, angles: Bools) -> Floats:
@@ -406,7 +405,7 @@ def _by_name(names: tuple[str, ...], distance: Floats) -> dict[str, float | None
 
 def _labels(names: tuple[str, ...]) -> list[str]:
     """The names, a repeated one with its number, so that none is lost as a key."""
-    return [name if count == 0 else f"{name}#{count + 1}" for name, count in _numbered(names, clean=False)]
+    return [name if count == 0 else f"{name}#{count + 1}" for name, count in numbered(names)]
 
 
 def _kind(recording: Motion | Markers) -> str:

@@ -2,10 +2,11 @@
 
 The file is read by our own code (`c3d_layout`), which the tests hold against ezc3d and py-c3d: ezc3d 1.7 ends the
 whole process on some damaged files, reads 65,535 frames of a longer file without a word, and takes the camera mask
-for the residual. Writing changes the bytes of the file that was read: positions and fourth words of the markers,
-POINT:SCALE when the file held integers, and a group MOTIONMEND (`c3d_listing`). Everything else - header, events,
-analog samples, force plates, parameters of any type, computed and unlabelled points, camera masks - stays as it was,
-byte for byte.
+for the residual. The header counts to 65,535 frames; of more, TRIAL:ACTUAL_END_FIELD (two 16-bit words, the low one
+first) and POINT:LONG_FRAMES say how many, and both are written. Writing changes the bytes of the file that was read:
+positions and fourth words of the markers, POINT:SCALE when the file held integers, and a group MOTIONMEND
+(`c3d_listing`). Everything else - header, events, analog samples, force plates, parameters of any type, computed and
+unlabelled points, camera masks - stays as it was, byte for byte.
 
 Missing are points with residual -1, with NaN, and at (0, 0, 0). A missing point is written as (0, 0, 0) with residual
 -1, as the standard wants it. A filled or replaced point gets residual 0 and no cameras.
@@ -27,7 +28,7 @@ from ..errors import FileError, MismatchError
 from .atomic import atomic
 from .c3d_chain import with_values
 from .c3d_fresh import METRES, blank
-from .c3d_layout import MOST_FRAMES, Layout, assemble, frames_of, parse
+from .c3d_layout import Layout, assemble, frames_of, parse
 from .c3d_listing import listed_counts, listed_method, listed_points, read_origin, with_listing, without_listing
 from .c3d_points import sort_points
 from .text import LARGEST
@@ -64,7 +65,7 @@ def read_c3d(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
 
     Raises
     ------
-    FileError : not there, not a C3D file, damaged, cut off, without markers or frames, or longer than 65,535 frames.
+    FileError : not there, not a C3D file, damaged, cut off, without markers or frames, or longer than it says.
     """
     name = str(path)
     try:
@@ -126,13 +127,8 @@ def write_c3d(path: str | os.PathLike[str], markers: Markers, repaired: Repaired
     Raises
     ------
     MismatchError : markers, frames or rate are not those of the file they came from.
-    FileError : more than 65,535 frames, or the file cannot be written.
+    FileError : more markers than a C3D file can name, or the file cannot be written.
     """
-    if markers.frames > MOST_FRAMES:
-        raise FileError(
-            f"{path}: a C3D file holds up to {MOST_FRAMES} frames, came {markers.frames}; "
-            f"write .trc or .csv, or split the recording"
-        )
     if isinstance(markers.source, C3dSource):
         source = markers.source
         _fits(markers, source)

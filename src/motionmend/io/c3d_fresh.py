@@ -7,7 +7,7 @@ import numpy as np
 from ..bodies.motion import Markers
 from ..errors import FileError
 from .c3d_chain import GROUP, INTEGER, MOST_ROWS, REAL, Record, textual, write_chain
-from .c3d_layout import BLOCK, INTEL, MOST_BLOCKS, Layout
+from .c3d_layout import BLOCK, INTEL, MOST_BLOCKS, MOST_COUNTED, Layout
 
 UNIT, METRES = "mm", 0.001
 _SCALE = -0.1  # floats; residuals in steps of 0.1 mm
@@ -18,7 +18,7 @@ def blank(markers: Markers, name: str) -> bytes:
 
     Parameters
     ----------
-    markers : for names, frames (up to 65,535), rate and the way up.
+    markers : for names, frames, rate and the way up.
     name : of the file to be, for messages.
 
     Raises
@@ -37,7 +37,9 @@ def blank(markers: Markers, name: str) -> bytes:
         raise FileError(f"{name}: the labels of {points} markers need {blocks} blocks, a C3D file has {MOST_BLOCKS}")
     data_block = 2 + blocks
     header = bytearray(BLOCK)
-    struct.pack_into("<BB5HfHHf", header, 0, 2, 0x50, points, 0, 1, frames, 0, _SCALE, data_block, 1, markers.fps)
+    struct.pack_into(
+        "<BB5HfHHf", header, 0, 2, 0x50, points, 0, 1, min(frames, MOST_COUNTED), 0, _SCALE, data_block, 1, markers.fps
+    )
     chain = [
         Record(r.name, r.group, r.locked, r.kind, r.dims, struct.pack("<H", data_block), r.description)
         if r.name == "DATA_START"
@@ -63,7 +65,8 @@ def _parameters(markers: Markers) -> list[Record]:
     records = [
         group(1, "POINT", "Marker positions"),
         layout.numeric(1, "USED", points, INTEGER),
-        layout.numeric(1, "FRAMES", markers.frames, INTEGER),
+        layout.numeric(1, "FRAMES", min(markers.frames, MOST_COUNTED), INTEGER),
+        *([layout.numeric(1, "LONG_FRAMES", markers.frames, REAL)] if markers.frames > MOST_COUNTED else []),
         layout.numeric(1, "DATA_START", 0, INTEGER),
         layout.numeric(1, "SCALE", _SCALE, REAL),
         layout.numeric(1, "RATE", markers.fps, REAL),
@@ -97,6 +100,6 @@ def _parameters(markers: Markers) -> list[Record]:
         layout.numeric(3, "CAL_MATRIX", np.empty((6, 6, 0)), REAL),
         group(4, "TRIAL", "First and last frame"),
         layout.numeric(4, "ACTUAL_START_FIELD", [1, 0], INTEGER),
-        layout.numeric(4, "ACTUAL_END_FIELD", [markers.frames, 0], INTEGER),
+        layout.numeric(4, "ACTUAL_END_FIELD", divmod(markers.frames, 1 << 16)[::-1], INTEGER),
         layout.numeric(4, "CAMERA_RATE", markers.fps, REAL),
     ]

@@ -22,7 +22,7 @@ from ..errors import FileError, counted
 from .c3d_chain import BYTE, GROUP, INTEGER, REAL, TEXT, Record, continued, read_chain, write_chain
 
 BLOCK = 512
-MOST_FRAMES = 65_535  # header and POINT:FRAMES count frames in 16 bits
+MOST_COUNTED = 65_535  # frames that the header and POINT:FRAMES count, in 16 bits; two parameters count further
 MOST_BLOCKS = 255  # the parameter section states its length in one byte
 INTEL, DEC, MIPS = 84, 85, 86
 _MOST_BLOCKS_BEFORE = 65_535  # a pointer to a section has 16 bits
@@ -41,6 +41,7 @@ class Layout:
     points: int = 0
     analogs: int = 0
     header_frames: int = 0
+    first_frame: int = 1
     header_rate: float = 0.0
     scale: float = -1.0
 
@@ -183,6 +184,7 @@ def parse(raw: bytes, name: str) -> Layout:
         points=points,
         analogs=analogs,
         header_frames=last - first + 1,
+        first_frame=first,
         header_rate=header_rate,
     )
     for parameter, in_header in (("USED", points), ("DATA_START", data_block)):
@@ -209,7 +211,7 @@ def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ..
 
     Raises
     ------
-    FileError : no points or frames, fewer frames than promised, or more than C3D readers can count.
+    FileError : no points or frames, fewer frames than promised, or more than are counted anywhere.
     """
     if not layout.points:
         raise FileError(f"{name}: wanted points over time, this C3D file holds none; nothing to do with it")
@@ -219,15 +221,20 @@ def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ..
         "POINT:LONG_FRAMES": int(layout.number("POINT", "LONG_FRAMES")),
         "TRIAL:ACTUAL_END_FIELD": _trial_frames(layout),
     }
+    long = [(where, count) for where, count in others.items() if count > MOST_COUNTED]
+    if long and layout.data_at + long[0][1] * layout.stride <= len(raw):
+        # Then the header counts as far as it can, or lets the count run over.
+        promised = long[0][1]
+        others = dict(long)
     end = layout.data_at + max(promised, 0) * layout.stride
     rotations = (int(layout.number("ROTATION", "DATA_START")) - 1) * BLOCK
     stop = rotations if end <= rotations < len(raw) else len(raw)
     tail = raw[end:stop].rstrip(b"\0")  # the last block is filled up with zeros
     held = (stop - layout.data_at) // layout.stride if end > stop else promised + -(-len(tail) // layout.stride)
     for where, count in others.items():
-        if count > MOST_FRAMES:
+        if count > MOST_COUNTED and count != promised:
             raise FileError(_too_long(name, f"{where} says {count} frames", promised))
-    if held > MOST_FRAMES:
+    if held > MOST_COUNTED and not long:
         raise FileError(_too_long(name, f"the file holds {held} frames", promised))
     if promised <= 0:
         raise FileError(f"{name}: wanted frames, the header of this C3D file promises {promised}; empty or damaged")
@@ -306,8 +313,8 @@ def _pointing(record: Record, order: str, moved: Callable[[int], int]) -> Record
 
 def _too_long(name: str, found: str, promised: int) -> str:
     return (
-        f"{name}: {found}, the header {promised}: a C3D reader counts to {MOST_FRAMES}; "
-        f"split the recording into shorter files"
+        f"{name}: {found}, the header {promised}: it counts to {MOST_COUNTED}, and TRIAL:ACTUAL_END_FIELD or "
+        f"POINT:LONG_FRAMES has to say what the file holds; export it again, or split the recording"
     )
 
 

@@ -19,8 +19,9 @@ JOINED         integer 2         for FILLED and for REPAIRED: 0 when the ranges 
                                  C3D file end at 130,560 bytes (REPAIRED gives way first); COUNTS is always exact
 ============== ======= ========= =====================================================================================
 
-Integers are 16 bits without sign. A parameter holds at most 255 columns; the next ones stand in COUNTS2, FILLED2 and
-so on, as C3D continues POINT:LABELS.
+Integers are 16 bits without sign. Of a file with more than 32,767 frames COUNTS, FILLED and REPAIRED are 32-bit floats
+instead, which hold such numbers exactly and read the same by programs that take integers to have a sign. A parameter
+holds at most 255 columns; the next ones stand in COUNTS2, FILLED2 and so on, as C3D continues POINT:LABELS.
 """
 
 from collections.abc import Sequence
@@ -31,12 +32,13 @@ from numpy.typing import NDArray
 from ..arrays import Bools, Bytes, Ints
 from ..bodies.motion import Origin
 from ..errors import FileError
-from .c3d_chain import GROUP, INTEGER, MOST_ROWS, Record, continued, textual, write_chain
+from .c3d_chain import GROUP, INTEGER, MOST_ROWS, REAL, Record, continued, textual, write_chain
 from .c3d_layout import BLOCK, MOST_BLOCKS, Layout
 
 NAME = "MOTIONMEND"
 _VERSION = 1
 _LAST_GROUP = 127
+_SIGNED = 32_767  # the highest number that every reader takes an integer for
 _LISTED = {Origin.FILLED: "FILLED", Origin.REPAIRED: "REPAIRED"}
 
 
@@ -114,6 +116,7 @@ def _group(
     touched = np.flatnonzero((origin != Origin.MEASURED).any(axis=0))
     kinds = (Origin.FILLED, Origin.REPAIRED, Origin.LEFT_OPEN)
     counts = np.array([(origin[:, touched] == kind).sum(axis=0) for kind in kinds])
+    kind_of_number = INTEGER if len(origin) <= _SIGNED else REAL
     title = Record(NAME, number, False, GROUP, (), b"", b"Samples filled or replaced; points and frames from 1")
     records = [
         title,
@@ -121,12 +124,12 @@ def _group(
         *textual(number, "METHOD", [method]),
         layout.numeric(number, "JOINED", joined, INTEGER, "FILLED, REPAIRED; 0: exact"),
     ]
-    records += _continued(layout, number, "POINTS", touched + 1, "Places in POINT:LABELS")
+    records += _continued(layout, number, "POINTS", touched + 1, INTEGER, "Places in POINT:LABELS")
     records += textual(number, "LABELS", [labels[int(k)] for k in touched])
-    records += _continued(layout, number, "COUNTS", counts, "Filled, replaced, left open")
+    records += _continued(layout, number, "COUNTS", counts, kind_of_number, "Filled, replaced, left open")
     for (kind, parameter), gap in zip(_LISTED.items(), joined, strict=True):
         ranges = _ranges(origin == kind, gap)
-        records += _continued(layout, number, parameter, ranges, "Point, first frame, last frame")
+        records += _continued(layout, number, parameter, ranges, kind_of_number, "Point, first frame, last frame")
     return records
 
 
@@ -144,10 +147,10 @@ def _ranges(chosen: Bools, joined: int) -> Ints:
     return np.array([point[starts] + 1, first[starts] + 1, last[ends]], np.int64).reshape(3, -1)
 
 
-def _continued(layout: Layout, number: int, name: str, columns: Ints, description: str) -> list[Record]:
+def _continued(layout: Layout, number: int, name: str, columns: Ints, kind: int, description: str) -> list[Record]:
     parts = range(0, max(columns.shape[-1], 1), MOST_ROWS)
     return [
-        layout.numeric(number, continued(name, k), columns[..., at : at + MOST_ROWS], INTEGER, description)
+        layout.numeric(number, continued(name, k), columns[..., at : at + MOST_ROWS], kind, description)
         for k, at in enumerate(parts)
     ]
 

@@ -103,4 +103,4 @@ def _axes(bare: Sequence[str]) -> set[int]:
 def _sentence(places: Collection[int], labels: Sequence[str], why: str) -> str:
     first = ", ".join(labels[k] or "''" for k in sorted(places)[:3])
     more = ", ..." if len(places) > 3 else ""
-    return f"{len(places)} of {len(labels)} points set aside as {why} ({first}{more}); kept in the file untouched"
+    return f"{len(places)} of {len(labels)} points set aside as {why} ({first}{more}); a .c3d keeps them as they are"

@@ -3,7 +3,8 @@
 Nothing in such a file is ever executed on loading. The safetensors metadata hold one entry, `motionmend`: a JSON
 object with `kind`, `version` (of this format), `header` (whatever the model's room needs) and `sha256`, the hash over
 those three and over the name, type, shape and bytes of each array. safetensors itself notices a cut-off file but not
-a flipped byte; the hash does.
+a flipped byte; that hash does. It cannot be that of the file it stands in: what is told of a model is the SHA-256 of
+the file's bytes, as `sha256sum` gives it.
 """
 
 import hashlib
@@ -27,7 +28,7 @@ _KEY = "motionmend"
 
 @dataclass(frozen=True, eq=False)
 class StoredModel:
-    """What a model file holds: its kind, read-only arrays, the JSON header, and the SHA-256 of all of it."""
+    """What a model file holds: its kind, read-only arrays, the JSON header; and the SHA-256 of the file's bytes."""
 
     kind: str
     arrays: Mapping[str, NDArray[Any]]
@@ -49,7 +50,7 @@ def save_model(
 
     Returns
     -------
-    sha256 : of kind, version, header and arrays, in hexadecimal.
+    sha256 : of the file's bytes, in hexadecimal.
 
     Raises
     ------
@@ -75,7 +76,7 @@ def save_model(
     content = save(little, {_KEY: _canonical({**stated, "sha256": digest})})
     with atomic(path) as temporary:
         temporary.write_bytes(content)
-    return digest
+    return hashlib.sha256(content).hexdigest()
 
 
 def load_model(path: str | os.PathLike[str]) -> StoredModel:
@@ -119,7 +120,7 @@ def load_model(path: str | os.PathLike[str]) -> StoredModel:
         )
     for array in arrays.values():
         array.flags.writeable = False
-    return StoredModel(stated["kind"], arrays, stated["header"], digest)
+    return StoredModel(stated["kind"], arrays, stated["header"], hashlib.sha256(content).hexdigest())
 
 
 def _damaged(path: str | os.PathLike[str]) -> str:

@@ -12,12 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import Floats
+from ..bodies.joint_sets import meanings
 from ..bodies.motion import Markers, Origin, Repaired
 from ..bodies.postures import Postures
 from ..errors import FileError, counted
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
-from .joint_table import read_joint_table, write_joint_table
+from .joint_table import read_joint_table, time_cell, write_joint_table
+from .number_rows import split_cells
+from .sensor_source import warnings_of
 from .vertical import up_of
 
 _WANTED = "a table with time,<marker>_x,<marker>_y,<marker>_z,..."
@@ -42,44 +46,116 @@ def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Marker
 
     Returns
     -------
-    markers : positions in metres; the rate is taken from the times.
+    markers : positions in metres; the rate is taken from the times. Joints may have uneven times, which they keep: the
+        rate is that of the usual step then, and a sentence says so.
 
     Raises
     ------
-    FileError : not there, not such a table, or its times are uneven.
+    FileError : not there, not such a table, or the times of markers are uneven.
     """
     name = str(path)
     lines = read_lines(path, _WANTED)
     titles = [title.strip() for title in next(csv.reader([lines[0]]))]
-    names, columns, beside = _columns(titles, name)
+    try:
+        names, columns, beside = _columns(titles, name)
+    except FileError:
+        if (spelt_otherwise := _of_recorder(path, fps)) is None:
+            raise
+        return spelt_otherwise
     rows = read_rows(lines[1:], ",", len(titles), 2, name)
-    if len(rows) > 1:
-        rate, said = steady_rate(rows[:, 0], [line.split(",", 1)[0] for line in lines[1 : len(rows) + 1]], name)
-    elif fps is not None:
-        rate, said = fps, (f"one row states no rate: took {fps:g} Hz as given",)
-    else:
-        raise FileError(f"{name}: wanted two rows or more to tell the rate, came one; give it with --fps")
-    positions = rows[:, columns].reshape(len(rows), len(names), 3)
+    times, said = rows[:, 0], tuple[str, ...]()
+    spelt = [line.split(",", 1)[0] for line in lines[1 : len(rows) + 1]]
     joints = None
-    if beside:
+    if beside or are_joints(names):
         try:
             joints = read_joint_table(path)
         except FileError as error:
-            said += (f"{counted(beside, 'column')} beside the positions were not read: {error}",)
+            if beside:
+                said += (f"{counted(beside, 'column')} beside the positions were not read: {error}",)
+    kept = bool(beside)
+    if joints is not None and not np.array_equal(joints.times, times):
+        times, spelt, kept = joints.times, [time_cell(time) for time in joints.times.tolist()], True
+        said += joints.guesses
+    if len(rows) > 1:
+        rate, strays, uneven = _rate(times, spelt, name, joints)
+        kept, said = kept or uneven, (*strays, *said)
+    elif fps is not None:
+        rate, said = fps, (f"one row states no rate: took {fps:g} Hz as given", *said)
+    else:
+        raise FileError(f"{name}: wanted two rows or more to tell the rate, came one; give it with --fps")
+    positions = rows[:, columns].reshape(len(rows), len(names), 3)
     said += unended(lines)
+    start = float(times[0]) if np.isfinite(times[0]) else 0.0
+    return _markers(names, positions, rate, TableSource(start, joints if kept else None), said)
+
+
+def are_joints(names: Sequence[str]) -> bool:
+    """Whether most of a table's names are those of a body's joints."""
+    return 2 * sum(map(bool, meanings(names))) > len(names)
+
+
+def _rate(
+    times: Floats, spelt: Sequence[str], name: str, joints: Postures | None
+) -> tuple[float, tuple[str, ...], bool]:
+    """The rate of a table, Hz, what there is to say, and whether its times are uneven, as those of joints may be.
+
+    Sensors drop frames, and a table of their joints has each at its own time.
+    """
+    try:
+        return *steady_rate(times, spelt, name), False
+    except FileError:
+        if joints is None or not np.isfinite(joints.fps):
+            raise
+        return joints.fps, uneven_times(times), True
+
+
+def uneven_times(times: Floats) -> tuple[str, ...]:
+    """A sentence about frames (T,) whose times in s are uneven: they are repaired as if they were not."""
+    if len(times) < 3:
+        return ()
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    if not usual > 0 or not (np.abs(steps - usual) > 0.5 * usual).any():
+        return ()
+    long, back = int((steps > 1.5 * usual).sum()), int((steps <= 0).sum())
+    dropped = f"{counted(long, 'step')} longer than 1.5 frames, up to {steps.max():.3g} s, as of dropped frames"
+    what = ", ".join(
+        [*([dropped] if long else []), *([f"{counted(back, 'step')} that do not go forward"] if back else [])]
+    )
+    said = f"times are uneven ({what or 'steps stray by more than half a frame'})"
+    return (f"{said}: rows are taken one after another at {1 / usual:.4g} Hz, and keep their times",)
+
+
+def _of_recorder(path: str | os.PathLike[str], fps: float | None) -> Markers | None:
+    """The joints of a table as recorders and spreadsheets spell it: without times, with semicolons, with tabs; None
+    for what is none."""
+    from .sensor import kind_of, read_postures
+
+    if kind_of(path) != "table" or not any(letter.isalpha() for letter in read_lines(path, _WANTED)[0]):
+        return None
+    joints = read_postures(path, fps=fps)
+    rate = joints.fps if np.isfinite(joints.fps) else fps or 0.0
+    if not rate:
+        raise FileError(f"{path}: wanted two rows or more to tell the rate, came one; give it with --fps")
+    said = (*warnings_of(joints.source), *joints.guesses, *uneven_times(joints.times))
+    said += ("written as a table of joints with times, commas and metres",)
+    return _markers(joints.names, joints.positions, rate, TableSource(float(joints.times[0]), joints), said)
+
+
+def _markers(
+    names: tuple[str, ...], positions: Floats, rate: float, source: TableSource, said: tuple[str, ...]
+) -> Markers:
     up, up_guess = up_of(names, positions)
-    start = float(rows[0, 0]) if np.isfinite(rows[0, 0]) else 0.0
-    source = TableSource(start, joints)
     return Markers(names, positions, rate, up=up, source=source, guesses=(*said, *((up_guess,) if up_guess else ())))
 
 
 def starts_as_table(path: str | os.PathLike[str]) -> bool:
     """Whether a .csv starts with `time` or has a column `..._x`; also True for what cannot be read as text."""
     try:
-        titles = [title.strip().lower() for title in read_lines(path, _WANTED)[0].split(",")]
+        titles = [title.strip().lower() for title in split_cells(read_lines(path, _WANTED)[0])]
     except FileError:
         return True
-    return titles[0] == "time" or any(title.endswith("_x") for title in titles)
+    return titles[:1] == ["time"] or any(title.endswith("_x") for title in titles)
 
 
 def write_table(path: str | os.PathLike[str], markers: Markers, repaired: Repaired[Markers] | None = None) -> None:
@@ -120,12 +196,25 @@ def _joints(markers: Markers, repaired: Repaired[Markers] | None) -> Postures | 
     beside = markers.source.beside if isinstance(markers.source, TableSource) else None
     if beside is None or (beside.names, beside.frames) != (markers.names, markers.frames):
         return None
-    std = beside.std
-    if std is not None and repaired is not None:
-        std = np.where(repaired.origin == Origin.FILLED, repaired.std, np.fmax(std, repaired.std))
-    if std is not None:
-        std = np.where(markers.present, std, np.nan)
+    std = None if beside.std is None else np.where(markers.present, _deviations(beside.std, repaired), np.nan)
     return replace(beside, positions=markers.positions, std=std)
+
+
+def _deviations(given: Floats, repaired: Repaired[Markers] | None) -> Floats:
+    """(T, J) m of what a table gave and a repair made of it."""
+    if repaired is None:
+        return given
+    return np.asarray(np.where(repaired.origin == Origin.FILLED, repaired.std, np.fmax(given, repaired.std)))
+
+
+def as_written(repaired: Repaired[Markers]) -> Repaired[Markers]:
+    """The repair of a table with the deviations that `write_table` gives it, where it has any."""
+    source = repaired.recording.source
+    beside = source.beside if isinstance(source, TableSource) else None
+    if beside is None or beside.std is None or beside.std.shape != repaired.std.shape:
+        return repaired
+    std = np.where(repaired.recording.present, _deviations(beside.std, repaired), np.nan)
+    return replace(repaired, std=std.astype(repaired.std.dtype))
 
 
 def _columns(titles: Sequence[str], name: str) -> tuple[tuple[str, ...], list[int], int]:
