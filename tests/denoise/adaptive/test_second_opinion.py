@@ -24,9 +24,8 @@ def _mended(rng, origin, missed=9.0):
     spread, weights = rng.uniform(0.5, 2, shape), rng.random(shape)
     said = ("Missed",)
     found = ChannelRepair(rng.normal(0, 10, shape), spread, weights, origin, 3, np.empty(0), True, said)
-    return Mended(
-        found, rng.uniform(1, 2, shape[1]), np.zeros(shape[1]), missed, np.zeros(shape[1], int), np.zeros(shape[1])
-    )
+    none = np.zeros(shape[1])
+    return Mended(found, rng.uniform(1, 2, shape[1]), none, missed, none.astype(int), none, np.empty((0, shape[1])))
 
 
 def _two(seed):
@@ -89,7 +88,15 @@ def test_what_only_the_library_rejects_on_end_stays_as_measured_where_outliers_a
     moved = []
     for its in (rare, common):
         one, other = (
-            Mended(ChannelRepair(v, spread, spread, o, 3, np.empty(0), True), ONES, NONE, 9.0, NONE.astype(int), NONE)
+            Mended(
+                ChannelRepair(v, spread, spread, o, 3, np.empty(0), True),
+                ONES,
+                NONE,
+                9.0,
+                NONE.astype(int),
+                NONE,
+                np.empty((0, len(NONE))),
+            )
             for v, o in ((strayed, origin), (measured, its))
         )
         moved.append(_joined(one, other).found.values[:, 0])
@@ -150,7 +157,9 @@ def _copied(mended):
 def _repair_of(values, std, origin, noise):
     found = ChannelRepair(values, np.full(values.shape, std), origin == Origin.MEASURED, origin, 3, np.empty(0), True)
     none = np.zeros(values.shape[1])
-    return Mended(replace(found, warnings=("Missed",)), none + noise, none, 9.0, none.astype(np.int64), none)
+    return Mended(
+        replace(found, warnings=("Missed",)), none + noise, none, 9.0, none.astype(np.int64), none, values[:0]
+    )
 
 
 def _two_of_markers(seed, bias=0.0, frames=300, noise=1.0):
@@ -243,3 +252,19 @@ def test_real_markers_are_no_worse_for_a_library_of_another_person_and_motion(da
         return np.sqrt(np.nanmean(np.square(outcome.recording.positions - clean.positions)[clean.present]))
 
     assert error(found) < 1.05 * error(alone)
+
+
+@pytest.mark.parametrize("joint", ["ltibia", "rhumerus"])
+def test_gaps_filled_by_a_recordings_own_patterns_are_as_unsure_as_they_are_wrong(joint):
+    """The patterns know of a gap what a first repair put there: elsewhere they know the truth."""
+    there = truth("walk", seconds=4.0, fps=60.0)
+    rows = [d for d, name in enumerate(there.skeleton.dof_names) if name.startswith(joint + ".")]
+    wrong, told = [], []
+    for start in (40, 90, 150):
+        gap = slice(start, start + 48)
+        q = there.q.copy()
+        q[gap, rows] = np.nan
+        found = repair_without_model(there.with_q(q))
+        wrong.append(np.square(found.recording.q - there.q)[gap, rows].mean())
+        told.append(np.square(found.std[gap, rows]).mean())
+    assert np.sqrt(np.mean(wrong) / np.mean(told)) < 1.3

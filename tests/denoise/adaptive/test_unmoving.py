@@ -25,7 +25,7 @@ def repaired(values, noise, origin=None):
     )
     count = values.shape[1]
     unseen = np.ones(count)
-    return Mended(found, np.full(count, noise), unseen, 0.0, np.zeros(count, np.int64), np.zeros(count))
+    return Mended(found, np.full(count, noise), unseen, 0.0, np.zeros(count, np.int64), np.zeros(count), values[:0])
 
 
 def still_in(values, noise, origin=None):

@@ -41,6 +41,7 @@ class Mended:
     missed : root mean square of what the library misses, channel units; 0 without a library.
     leaps : (C,) samples that look like outliers and were taken for leaps of the recording's own, `FAR` or farther.
     farthest : (C,) of these leaps, channel units.
+    tried : (T, C) as `Adapted` has it, and none (0, C) where it was not asked for.
     """
 
     found: ChannelRepair
@@ -49,6 +50,7 @@ class Mended:
     missed: float
     leaps: Ints
     farthest: Floats
+    tried: Floats
 
 
 def mend_channels(
@@ -64,6 +66,7 @@ def mend_channels(
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
+    trying: bool = False,
     rounded: Callable[[slice], Floats] | None = None,
     joints: Ints | None = None,
 ) -> Mended:
@@ -81,6 +84,7 @@ def mend_channels(
     as_pose, own_leaps : find what was rejected and is no outlier, as `adapt` has them; None = nothing.
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
+    trying : True gives `tried` too.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
     joints : (C,) which columns are angles of one joint, as `adapt` has them.
 
@@ -93,6 +97,7 @@ def mend_channels(
     values = np.empty(measured.shape) if into is None else into
     std = np.empty(measured.shape if deviations else (0, measured.shape[1]), np.float32)
     origin = np.empty(measured.shape, np.uint8)
+    tried = np.empty(measured.shape if trying else (0, measured.shape[1]))
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
     leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
 
@@ -121,6 +126,8 @@ def mend_channels(
         before = (len(padded) - (seen.stop - seen.start)) // 2 - seen.start
         own = slice(before + core.start, before + core.stop)
         values[core] = adapted.values[own]
+        if trying:
+            tried[core] = adapted.tried[own]
         if deviations:
             std[core] = np.sqrt(adapted.variance[own])
         present = np.isfinite(padded)
@@ -149,7 +156,7 @@ def mend_channels(
         else ()
     )
     found = ChannelRepair(values, std, origin == Origin.MEASURED, origin, steps, np.empty(0), True, warnings=said)
-    return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed, leaps, farthest)
+    return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed, leaps, farthest, tried)
 
 
 def _at_once(task: Callable[[Item], Adapted], items: Iterator[Item], count: int) -> Iterator[tuple[Item, Adapted]]:

@@ -374,7 +374,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     def seen_alone() -> tuple[Prior, Unmoving]:
         seen = values if rounded is None else shaken(values, rounded)
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
-        first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False)
+        gappy = not np.isfinite(values).all()
+        first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False, trying=gappy)
         rest = unmoved(first)
         return _calmed(_own_prior(kept_still(first, rest), recording, known.fps), seen, first, recording), rest
 
@@ -411,7 +412,9 @@ def _own_prior(first: Mended, recording: Motion | Markers, rate: float) -> Prior
     smooth = first.found.values
     whole = isinstance(recording, Motion) and bool(np.isfinite(smooth).all())
     own, pace = _own_bases(smooth, recording.fps, rate) if whole else (None, 1)
-    return Prior(own_bends(smooth, first.unseen_bends), own, pace, own=True)
+    tried = own is not None and len(first.tried) > 0
+    elsewhere = _own_bases(first.tried, recording.fps, rate)[0] if tried else None
+    return Prior(own_bends(smooth, first.unseen_bends), own, pace, own=True, elsewhere=elsewhere)
 
 
 def _calmed(prior: Prior, seen: Floats, first: Mended, recording: Motion | Markers) -> Prior:

@@ -8,7 +8,7 @@ result.
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -73,6 +73,7 @@ class Adapted:
     rate : (C,) share of outliers.
     supported : what the library says, or without one the straight lines across gaps.
     unseen_bends : (C,) mean variance of the second differences that the samples leave open.
+    tried : the values, but where gaps were laid elsewhere as they were filled there.
     leaps : how far samples leap that were rejected at first, and then taken for the recording's own; 0 elsewhere.
     steps : of conjugate gradients, all rounds together.
     """
@@ -84,6 +85,7 @@ class Adapted:
     rate: Floats
     supported: Support
     unseen_bends: Floats
+    tried: Floats
     leaps: Floats
     steps: int
 
@@ -220,8 +222,9 @@ def adapt(
         markers=together > 1,
         frames=int(present.any(axis=1).sum()),
     )
+    tried = values
     if together == 1:
-        values, variance, taken = _in_gaps(
+        values, variance, tried, taken = _in_gaps(
             left, outlier & np.isfinite(left), values, variance, liveliness, calm, prior, process, noise, fps
         )
         steps += taken
@@ -229,7 +232,16 @@ def adapt(
             away = never_seen(measured, outlier, values, prior.bases, prior.stride, joints, fps)
             variance = np.maximum(variance, away)
     return Adapted(
-        values, variance, outlier, level * np.sqrt(np.square(louder).mean(axis=0)), rate, told, unseen, leaps, steps
+        values,
+        variance,
+        outlier,
+        level * np.sqrt(np.square(louder).mean(axis=0)),
+        rate,
+        told,
+        unseen,
+        tried,
+        leaps,
+        steps,
     )
 
 
@@ -298,8 +310,8 @@ def _in_gaps(
     process: Process | None,
     noise: Floats,
     fps: float,
-) -> tuple[Floats, Floats, int]:
-    """(T, C) the channels with gaps filled as the recording's own say, their variance, and steps.
+) -> tuple[Floats, Floats, Floats, int]:
+    """(T, C) the channels with gaps filled as the recording's own say, their variance, `Adapted.tried`, and steps.
 
     The gaps are laid elsewhere and filled once more, by all that was found but what is hidden now; outliers stay
     what they are, so that no history has to be searched again.
@@ -307,12 +319,13 @@ def _in_gaps(
     present = np.isfinite(measured)
     gaps = gaps_of(present)
     if not gaps:
-        return values, variance, 0
+        return values, variance, values, 0
     moved = laid_elsewhere(gaps, present)
     hidden = hidden_by(moved, measured.shape)
     left = np.where(hidden, np.nan, measured)
     begin = bridged(np.where(hidden, np.nan, values))
-    told = _told(left, outlier, begin, values, prior, noise, fps)  # of `values` only what is believed is looked at
+    blind = prior if prior.elsewhere is None else replace(prior, bases=prior.elsewhere)
+    told = _told(left, outlier, begin, values, blind, noise, fps)  # of `values` only what is believed is looked at
     weight = np.where(np.isfinite(left) & ~outlier, 1.0 / np.square(noise), 0.0)
     everything, goal = _joined(np.nan_to_num(left), weight, told)
     lively = np.exp(bridged(np.where(hidden, np.nan, np.log(liveliness))))
@@ -322,11 +335,13 @@ def _in_gaps(
     tried, own = fillings(filled, hidden | ~present, process, fps)
     counts = shares(gaps + moved, moved, tried - values, telling)
     found, sure_here = fillings(values, ~present, process, fps)
+    best = mixed(found, counts)
     if not moved:
-        return mixed(found, counts), variance, steps
-    away = np.sqrt(np.square(mixed(tried, counts) - values) + variance)  # they are not the truth themselves
+        return best, variance, best, steps
+    there = mixed(tried, counts)
+    away = np.sqrt(np.square(there - values) + variance)  # they are not the truth themselves
     beyond = excess(gaps, moved, away, unsure(tried, counts, sure, own), telling)
-    return mixed(found, counts), unsure(found, counts, variance, sure_here) * beyond, steps
+    return best, unsure(found, counts, variance, sure_here) * beyond, np.where(hidden, there, best), steps
 
 
 def _calm(prior: Prior, fps: float) -> Floats:

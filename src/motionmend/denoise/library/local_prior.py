@@ -40,6 +40,7 @@ class Prior:
     stride: int = 1
     own: bool = False
     still: Bools | None = None
+    elsewhere: Eigenbases | None = None
 
 
 @dataclass(frozen=True, eq=False)
