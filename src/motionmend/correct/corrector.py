@@ -234,7 +234,7 @@ class CorrectorModel:
     def _of_a_stranger(self, state: CorrectorState) -> CorrectorState:
         """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""
         begun = self._begun(state.joining, state.hinges, state.waiting, online=state.memory is not None)
-        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright))
+        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright, lean=state.sight.lean))
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""

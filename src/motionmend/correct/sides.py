@@ -9,6 +9,7 @@ the two was right; confusions do not last, and a body tells its sides.
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..arrays import Bools, Floats, Ints
 from ..kernels import sighting as kernel
@@ -24,6 +25,7 @@ REVISED = 3.0  # log-odds at which it was before that sides were confused
 BONE_SPREAD = 0.2  # deviation of the logarithm of a bone's length among people and sensors, their size taken out
 BODY = 2.0  # squared z-score of a coordinate up to which a posture may be a body's
 BENT = 0.05  # m, by which a knee lies before the line from hip to ankle; a straight one less, errors included
+TILTS = Rotation.from_euler("xz", [[0, 0], [25, 0], [-25, 0], [0, 25], [0, -25]], degrees=True).as_matrix()
 FARTHEST = 9.0  # squared z-score beyond which a joint's place or a bone's length says nothing more
 
 
@@ -164,14 +166,23 @@ def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats
 
 def _strangeness(factors: Factors, usual: Standard, body: Anatomy, postures: Floats) -> tuple[Floats, Floats]:
     """(T,) squared distances of postures (T, J, 3) from the factors' mean under their covariance, and how many
-    coordinates were seen."""
+    coordinates were seen.
+
+    Of all tilts that a sensor may have the one that explains most counts: seen from below, legs are as strange as if
+    they were exchanged.
+    """
     there = np.asarray(np.isfinite(postures).all(axis=2))
-    less = np.where((there & body.trunk)[..., None], postures - usual.trunk, 0.0).sum(axis=1)
-    centre = less / np.maximum((there & body.trunk).sum(axis=1), 1)[:, None]
-    apart = np.where(there[..., None], postures - centre[:, None] - factors.mean, 0.0)
+    trunk = (there & body.trunk)[..., None]
+    tilted = postures @ TILTS[:, None]
+    less = np.where(trunk, tilted - usual.trunk, 0.0).sum(axis=2)
+    centre = less / np.maximum(trunk.sum(axis=1), 1)
+    apart = np.where(there[..., None], tilted - centre[:, :, None] - factors.mean, 0.0)
     weight = there / (factors.noise + STRANGER**2)
     loadings = factors.loadings
-    precision = np.einsum("tj,jdk,jdl->tkl", weight, loadings, loadings) + np.eye(factors.count)
-    pull = np.einsum("tj,jdk,tjd->tk", weight, loadings, apart)
-    explained = (pull * np.linalg.solve(precision, pull[..., None])[..., 0]).sum(axis=1)
-    return np.asarray((weight[..., None] * apart**2).sum(axis=(1, 2)) - explained), 3.0 * there.sum(axis=1)
+    each = np.einsum("jdk,jdl->jkl", loadings, loadings).reshape(len(loadings), -1)
+    precision = (weight @ each).reshape(-1, factors.count, factors.count) + np.eye(factors.count)
+    pulled = (weight[..., None] * apart).reshape(*apart.shape[:2], -1) @ loadings.reshape(-1, factors.count)
+    pull = np.moveaxis(pulled, 0, 2)
+    explained = (pull * np.linalg.solve(precision, pull)).sum(axis=1).T
+    every = (weight[..., None] * apart**2).sum(axis=(2, 3)) - explained
+    return np.asarray(every.min(axis=0)), 3.0 * there.sum(axis=1)
