@@ -180,8 +180,8 @@ def answered(
 
     Frames at the same time, or a little before the last, are taken as the next instant. A clock that goes back by more
     than a second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`. What
-    was owed until then is answered first. Times that contradict the hello's rate, frame after frame, as milliseconds do,
-    are flagged `clock`.
+    was owed until then is answered first. Times that contradict the hello's rate frame after frame, as milliseconds
+    do, are flagged `clock`.
 
     Parameters
     ----------
