@@ -2,7 +2,8 @@
 
 A posture is like learned ones only if it is seen upright. Sensors are tilted by up to 30 degrees, and which way is up
 a table of joints does not say; but who stands with straight legs and a trunk in line with them stands over their feet.
-Of real recordings from level sensors those frames are within 8 degrees of upright, however people move in others.
+In 351 recordings from level sensors and of mocap those frames are within 13 degrees of upright, in all but three
+within 9, however people move in others.
 """
 
 from dataclasses import dataclass
