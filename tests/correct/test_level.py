@@ -104,3 +104,14 @@ def test_a_moment_of_leaning_among_standing_is_no_tilt() -> None:
     there = stands(40)
     there[:8] = there[:8] @ turned("x", 20.0).T
     assert tilted(level(there, BODY)) < 1e-9
+
+
+@pytest.mark.parametrize("ahead", [0, 3])
+def test_a_look_ahead_goes_over_the_frame_that_levels(model: CorrectorModel, ahead: int) -> None:
+    true, turn = truth("reach", 32, 3.0), turned("x", 27.0)
+    raw = recording(sensed(true, 32))
+    found = model.correct(raw.with_positions(raw.positions @ turn.T), look_ahead=ahead)
+    off = np.linalg.norm(found.positions @ turn - true, axis=2)
+    assert off.max() < 0.12
+    assert off[len(off) // 2 :].mean() < 0.5 * error(raw, true)
+    assert any("tilted" in one for one in found.source.warnings)

@@ -61,7 +61,7 @@ class Sight:
         moves has not stopped.
     stale : s, for which the sensor has said this posture, all joints alike: a slow one says each several times.
     refused : the frame says so little that it was not judged.
-    other : somebody else is where a moment ago somebody was.
+    other : somebody else is where a moment ago somebody was; or who was there was seen aslant until now.
     lean : what was seen of how far the sensor is tilted.
     """
 
@@ -201,16 +201,17 @@ def look(
     if turn_up is None and len(body.upper) and len(body.lower):
         seen = np.isfinite(rows[body.upper]).any() and np.isfinite(rows[body.lower]).any()
         turn_up = upright(rows[None], body) if seen else None
-    lean = sight.lean
+    lean, levelled = sight.lean, False
     if turn_up is not None:
         rows = rows @ turn_up.T
         if not lean.told:
             lean = lean.with_frame(rows, body)
             by = tilt(lean.axes)
-            if lean.told and by[1, 1] < 1.0:  # what was known was not seen as it is: all is asked anew
+            levelled = lean.told and bool(by[1, 1] < 1.0)
+            if levelled:  # what was known was seen aslant: all is asked anew
                 turn_up, rows = by @ turn_up, rows @ by.T
                 sight = replace(fresh(watcher), upright=turn_up)
-    other = bool(kernel.leapt(rows, sight.latest, time - sight.seen))
+    other = levelled or bool(kernel.leapt(rows, sight.latest, time - sight.seen))
     if other:
         sight = replace(fresh(watcher), upright=turn_up)
     seconds, away = 0.0 if sight.time is None else max(time - sight.time, 0.0), time - sight.seen
@@ -359,6 +360,8 @@ def look_twice(
     if not hopped.any() or hopped.sum() > MOST_HOP * len(rows):
         return look(watcher, sight, positions, states, time), None
     seen = look(watcher, sight, np.where(hopped[:, None], np.nan, positions), states, time)
+    if seen.other:
+        return seen, None
     return seen, Doubt(sight, positions, states, time, hopped)
 
 
