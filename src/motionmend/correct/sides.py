@@ -156,33 +156,30 @@ def about_turn(postures: Floats, body: Anatomy) -> Floats:
 
 def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, others: Floats) -> Floats:
     """(N,) log-odds, in the median of postures (T, J, 3), that each of N others (N, T, J, 3) is right; 0 where those
-    are no body's."""
-    every = np.concatenate((postures[None], others)).reshape(-1, *postures.shape[1:])
-    strange, count = (one.reshape(1 + len(others), -1) for one in _strangeness(factors, usual, body, every))
-    as_given, exchanged, seen = strange[0], strange[1:], count[0] > 0.0
-    told = 0.5 * np.where(exchanged < BODY * count[0], as_given - exchanged, 0.0)
+    are no body's.
+
+    Given postures count as they are seen by the tilted sensor that explains them best: seen from below, legs are as
+    strange as if they were exchanged.
+    """
+    aslant = (postures @ TILTS[:, None]).reshape(-1, *postures.shape[1:])
+    every = np.concatenate((aslant, others.reshape(-1, *postures.shape[1:])))
+    strange, count = _strangeness(factors, usual, body, every)
+    strange, count = strange.reshape(-1, len(postures)), count[: len(postures)]
+    as_given, exchanged, seen = strange[: len(TILTS)].min(axis=0), strange[len(TILTS) :], count > 0.0
+    told = 0.5 * np.where(exchanged < BODY * count, as_given - exchanged, 0.0)
     return np.median(told[:, seen], axis=1) if seen.any() else np.zeros(len(others))
 
 
 def _strangeness(factors: Factors, usual: Standard, body: Anatomy, postures: Floats) -> tuple[Floats, Floats]:
     """(T,) squared distances of postures (T, J, 3) from the factors' mean under their covariance, and how many
-    coordinates were seen.
-
-    Of all tilts that a sensor may have the one that explains most counts: seen from below, legs are as strange as if
-    they were exchanged.
-    """
+    coordinates were seen."""
     there = np.asarray(np.isfinite(postures).all(axis=2))
-    trunk = (there & body.trunk)[..., None]
-    tilted = postures @ TILTS[:, None]
-    less = np.where(trunk, tilted - usual.trunk, 0.0).sum(axis=2)
-    centre = less / np.maximum(trunk.sum(axis=1), 1)
-    apart = np.where(there[..., None], tilted - centre[:, :, None] - factors.mean, 0.0)
+    less = np.where((there & body.trunk)[..., None], postures - usual.trunk, 0.0).sum(axis=1)
+    centre = less / np.maximum((there & body.trunk).sum(axis=1), 1)[:, None]
+    apart = np.where(there[..., None], postures - centre[:, None] - factors.mean, 0.0)
     weight = there / (factors.noise + STRANGER**2)
     loadings = factors.loadings
-    each = np.einsum("jdk,jdl->jkl", loadings, loadings).reshape(len(loadings), -1)
-    precision = (weight @ each).reshape(-1, factors.count, factors.count) + np.eye(factors.count)
-    pulled = (weight[..., None] * apart).reshape(*apart.shape[:2], -1) @ loadings.reshape(-1, factors.count)
-    pull = np.moveaxis(pulled, 0, 2)
-    explained = (pull * np.linalg.solve(precision, pull)).sum(axis=1).T
-    every = (weight[..., None] * apart**2).sum(axis=(2, 3)) - explained
-    return np.asarray(every.min(axis=0)), 3.0 * there.sum(axis=1)
+    precision = np.einsum("tj,jdk,jdl->tkl", weight, loadings, loadings) + np.eye(factors.count)
+    pull = np.einsum("tj,jdk,tjd->tk", weight, loadings, apart)
+    explained = (pull * np.linalg.solve(precision, pull[..., None])[..., 0]).sum(axis=1)
+    return np.asarray((weight[..., None] * apart**2).sum(axis=(1, 2)) - explained), 3.0 * there.sum(axis=1)

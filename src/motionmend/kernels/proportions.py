@@ -18,7 +18,7 @@ RESTLESS_SECONDS = 1.5  # in which what lengths vary by is believed to have grow
 CALMEST = 0.2  # of what is usual, and no less
 PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
 ODD = 0.05  # standard m; a bone is off by no more than this and its twin, or it is of a limb that fails
-OFTEN = 0.5  # as often as the bone that is trusted most often; one that varies more is trusted less, and tells as much
+OFTEN = 0.6  # as often as the bone that is trusted most often; one that varies more is trusted less, and tells as much
 TRUSTED = 3.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
 
 _insert, _middle = rising.insert, rising.middle
