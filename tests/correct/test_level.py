@@ -64,7 +64,7 @@ def test_a_tilted_sensor_is_corrected_as_a_level_one(
     assert swapped == 0
 
 
-@given(st.floats(15.0, 40.0), st.floats(0.0, 360.0), st.floats(0.0, 360.0))
+@given(st.floats(20.0, 40.0), st.floats(0.0, 360.0), st.floats(0.0, 360.0))
 @settings(max_examples=30, deadline=None)
 def test_who_stands_comes_out_upright_however_the_sensor_is_tilted(by: float, way: float, heading: float) -> None:
     axis = np.array([np.cos(np.radians(way)), 0.0, np.sin(np.radians(way))])
@@ -115,3 +115,13 @@ def test_a_look_ahead_goes_over_the_frame_that_levels(model: CorrectorModel, ahe
     assert off.max() < 0.12
     assert off[len(off) // 2 :].mean() < 0.5 * error(raw, true)
     assert any("tilted" in one for one in found.source.warnings)
+
+
+def test_exchanged_legs_stand_as_straight() -> None:
+    there = stands(30) @ turned("x", 27.0).T
+    lower = [NAMES.index(f"{part}{side}") for part in ("Knee", "Ankle", "Foot") for side in ("Left", "Right")]
+    other = [NAMES.index(f"{part}{side}") for part in ("Knee", "Ankle", "Foot") for side in ("Right", "Left")]
+    exchanged = there.copy()
+    exchanged[:, lower] = there[:, other]
+    np.testing.assert_allclose(level(exchanged, BODY), level(there, BODY), atol=1e-12)
+    assert tilted(level(exchanged, BODY)) > 20.0

@@ -7,6 +7,7 @@ within 9, however people move in others.
 """
 
 from dataclasses import dataclass
+from itertools import product
 from math import acos, cos, degrees, radians
 
 import numpy as np
@@ -17,7 +18,7 @@ from .normalise import upright
 
 STRAIGHT, IN_LINE = cos(radians(25.0)), cos(radians(20.0))  # knees, and the trunk with the legs, of who stands
 TOLD = 8  # frames in which somebody stands, from which it is told
-TILTED, LYING = radians(14.0), radians(45.0)  # less is how people stand, more is how they lie or lean
+TILTED, LYING = radians(16.0), radians(45.0)  # less is how people stand, more is how they lie or lean
 STEADY = 1 / 3  # of the tilt, by which half of those frames stray at most
 
 
@@ -62,7 +63,9 @@ def standing(rows: Floats, body: Anatomy) -> Floats:
         return np.empty((0, 3))
     hips, knees, ankles = np.moveaxis(rows[:, body.legs], 2, 0)
     hip, ankle, shoulder = hips.mean(axis=1), ankles.mean(axis=1), rows[:, shoulders].mean(axis=1)
-    straight = (_along(knees - hips, ankles - knees) > STRAIGHT).all(axis=1)
+    straight = np.zeros(len(rows), dtype=np.bool_)
+    for knee, foot in product((knees, knees[:, ::-1]), (ankles, ankles[:, ::-1])):  # sides may be taken for each other
+        straight |= (_along(knee - hips, foot - knee) > STRAIGHT).all(axis=1)
     straight &= _along(hip - ankle, shoulder - hip) > IN_LINE
     axes = (shoulder - ankle)[straight]
     return np.asarray(axes / np.sqrt((axes * axes).sum(axis=1, keepdims=True)))
