@@ -6,7 +6,7 @@ In 351 recordings from level sensors and of mocap those frames are within 13 deg
 within 9, however people move in others.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import acos, cos, degrees, radians
 
@@ -19,6 +19,7 @@ from .normalise import upright
 STRAIGHT, IN_LINE = cos(radians(25.0)), cos(radians(20.0))  # knees, and the trunk with the legs, of who stands
 TOLD = 8  # frames in which somebody stands, from which it is told
 TILTED, LYING = radians(16.0), radians(45.0)  # less is how people stand, more is how they lie or lean
+SELDOM = 5  # frames, live, until it is asked again whether somebody stands who does not
 STEADY = 1 / 3  # of the tilt, by which half of those frames stray at most
 
 
@@ -30,15 +31,21 @@ class Lean:
     ----------
     axes : (N, 3) from the feet to the shoulders of who stood, upright.
     told : it is known, and asked no more.
+    wait : frames that are not asked, after one in which nobody stands.
     """
 
     axes: Floats
     told: bool = False
+    wait: int = 0
 
     def with_frame(self, rows: Floats, body: Anatomy) -> "Lean":
         """One frame on; rows (J, 3) m upright, NaN = missing."""
+        if self.wait > 0:
+            return replace(self, wait=self.wait - 1)
         axes = standing(rows[None], body)
-        return Lean(np.concatenate([self.axes, axes]), len(self.axes) + len(axes) >= TOLD) if len(axes) else self
+        if not len(axes):
+            return replace(self, wait=SELDOM)
+        return Lean(np.concatenate([self.axes, axes]), len(self.axes) + len(axes) >= TOLD)
 
 
 UNASKED = Lean(np.empty((0, 3)))

@@ -206,8 +206,8 @@ def look(
         rows = rows @ turn_up.T
         if not lean.told:
             lean = lean.with_frame(rows, body)
-            by = tilt(lean.axes)
-            levelled = lean.told and bool(by[1, 1] < 1.0)
+            by = tilt(lean.axes) if lean.told else np.eye(3)
+            levelled = bool(by[1, 1] < 1.0)
             if levelled:  # what was known was seen aslant: all is asked anew
                 turn_up, rows = by @ turn_up, rows @ by.T
                 sight = replace(fresh(watcher), upright=turn_up)
