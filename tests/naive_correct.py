@@ -315,7 +315,7 @@ def kinship(sums, lengths, twins, parts):
     mine = np.divide(sums[0], sums[1], out=np.zeros(len(lengths)), where=known)
     share = np.minimum(sums[1], 30.0)
     off = np.where(known, np.abs(mine * (share * lengths).sum() / (share * mine).sum() - lengths), np.inf)
-    off, seen = np.minimum(off, off[twins]), np.maximum(sums[1], sums[1][twins]) / sums[1].max()
+    off, seen = np.minimum(off, off[twins]), np.minimum(np.maximum(sums[1], sums[1][twins]) / sums[1].max() / 0.6, 1)
     one = np.isfinite(off) & (twins >= np.arange(len(twins)))
     off, seen, parts = off[one], seen[one], parts[one]
     ratio = seen * (np.log(3.0) - off / 0.015 + off / 0.045)

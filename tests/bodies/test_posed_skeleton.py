@@ -5,9 +5,10 @@ import pytest
 
 from motionmend.arrays import Floats
 from motionmend.bodies.joint_sets import KINECT25, MEDIAPIPE33, UIPRMD22, meanings
+from motionmend.bodies.motion import Motion
 from motionmend.bodies.posed_skeleton import motion_of
 from motionmend.bodies.postures import Postures
-from motionmend.bodies.skeleton import positions, rest_positions
+from motionmend.bodies.skeleton import forward, positions, rest_positions
 from motionmend.errors import MismatchError
 
 COCO = tuple(f"{side}{part}" for side in "LR" for part in ("Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle"))
@@ -122,3 +123,56 @@ def test_one_of_several_bones_that_is_missing_leaves_the_others() -> None:
     found = motion_of(postures.with_positions(places))
     gone = {found.skeleton.dof_names[k].split(".")[0] for k in np.flatnonzero(np.isnan(found.q).any(axis=0))}
     assert gone == {"ShoulderLeft", "ElbowLeft", "WristLeft", "HandLeft"}  # which turn by what carries them
+
+
+def steps(motion: Motion, joint: str) -> Floats:
+    """(T - 1,) rad by which a joint turns from frame to frame."""
+    turned = forward(motion.skeleton, motion.q)[1][:, motion.skeleton.names.index(joint)]
+    cosine = (np.trace(turned[:-1].swapaxes(1, 2) @ turned[1:], axis1=1, axis2=2) - 1.0) / 2.0
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_thumb_that_is_thrown_about_does_not_spin_the_hand(seed: int) -> None:
+    """As no sensor sees it; what carries the hand is seen well."""
+    postures = moving(KINECT25.names, 90)
+    places, rng = postures.positions.copy(), np.random.default_rng(seed)
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        wrist, elbow = (places[:, KINECT25.names.index(f"{one}{side}")] for one in ("Wrist", "Elbow"))
+        along = (wrist - elbow) / np.linalg.norm(wrist - elbow, axis=1, keepdims=True)
+        for name, far in (("Hand", 0.07), ("HandTip", 0.15)):
+            places[:, KINECT25.names.index(f"{name}{side}")] = wrist + far * along
+        thumb = wrist + 0.05 * along + [0.03 * sign, 0.0, 0.0] + 0.03 * rng.normal(size=wrist.shape)
+        places[:, KINECT25.names.index(f"Thumb{side}")] = thumb
+    motion = motion_of(postures.with_positions(places))
+    for joint in ("WristLeft", "WristRight", "HandLeft", "HandRight"):
+        assert np.degrees(steps(motion, joint)).max() < 20.0
+
+
+def test_a_shoulder_that_is_raised_does_not_take_the_arm_along() -> None:
+    """A skeleton's shoulders are fast to its trunk; elbows and wrists are where they were seen all the same."""
+    postures = moving(KINECT25.names)
+    places = postures.positions.copy()
+    at = {name: k for k, name in enumerate(KINECT25.names)}
+    lift = 0.08 * (np.arange(len(places)) % 20 < 10)
+    for one in ("ShoulderLeft", "ShoulderRight"):
+        places[:, at[one], 1] += lift
+        below = places[:, at[one.replace("Shoulder", "Elbow")]]
+        arm = below - places[:, at[one]]
+        arm *= 0.3 / np.linalg.norm(arm, axis=1, keepdims=True)
+        shift = places[:, at[one]] + arm - below
+        for part in ("Elbow", "Wrist", "Hand", "HandTip", "Thumb"):
+            places[:, at[one.replace("Shoulder", part)]] += shift
+    found = apart(postures.with_positions(places))
+    assert found[:, [at["WristLeft"], at["WristRight"]]].mean() < 0.015
+    assert found.mean() < 0.015
+    said = motion_of(postures.with_positions(places)).guesses
+    assert any(f"{100 * found.mean():.1f} cm from the positions" in one for one in said)
+
+
+def test_frames_that_a_recording_lacks_are_said() -> None:
+    postures = moving(KINECT25.names)
+    times = postures.times + np.where(np.arange(postures.frames) < 20, 0.0, 3.0)
+    gap = Postures(postures.names, postures.positions, times)
+    assert any("1.30 s of motion where the recording takes 4.30 s" in one for one in motion_of(gap).guesses)
+    assert not any("even times" in one for one in motion_of(postures).guesses)

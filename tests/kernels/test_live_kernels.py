@@ -217,6 +217,19 @@ def test_a_bone_is_as_odd_as_its_twin_and_little_more(seed: int, size: float, fa
     same([np.delete(found, sided[0])], [np.delete(alike, sided[0])])
 
 
+@given(st.integers(0, 100), st.floats(0.6, 1.0))
+@settings(max_examples=20, deadline=None)
+def test_a_bone_that_is_trusted_in_most_frames_tells_of_kinship_as_much_as_one_in_all(seed: int, share: float) -> None:
+    """Of few frames those that vary are trusted in fewer, and it is the short ones that differ between sensors."""
+    rng = np.random.default_rng(seed)
+    lengths, count = rng.uniform(0.2, 0.5, BONES), np.full(BONES, 100.0)
+    mean = lengths + 0.03 * rng.normal(size=BONES)
+    fewer = np.where(rng.random(BONES) < 0.5, share, 1.0) * count
+    fewer[0] = 100.0
+    got = [proportions.kinship(np.stack([k * mean, k]), lengths, BODY.twins, BODY.parts) for k in (count, fewer)]
+    assert got[0] == pytest.approx(got[1], rel=1e-9)
+
+
 @pytest.mark.parametrize("unseen", [0, 4, BONES])
 @pytest.mark.parametrize("off", [0.0, 0.02, 0.15])
 def test_kinship_is_that_of_the_twin(unseen: int, off: float) -> None:

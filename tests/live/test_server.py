@@ -444,6 +444,19 @@ def test_a_server_that_looks_ahead_answers_late_says_so_and_gives_what_it_owes(m
     assert found.reshape(20, 20, 3) == pytest.approx(wanted, abs=1e-4)
 
 
+@pytest.mark.parametrize(("unit", "told"), [(1e3, True), (1e6, True), (1e7, True), (1.0, False), (10.0, False)])
+def test_times_that_are_no_seconds_are_said(model, unit, told):
+    """Smoothing would be gone without a word; nor is a slow client one, nor one that paused."""
+    positions = moving(KINECT20, 12)
+    times = np.arange(12) / 30.0
+    times[6:] += 0.0 if told else 60.0
+    with running(model) as live, client(live.url) as connection:
+        answers = [
+            ask(connection, frame(k, one, unit * t)) for k, (one, t) in enumerate(zip(positions, times, strict=True))
+        ]
+    assert ["clock" in one["flags"] for one in answers] == [told and k >= 3 for k in range(12)]
+
+
 def test_a_clock_that_goes_back_gets_what_was_owed_first(model):
     positions = moving(KINECT20, 6)
     with running(model, look_ahead=0.1) as live, client(live.url) as connection:

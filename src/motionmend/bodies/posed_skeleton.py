@@ -1,15 +1,19 @@
 """Joint positions as the motion of a skeleton, for formats that hold angles."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..arrays import Floats, Ints
 from ..errors import MismatchError
 from .joint_sets import meanings, parents
 from .motion import Motion
+from .pose_of_places import given_way, turns_of
 from .postures import Postures
-from .skeleton import ROTATION, TRANSLATION, Skeleton
+from .skeleton import ROTATION, TRANSLATION, Skeleton, forward
 
-_TWIST = 1e-6  # weight of keeping the parent's turn, which decides what the bones leave open
+NOTHING = 0.1  # cm in the mean, by which joints may be beside their places without a word
+SHORTER = 0.02  # of the recording's time, by which frames at even times may last shorter or longer
 _ROUNDS = 3  # of angles by the bones' directions, and those by the angles
 _BETWEEN = {"pelvis": ("MidHip", "l_hip", "r_hip"), "neck_base": ("MidShoulder", "l_shoulder", "r_shoulder")}
 
@@ -46,13 +50,16 @@ def motion_of(postures: Postures, fps: float | None = None) -> Motion:
     tree = np.array([-1 if above[j] < 0 else up[int(above[j])] for j in order], dtype=np.int64)
     names, places = tuple(names[j] for j in order), places[:, order]
     offsets = _standing(names, tree, _offsets(names, tree, places))
+    rate = postures.fps if fps is None else fps
     for _ in range(_ROUNDS):
         skeleton = _skeleton(names, tree, offsets)
-        turns = _turns(skeleton, places)
+        turns = turns_of(skeleton, places, rate)
         offsets = _as_turned(offsets, tree, places, turns)
     skeleton = _skeleton(names, tree, offsets)
-    q = _angles(skeleton, places, _turns(skeleton, places))
-    return Motion(skeleton, q, postures.fps if fps is None else fps, guesses=(*postures.guesses, *said))
+    moved, turns = given_way(skeleton, places, turns_of(skeleton, places, rate))
+    motion = Motion(skeleton, _angles(skeleton, moved, turns), rate)
+    said += (*_beside(motion, places), *_lasting(motion, postures.times))
+    return replace(motion, guesses=(*postures.guesses, *said))
 
 
 def _hanging_together(postures: Postures) -> tuple[tuple[str, ...], Floats, tuple[str, ...]]:
@@ -70,6 +77,25 @@ def _hanging_together(postures: Postures) -> tuple[tuple[str, ...], Floats, tupl
             names = (*names, name)
             places = np.concatenate([places, places[:, [at[left], at[right]]].mean(axis=1, keepdims=True)], axis=1)
     return names, places, (f"never seen, so not in the skeleton: {never}",) if never else ()
+
+
+def _beside(motion: Motion, places: Floats) -> tuple[str, ...]:
+    """A sentence about how far the skeleton's joints are from the places (T, J, 3) m they were to have."""
+    off = np.sqrt(np.square(forward(motion.skeleton, motion.q)[0] - places).sum(axis=2))
+    each = [100.0 * float(np.mean(one[np.isfinite(one)])) if np.isfinite(one).any() else 0.0 for one in off.T]
+    mean, most = 100.0 * float(np.mean(off[np.isfinite(off)])), int(np.argmax(each))
+    if mean < NOTHING:
+        return ()
+    farthest = f"{motion.skeleton.names[most]} {each[most]:.1f}"
+    return (f"a skeleton's bones leave each joint alike: its joints are {mean:.1f} cm from the positions ({farthest})",)
+
+
+def _lasting(motion: Motion, times: Floats) -> tuple[str, ...]:
+    """A sentence about frames at even times that last shorter or longer than the recording's."""
+    whole, even = float(times[-1] - times[0]), (motion.frames - 1) / motion.fps
+    if abs(whole - even) <= SHORTER * whole:
+        return ()
+    return (f"frames are at even times: {even:.2f} s of motion where the recording takes {whole:.2f} s",)
 
 
 def _offsets(names: tuple[str, ...], tree: Ints, places: Floats) -> Floats:
@@ -148,32 +174,12 @@ def _skeleton(names: tuple[str, ...], tree: Ints, offsets: Floats) -> Skeleton:
     )
 
 
-def _turns(skeleton: Skeleton, places: Floats) -> Floats:
-    """(T, J, 3, 3) how the joints that carry others are turned in space; NaN for those that carry none."""
-    turns = np.full((len(places), len(skeleton.names), 3, 3), np.nan)
-    rest = np.tile(np.eye(3), (len(places), 1, 1))
-    for joint in dict.fromkeys(skeleton.dof_joint.tolist()):
-        parent = int(skeleton.parents[joint])
-        carried = turns[:, parent] if parent >= 0 else rest
-        children = np.flatnonzero(skeleton.parents == joint)
-        bones = places[:, children] - places[:, joint, None]
-        there = np.isfinite(bones.sum(axis=2))
-        bones = np.where(there[:, :, None], bones, 0.0)
-        spread = _TWIST * carried + np.einsum("tcd,ce->tde", bones, skeleton.offsets[children])
-        known = np.isfinite(spread).all(axis=(1, 2)) & there.any(axis=1)
-        left, _, right = np.linalg.svd(spread[known])
-        sign = np.ones((int(known.sum()), 3))
-        sign[:, 2] = np.sign(np.linalg.det(left @ right))
-        turns[known, joint] = (left * sign[:, None]) @ right
-    return turns
-
-
-def _angles(skeleton: Skeleton, places: Floats, turns: Floats) -> Floats:
+def _angles(skeleton: Skeleton, root: Floats, turns: Floats) -> Floats:
     """(T, D) the root's place and the joints' angles."""
     from scipy.spatial.transform import Rotation
 
-    q = np.full((len(places), len(skeleton.dof_names)), np.nan)
-    q[:, :3] = places[:, 0]
+    q = np.full((len(root), len(skeleton.dof_names)), np.nan)
+    q[:, :3] = root
     for joint in dict.fromkeys(skeleton.dof_joint.tolist()):
         parent = int(skeleton.parents[joint])
         local = turns[:, joint] if parent < 0 else turns[:, parent].swapaxes(1, 2) @ turns[:, joint]

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from .learning import Lesson, movements
+from .level import TOLD_ALREADY
 from .reliability import Detector
 from .watching import Watcher, fresh, look
 
@@ -38,7 +39,7 @@ def alarmed(watcher: Watcher, taught: Sequence[Lesson], good: Sequence[Bools]) -
 def _evidence(watcher: Watcher, one: Lesson, well: Bools, frames: int) -> Floats:
     """(N,) log-likelihood ratios of failing of joints that go well in the middle of a recording."""
     first = max((len(one.raw) - frames) // 2, 0)
-    sight = replace(fresh(watcher), upright=np.eye(3))
+    sight = replace(fresh(watcher), upright=np.eye(3), lean=TOLD_ALREADY)
     found = [np.zeros(0)]
     for t in range(first, min(first + frames, len(one.raw))):
         sight = look(watcher, sight, one.raw[t], None, float(one.times[t]))

@@ -28,11 +28,11 @@ from .paper import learned_mixture, neighbour_inputs
 from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_learner, by_paper
 from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
+from .several_people import STRANGER_SECONDS, by_person
 from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
 from .watching import Sight, Watcher, believable, fresh, kinship, look, look_twice, received
 
-STRANGER_SECONDS = 2.0  # who comes live after nobody was there for so long may be another
 REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
@@ -234,7 +234,7 @@ class CorrectorModel:
     def _of_a_stranger(self, state: CorrectorState) -> CorrectorState:
         """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""
         begun = self._begun(state.joining, state.hinges, state.waiting, online=state.memory is not None)
-        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright))
+        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright, lean=state.sight.lean))
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""
@@ -324,7 +324,7 @@ class CorrectorModel:
             if look_ahead is not None:
                 return self._as_live(postures, online, look_ahead)
             if method == "default":
-                return by_default(self.knowledge, postures, online)
+                return by_person(lambda one: by_default(self.knowledge, one, online), postures, self.watcher.body)
             if method in PAPER:
                 return by_paper(self.knowledge, self.mixture, postures, method, online)
             return by_learner(self.knowledge, postures, method)

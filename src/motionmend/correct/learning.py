@@ -12,7 +12,8 @@ from ..errors import MismatchError
 from ..numerics import factors as process
 from ..numerics.factors import Factors, fit_factors
 from .anatomy import Anatomy, anatomy, matched
-from .normalise import Placement, Standard, bone_lengths, placed, sizes, upright
+from .level import level
+from .normalise import Placement, Standard, bone_lengths, placed, sizes
 from .pairing import Pair
 from .reliability import Detector
 from .spatial import mirrored_postures
@@ -79,7 +80,7 @@ def lessons(pairs: Sequence[Pair], body: Anatomy) -> tuple[list[Lesson], Standar
     raws = []
     for pair in pairs:
         sensor = in_joints_of(body, pair.sensor)
-        turn = upright(sensor, body)
+        turn = level(sensor, body)
         raws.append((sensor @ turn.T, in_joints_of(body, pair.truth) @ turn.T, pair.sensor.times))
     medians = [_medians(bone_lengths(raw, body)) for raw, _, _ in raws]
     usual = _medians(np.stack(medians))

@@ -11,6 +11,7 @@ from ..bodies.joint_sets import mirrored
 from ..bodies.postures import Postures
 from ..errors import counted
 from .joining import Joining
+from .level import tilted
 from .watching import Sight
 
 REFUSED, SWAPPED = 1, 2
@@ -47,8 +48,21 @@ def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Seque
         f"bones are not as in the recordings that were learned from: another sensor? {100 * kin:.0f} % of the learned "
         "offsets were applied"
     )
-    warnings = (*((foreign,) if kin < FOREIGN else ()), *_exchanged(joining, sights), *_never_seen(postures, corrected))
+    warnings = (
+        *_tilted(sights),
+        *((foreign,) if kin < FOREIGN else ()),
+        *_exchanged(joining, sights),
+        *_never_seen(postures, corrected),
+    )
     return Noted(postures.source, frozen(np.array(flags, dtype=np.uint8), np.uint8), warnings=warnings)
+
+
+def _tilted(sights: Sequence[Sight]) -> tuple[str, ...]:
+    """A sentence about a sensor that looks up, down or aside."""
+    turn = sights[-1].upright
+    by = 0.0 if turn is None else tilted(turn)
+    said = "who stands here leans by {:.0f}° in the sensor's axes: it is tilted, and levelled while correcting"
+    return (said.format(by),) if by > 1.0 else ()
 
 
 def _exchanged(joining: Joining, sights: Sequence[Sight]) -> tuple[str, ...]:

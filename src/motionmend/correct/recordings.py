@@ -16,8 +16,9 @@ from .energy import Weights
 from .hindsight import judged_again, placed_again
 from .joining import Joining, inward, joined, outward
 from .leaps import leaps_again, stirred
+from .level import TOLD_ALREADY, level
 from .limits import Hinges, hinges_of
-from .normalise import Placement, bone_lengths, placed, upright
+from .normalise import Placement, bone_lengths, placed
 from .noted import noted
 from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
@@ -199,7 +200,7 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     rows = rows_of(joining.to_model, postures.positions)
     watcher = accustomed(watcher, rows)
     stirs = np.asarray(stirred(rows[1:], rows[:-1]).any(axis=0))
-    begun = replace(fresh(watcher), upright=upright(rows, watcher.body), moved=stirs)
+    begun = replace(fresh(watcher), upright=level(rows, watcher.body), moved=stirs, lean=TOLD_ALREADY)
     glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures, np.zeros(rows.shape[:2], dtype=np.bool_))
     last = glimpse[-1]
     met = replace(begun.followed, own=last.followed.own, met=last.followed.met)

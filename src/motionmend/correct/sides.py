@@ -9,6 +9,7 @@ the two was right; confusions do not last, and a body tells its sides.
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..arrays import Bools, Floats, Ints
 from ..kernels import sighting as kernel
@@ -24,6 +25,7 @@ REVISED = 3.0  # log-odds at which it was before that sides were confused
 BONE_SPREAD = 0.2  # deviation of the logarithm of a bone's length among people and sensors, their size taken out
 BODY = 2.0  # squared z-score of a coordinate up to which a posture may be a body's
 BENT = 0.05  # m, by which a knee lies before the line from hip to ankle; a straight one less, errors included
+TILTS = Rotation.from_euler("xz", [[0, 0], [25, 0], [-25, 0], [0, 25], [0, -25]], degrees=True).as_matrix()
 FARTHEST = 9.0  # squared z-score beyond which a joint's place or a bone's length says nothing more
 
 
@@ -154,11 +156,17 @@ def about_turn(postures: Floats, body: Anatomy) -> Floats:
 
 def _likelier(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, others: Floats) -> Floats:
     """(N,) log-odds, in the median of postures (T, J, 3), that each of N others (N, T, J, 3) is right; 0 where those
-    are no body's."""
-    every = np.concatenate((postures[None], others)).reshape(-1, *postures.shape[1:])
-    strange, count = (one.reshape(1 + len(others), -1) for one in _strangeness(factors, usual, body, every))
-    as_given, exchanged, seen = strange[0], strange[1:], count[0] > 0.0
-    told = 0.5 * np.where(exchanged < BODY * count[0], as_given - exchanged, 0.0)
+    are no body's.
+
+    Given postures count as they are seen by the tilted sensor that explains them best: seen from below, legs are as
+    strange as if they were exchanged.
+    """
+    aslant = (postures @ TILTS[:, None]).reshape(-1, *postures.shape[1:])
+    every = np.concatenate((aslant, others.reshape(-1, *postures.shape[1:])))
+    strange, count = _strangeness(factors, usual, body, every)
+    strange, count = strange.reshape(-1, len(postures)), count[: len(postures)]
+    as_given, exchanged, seen = strange[: len(TILTS)].min(axis=0), strange[len(TILTS) :], count > 0.0
+    told = 0.5 * np.where(exchanged < BODY * count, as_given - exchanged, 0.0)
     return np.median(told[:, seen], axis=1) if seen.any() else np.zeros(len(others))
 
 

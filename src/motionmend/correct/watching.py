@@ -14,6 +14,7 @@ from ..numerics.factors import Factors
 from .anatomy import Anatomy
 from .follow import Followed, begin, follow
 from .leaps import left_behind, stirred
+from .level import TOLD_ALREADY, UNASKED, Lean, level, tilt
 from .normalise import Placement, Standard, bone_lengths, upright
 from .reliability import Detector
 from .sides import changed, confused_limbs, confused_until_now, faces_away, gone_along, trunk_turned
@@ -60,7 +61,8 @@ class Sight:
         moves has not stopped.
     stale : s, for which the sensor has said this posture, all joints alike: a slow one says each several times.
     refused : the frame says so little that it was not judged.
-    other : somebody else is where a moment ago somebody was.
+    other : somebody else is where a moment ago somebody was; or who was there was seen aslant until now.
+    lean : what was seen of how far the sensor is tilted.
     """
 
     upright: Floats | None
@@ -80,6 +82,7 @@ class Sight:
     stale: float
     refused: bool
     other: bool = False
+    lean: Lean = UNASKED
 
     @property
     def scale(self) -> float:
@@ -117,14 +120,14 @@ def acquainted(watcher: Watcher, rows: Floats, sight: Sight) -> Sight:
     ----------
     rows : (T, J, 3) m in the sensor's axes.
     """
-    turn = upright(rows, watcher.body)
+    turn = level(rows, watcher.body)
     lengths = bone_lengths(rows, watcher.body)
     known = np.zeros((2, lengths.shape[1]))
     for b in range(lengths.shape[1]):
         some = lengths[np.isfinite(lengths[:, b]), b]
         if len(some):
             known[:, b] = 100.0 * np.median(some), 100.0
-    return replace(sight, upright=turn, lengths=known)
+    return replace(sight, upright=turn, lengths=known, lean=TOLD_ALREADY)
 
 
 def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
@@ -198,9 +201,17 @@ def look(
     if turn_up is None and len(body.upper) and len(body.lower):
         seen = np.isfinite(rows[body.upper]).any() and np.isfinite(rows[body.lower]).any()
         turn_up = upright(rows[None], body) if seen else None
+    lean, levelled = sight.lean, False
     if turn_up is not None:
         rows = rows @ turn_up.T
-    other = bool(kernel.leapt(rows, sight.latest, time - sight.seen))
+        if not lean.told:
+            lean = lean.with_frame(rows, body)
+            by = tilt(lean.axes) if lean.told else np.eye(3)
+            levelled = bool(by[1, 1] < 1.0)
+            if levelled:  # what was known was seen aslant: all is asked anew
+                turn_up, rows = by @ turn_up, rows @ by.T
+                sight = replace(fresh(watcher), upright=turn_up)
+    other = levelled or bool(kernel.leapt(rows, sight.latest, time - sight.seen))
     if other:
         sight = replace(fresh(watcher), upright=turn_up)
     seconds, away = 0.0 if sight.time is None else max(time - sight.time, 0.0), time - sight.seen
@@ -293,6 +304,7 @@ def look(
         0.0 if np.count_nonzero(stirs) else sight.stale + seconds,
         unsure or bool(followed.failing.sum() > len(rows) - 3.0),
         other,
+        lean,
     )
 
 
@@ -348,6 +360,8 @@ def look_twice(
     if not hopped.any() or hopped.sum() > MOST_HOP * len(rows):
         return look(watcher, sight, positions, states, time), None
     seen = look(watcher, sight, np.where(hopped[:, None], np.nan, positions), states, time)
+    if seen.other:
+        return seen, None
     return seen, Doubt(sight, positions, states, time, hopped)
 
 

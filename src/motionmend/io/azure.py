@@ -18,7 +18,7 @@ from ..bodies.postures import Postures
 from ..errors import FileError, counted
 from .number_rows import unpacked
 from .sensor_source import SensorSource, even_times, seconds_of, spread_states, with_absent
-from .several_bodies import Track, one_person
+from .several_bodies import Body, one_person
 
 WANTED = "Azure Kinect bodies in JSON"
 _MM = 1e-3
@@ -63,12 +63,7 @@ def starts_as_azure(content: Any) -> bool:
 def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures:
     frames = content["frames"]
     names = tuple(str(one) for one in content.get("joint_names", AZURE32.names))
-    found = {
-        (body.get("body_id", k), frame): body
-        for frame, one in enumerate(frames)
-        for k, body in enumerate(one["bodies"])
-    }
-    if not found:
+    if not any(one["bodies"] for one in frames):
         raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(len(frames), 'frame')}")
     warnings: tuple[str, ...] = ()
     guesses: tuple[str, ...] = ()
@@ -77,21 +72,21 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         times, _, warnings = seconds_of(stamps, "microseconds")
     else:
         times, guesses = even_times(len(frames), fps)
-    places = {key: _places(one, len(names), key[1], name) for key, one in found.items()}
-    bodies = {one: np.array([frame for body, frame in found if body == one]) for one, _ in found}
-    tracks = {one: Track(at, np.stack([places[one, frame] for frame in at])) for one, at in bodies.items()}
-    chosen, said = one_person(tracks, times)
+    bodies = [
+        [Body(body.get("body_id", k), _places(body, len(names), t, name)) for k, body in enumerate(one["bodies"])]
+        for t, one in enumerate(frames)
+    ]
+    chosen, said = one_person(bodies, times)
     positions = np.full((len(frames), len(names), 3), np.nan)
     confidence = np.zeros((len(frames), len(names)))
     stated = False
-    for body in chosen:
-        for frame in tracks[body].frames:
-            positions[frame] = places[body, frame]
-            one = found[body, frame]
-            levels = next((one[key] for key in one if "confidence" in key and isinstance(one[key], list)), None)
-            if levels is not None:
-                confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
-                stated = True
+    for frame in np.flatnonzero(chosen >= 0).tolist():
+        positions[frame] = bodies[frame][chosen[frame]].positions
+        one = frames[frame]["bodies"][chosen[frame]]
+        levels = next((one[key] for key in one if "confidence" in key and isinstance(one[key], list)), None)
+        if levels is not None:
+            confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
+            stated = True
     state: Bytes | None = np.clip(confidence, 0, 2).astype(np.uint8) if stated else None
     positions = with_absent(positions, state)
     skipped = [int(one["num_bodies"]) - len(one["bodies"]) for one in frames if "num_bodies" in one]

@@ -16,7 +16,7 @@ from ..errors import FileError, counted
 from .columns import lines_of
 from .number_rows import unpacked
 from .sensor_source import SensorSource, even_times, spread_states, states_of, with_absent
-from .several_bodies import Track, one_person
+from .several_bodies import Body, one_person
 
 WANTED = "an NTU .skeleton file"
 
@@ -51,26 +51,26 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
         return int(word)
 
     frames = whole("number of frames")
-    found: dict[tuple[str, int], list[str]] = {}
+    bodies: list[list[Body]] = []
+    rows: list[list[Floats]] = []
     for frame in range(frames):
+        bodies.append([])
+        rows.append([])
         for _ in range(whole(f"number of bodies of frame {frame} of {frames}")):
-            body = take(10, f"frame {frame} of {frames}")[0]
+            number = take(10, f"frame {frame} of {frames}")[0]
             joints = whole(f"number of joints in frame {frame} of {frames}")
             if joints != len(KINECT25.names):
                 raise FileError(f"{name}: wanted 25 joints in frame {frame}, came {joints}; the file is damaged")
-            found[body, frame] = take(12 * joints, f"frame {frame} of {frames}")
+            rows[frame].append(_numbers(take(12 * joints, f"frame {frame} of {frames}"), frame, name))
+            bodies[frame].append(Body(number, rows[frame][-1][:, :3]))
     warnings = (f"{len(words) - place} numbers behind the last frame were not read",) if place < len(words) else ()
-    if not found:
+    if not any(bodies):
         raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(frames, 'frame')}")
     times, guesses = even_times(frames, fps)
-    bodies = {one: np.array([frame for body, frame in found if body == one]) for one, _ in found}
-    rows = {key: _numbers(numbers, key[1], name) for key, numbers in found.items()}
-    tracks = {one: Track(at, np.stack([rows[one, frame][:, :3] for frame in at])) for one, at in bodies.items()}
-    chosen, said = one_person(tracks, times)
+    chosen, said = one_person(bodies, times)
     values = np.full((frames, len(KINECT25.names), 12), np.nan)
-    for one in chosen:
-        for frame in tracks[one].frames:
-            values[frame] = rows[one, frame]
+    for frame in np.flatnonzero(chosen >= 0).tolist():
+        values[frame] = rows[frame][chosen[frame]]
     state, wrong = states_of(np.where(np.isnan(values[:, :, 11]), NOT_TRACKED, values[:, :, 11]))
     positions = with_absent(values[:, :, :3], state)
     return Postures(

@@ -18,6 +18,7 @@ RESTLESS_SECONDS = 1.5  # in which what lengths vary by is believed to have grow
 CALMEST = 0.2  # of what is usual, and no less
 PEOPLE, SENSORS = 0.015, 0.045  # standard m, by how much bones of other people, and of other sensors, mostly differ
 ODD = 0.05  # standard m; a bone is off by no more than this and its twin, or it is of a limb that fails
+OFTEN = 0.6  # as often as the bone that is trusted most often; one that varies more is trusted less, and tells as much
 TRUSTED = 3.0  # log-odds that a recording is of the sensor that was learned from, before it is looked at
 
 _insert, _middle = rising.insert, rising.middle
@@ -77,7 +78,7 @@ def kinship(sums: Floats, standard_lengths: Floats, twins: Ints, parts: Ints) ->
     for b in range(len(usual)):
         off = min(usual[b], usual[twins[b]])
         if twins[b] >= b and off < np.inf:
-            seen = max(sums[1, b], sums[1, twins[b]]) / most
+            seen = min(max(sums[1, b], sums[1, twins[b]]) / (OFTEN * most), 1.0)
             says[parts[b]] += seen * (log(SENSORS / PEOPLE) - off * (1.0 / PEOPLE - 1.0 / SENSORS))
     odds = TRUSTED + says.sum() - min(says[1:].min(), 0.0)
     return 1.0 / (1.0 + exp(-max(min(odds, 30.0), -30.0)))

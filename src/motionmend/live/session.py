@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from ..correct import Corrected, CorrectorModel
 
 BACK = 1.0  # s; a clock that goes back farther starts a recording anew
+HASTE = (
+    300.0  # times as long as the hello's rate has it: steps between frames in other units than s are a thousand or more
+)
+HASTY = 3  # such steps on end
 STILL = 1e-6  # s; the least step between two frames
 NO_HELLO = "a hello {v, skeleton, fps, units} was wanted before the first frame"
 _EPOCH = time.time() - time.perf_counter()
@@ -38,7 +42,8 @@ class Session:
     """A client after its hello: what it said, the corrector's state, and the time of its last frame in s.
 
     `online` says whether the corrector learns from the client's frames, `look_ahead` for how many s of frames an answer
-    waits, and `latency_ms` how long that is in whole frames; `owed` are the frames not answered yet, the oldest first.
+    waits, and `latency_ms` how long that is in whole frames; `owed` are the frames not answered yet, the oldest first;
+    `hasty` counts the steps on end that are as long as if times were in other units than s.
     """
 
     hello: Hello
@@ -48,6 +53,7 @@ class Session:
     look_ahead: float = 0.0
     latency_ms: float = 0.0
     owed: tuple["Owed", ...] = ()
+    hasty: int = 0
 
 
 @final
@@ -174,7 +180,8 @@ def answered(
 
     Frames at the same time, or a little before the last, are taken as the next instant. A clock that goes back by more
     than a second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`. What
-    was owed until then is answered first.
+    was owed until then is answered first. Times that contradict the hello's rate frame after frame, as milliseconds
+    do, are flagged `clock`.
 
     Parameters
     ----------
@@ -190,13 +197,16 @@ def answered(
         _, answers = rested(model, session)
         session = opened(model, session.hello, session.online, session.look_ahead)
         flags = (*flags, "restarted")
+    step = 0.0 if session.last is None else frame.t - session.last
+    hasty = session.hasty + 1 if step * session.hello.fps > HASTE else 0
+    flags = (*flags, "clock") if hasty >= HASTY else flags
     time_of = frame.t if session.last is None else max(frame.t, session.last + STILL)
     state, corrected = model.feed(session.state, frame.joints, frame.state, time_of)
     owed = (*session.owed, Owed(frame, t_in, flags))
     if corrected is not None:
         answers.append(_answer(session, owed[0], corrected))
         owed = owed[1:]
-    return replace(session, state=state, last=time_of, owed=owed), answers
+    return replace(session, state=state, last=time_of, owed=owed, hasty=hasty), answers
 
 
 def rested(model: "CorrectorModel", session: Session) -> tuple[Session, list[tuple[Frame, Answer]]]:

@@ -1,0 +1,51 @@
+"""Several people one after another in a recording are corrected each on their own, one person as a whole."""
+
+import numpy as np
+import pytest
+from sensed_people import NAMES, fitted, recording, sensed, truth
+
+from motionmend.arrays import Floats
+from motionmend.bodies.postures import Postures
+from motionmend.correct import CorrectorModel
+
+CHILD = 0.65
+
+
+@pytest.fixture(scope="module")
+def model() -> CorrectorModel:
+    return fitted()
+
+
+def after_each_other(first: Floats, second: Floats, gap: int) -> Postures:
+    return recording(np.concatenate([first, np.full((gap, *first.shape[1:]), np.nan), second]))
+
+
+@pytest.mark.parametrize("gap", [0, 20, 75])
+def test_a_child_after_an_adult_keeps_the_bones_of_a_child(model: CorrectorModel, gap: int) -> None:
+    adult = sensed(truth("reach", 5, 2.0), 5)
+    child = sensed(truth("walk", 6, 2.0), 6)
+    child = CHILD * (child - child[:1, :1]) + adult[-1:, :1]
+    found = model.correct(after_each_other(adult, child, gap))
+    begins = len(adult) + gap
+    for part, whole in ((found.positions[: len(adult)], adult), (found.positions[begins:], child)):
+        alone = model.correct(recording(whole))
+        np.testing.assert_allclose(part, alone.positions, atol=0.003)
+    assert np.isnan(found.positions[len(adult) : begins]).all()
+    assert any("somebody else" in one and f"{begins / 30:.2f} s" in one for one in found.source.warnings)
+    assert len(found.source.flags) == found.frames
+
+
+def test_who_comes_back_is_the_same_person_and_that_is_said(model: CorrectorModel) -> None:
+    whole = sensed(truth("walk", 5, 4.0), 5)
+    half = len(whole) // 2
+    found = model.correct(after_each_other(whole[:half], whole[half:], 90))
+    thigh = [NAMES.index("HipLeft"), NAMES.index("KneeLeft")]
+    length = np.linalg.norm(found.positions[:, thigh[0]] - found.positions[:, thigh[1]], axis=1)
+    np.testing.assert_allclose(length[np.isfinite(length)], np.nanmedian(length), rtol=1e-6)
+    assert any("taken for the one before" in one for one in found.source.warnings)
+
+
+@pytest.mark.parametrize("action", ["walk", "reach", "jump"])
+def test_one_person_is_one_recording(model: CorrectorModel, action: str) -> None:
+    found = model.correct(recording(sensed(truth(action, 9, 3.0), 9, noise=0.02)))
+    assert not any("somebody else" in one for one in found.source.warnings)
