@@ -20,7 +20,7 @@ from .output import Done, work
 from .transform import write_json
 
 if TYPE_CHECKING:
-    from ..arrays import Floats
+    from ..arrays import Bools, Floats
     from ..bodies.performer import Performer
     from ..bodies.skeleton import Skeleton
     from ..io.depth import DepthRecording
@@ -238,10 +238,15 @@ class Follow:
                 "furniture and not followed (--start says who is)"
             )
         if followed.mistaken.any():
-            stretches = ", ".join(f"{first} to {last - 1}" for first, last in runs(followed.mistaken))
             warnings.append(
-                f"frames {stretches} are left empty: what was followed in them stands there still at the end, as "
-                "furniture does"
+                f"frames {_stretches(followed.mistaken)} are left empty: what was followed in them stands there still "
+                "at the end, as furniture does"
+            )
+        if followed.damaged.any():
+            least, usual = 100 * followed.returns[followed.damaged].min(), 100 * np.median(followed.returns)
+            warnings.append(
+                f"frames {_stretches(followed.damaged)} are blank or damaged: depth in {least:.0f} % of the image or "
+                f"more, where most have {usual:.0f} %; the room is told from whole ones"
             )
         if followed.lost > 0.1 * recording.frames:
             warnings.append(f"{followed.lost} of {counted(recording.frames, 'frame')} without the person")
@@ -313,6 +318,13 @@ def _landmarks(path: Path) -> "Floats":
     if np.isfinite(found).all(axis=1).sum() < 3:
         raise FileError(f"{path}: wanted three joints or more to start from, came fewer")
     return found
+
+
+def _stretches(frames: "Bools", most: int = 5) -> str:
+    """Stretches of frames (T,) as a message names them: 3 to 7, 9 to 9, and how many more there are."""
+    found = runs(frames)
+    said = ", ".join(f"{first} to {last - 1}" for first, last in found[:most])
+    return said if len(found) <= most else f"{said} and in {len(found) - most} other places"
 
 
 def _nobody(followed: "Followed") -> str:
