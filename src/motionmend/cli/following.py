@@ -93,7 +93,7 @@ class Followed:
 
     @property
     def damaged(self) -> Bools:
-        """(T,) frames with depth in clearly fewer pixels than most have; without a room none, for there nobody is none."""
+        """(T,) frames with depth in clearly fewer pixels than most have; without a room none."""
         usual = float(np.median(self.returns))
         return self.returns < FEWER * usual if usual > ROOM else np.zeros(len(self.returns), bool)
 
