@@ -15,6 +15,7 @@ from ...arrays import Bools, Floats, Singles, frozen
 from ...bodies.camera import Camera, DepthFrame
 from ...bodies.surface import intrinsics
 from ...errors import MismatchError
+from .fineness import evened
 from .passers import passers, passers_pixels
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, first_whole, scene_of, slack, told_again
 from .surfaces import JUMP_NEAR, STEP, about, box_of, hidden, joined, most_like_a_body, surfaces_of
@@ -127,12 +128,15 @@ def mended(part: Singles, radius: int) -> Singles:
 def empty_scene(frames: list[DepthFrame], seed: int = 0) -> Scene:
     """The room from frames with nobody in them: planes from the first whole one, the background the farthest of all.
 
+    As fine as `step` looks at frames of this camera (`fineness.evened`).
+
     Raises
     ------
     MismatchError : when there is no frame, or frames of several sizes.
     """
     if not frames:
         raise MismatchError("a background needs at least one frame, came none")
+    frames = [evened(frame) for frame in frames]
     scene = scene_of(frames[first_whole(frames)], seed)
     nobody = _nobody(np.isfinite(frames[0].depth))
     for frame in frames:
