@@ -55,6 +55,7 @@ class Followed:
     calibrated : whether the performer was fitted to this recording.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
     furnished : whether furniture that looks like a body was told before anybody was followed.
+    doubts : what speaks against the body that was followed.
     """
 
     postures: Postures
@@ -76,6 +77,7 @@ class Followed:
     calibrated: bool = False
     mistaken: Bools = field(default_factory=lambda: np.zeros(0, bool))
     furnished: bool = False
+    doubts: tuple[str, ...] = ()
 
     @property
     def lost(self) -> int:
@@ -298,4 +300,5 @@ class _Log:
             self.restarts,
             fitted,
             tracked.mistaken,
+            doubts=tracked.warnings,
         )

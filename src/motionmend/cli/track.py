@@ -181,7 +181,7 @@ class Follow:
         settings = settings_of(self.preset, self.terms)
         followed = follow(self.model, settings, recording, self.performer, self.landmarks)
         if not followed.seen.any():
-            raise FileError(f"{source}: {_nobody(followed)}")
+            raise FileError(f"{source}: {_nobody(followed, given=self.performer is not None)}")
         return followed
 
     def save(self, job: Job, recording: "DepthRecording", followed: "Followed", startup: float, opened: float) -> Done:
@@ -232,6 +232,7 @@ class Follow:
         if self.performer is None and not followed.calibrated:
             taken = "the person could not be measured, proportions of an average adult were taken: give their skeleton"
             warnings.append(f"{taken} or body" if self.body is None else f"{taken}; {self.body.name} has them too")
+        warnings += followed.doubts
         if followed.furnished:
             warnings.append(
                 "something as large as a body keeps its place in all frames while somebody moves: it was taken for "
@@ -327,13 +328,14 @@ def _stretches(frames: "Bools", most: int = 5) -> str:
     return said if len(found) <= most else f"{said} and in {len(found) - most} other places"
 
 
-def _nobody(followed: "Followed") -> str:
-    """Why nobody was followed."""
+def _nobody(followed: "Followed", *, given: bool) -> str:
+    """Why nobody was followed, with a body that was given or not."""
     frames = len(followed.returns)
     if not followed.returns.any():
         return f"nobody is in it: {counted(frames, 'depth image')}, all empty; check the sensor or depth_scale"
     said = f"nobody was found in {counted(frames, 'frame')}"
-    return f"{said}; check camera.json (depth_scale, fx, fy), or give `motionmend track` a --start"
+    body = ", whether the body given is this person's" if given else ""
+    return f"{said}; check camera.json (depth_scale, fx, fy){body}, or give `motionmend track` a --start"
 
 
 def _frame_ms(followed: "Followed") -> dict[str, float | None]:
