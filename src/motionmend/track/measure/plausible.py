@@ -32,7 +32,7 @@ def doubts(performer: Performer, wrong: Floats) -> tuple[str, ...]:
     if len(shares) >= FRAMES and np.median(shares) > UNLIKE:
         said += (
             f"the body explains {100 * np.median(shares):.0f} % of the person's pixels wrongly in the middle one of "
-            "the frames, where 10 to 20 are usual: it is not this person's, or the camera's numbers are wrong; joints "
-            "are less sure than their deviations say",
+            "the frames, where 10 to 20 are usual: it is not this person's, the camera's numbers are wrong, or the "
+            "motion is like none of the model's; joints are less sure than their deviations say",
         )
     return said
