@@ -66,3 +66,9 @@ def test_a_step_brings_a_camera_near_a_focal_length(fx, focal):
     camera = Camera(640, 480, fx, fx, 320.0, 240.0)
     ratio = camera.every(camera.step_to(focal)).fx / focal
     assert 2 / 3 - 1e-9 <= ratio <= 1.5 + 1e-9 or (fx < focal and ratio == fx / focal)
+
+
+@pytest.mark.parametrize("time", [np.nan, np.inf])
+def test_a_time_that_is_no_number_is_refused(time):
+    with pytest.raises(MismatchError, match="the time of a frame in s was wanted"):
+        DepthFrame(KINECT, np.ones((240, 320)), None, time)

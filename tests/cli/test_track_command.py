@@ -167,6 +167,22 @@ def test_a_box_nearer_than_who_walks_is_furniture_and_that_is_said(cli: Command,
     assert np.linalg.norm(pelvis - [pose.translation for pose in poses], axis=1).max() < 0.3
 
 
+def test_a_blank_first_image_costs_itself_alone_and_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    frames = []
+    for k, x in enumerate(np.linspace(-0.3, 0.3, FRAMES)):
+        depth = in_room(picture(standing((x, 0.1, 2.9)), CAMERA, rng=rng), rng=rng).depth
+        frames.append(DepthFrame(CAMERA, np.full(depth.shape, np.nan) if k == 0 else depth, None, k / FPS))
+    write_depth_folder(tmp_path / "take", frames, FPS)
+    ran = cli("track", tmp_path / "take", "-m", studio / "m.mend", "-o", tmp_path / "o.csv", "--json")
+    assert ran.code == 0, ran.err
+    facts = json.loads(ran.out)
+    assert facts["lost"] == 1
+    (said,) = (warning for warning in facts["warnings"] if "blank or damaged" in warning)
+    assert "frames 0 to 0 " in said
+    assert read_joint_table(tmp_path / "o.csv").present[1:].all()
+
+
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:
     body = tmp_path / "people" / "new" / "body.json"
     given = ["track", studio / "take", "-m", studio / "m.mend", "--body", body, "--start", studio / "start.csv"]

@@ -19,7 +19,7 @@ from motionmend.bodies.registration import ColorCamera, registered
 from motionmend.errors import FileError, MismatchError
 from motionmend.io.depth import looks_like_depth_folder, read_depth
 from motionmend.io.depth_folder import read_depth_folder, write_depth_folder
-from motionmend.io.png import color_pixels
+from motionmend.io.png import color_pixels, write_depth_png
 from motionmend.io.utd_mhad import read_utd_depth
 
 CAMERA = Camera(16, 12, 14.0, 15.0, 7.5, 5.5)
@@ -86,6 +86,15 @@ def test_numbers_may_start_elsewhere_and_a_title_may_stand_over_the_times(folder
     assert read.times.tolist() == [0, 1, 2, 3.5]
     assert read.frame(3).color is not None
     assert "start at number 7" in read.guesses[0]
+
+
+@pytest.mark.parametrize("number", [0, 1200, 65535])
+def test_an_image_of_one_number_throughout_is_blank(folder: Path, number: int) -> None:
+    shape = (CAMERA.height, CAMERA.width)
+    write_depth_png(folder / "depth/000002.png", np.full(shape, number, np.uint16))
+    read = read_depth_folder(folder)
+    assert np.isnan(read.frame(2).depth).all()
+    assert np.isfinite(read.frame(1).depth).any()
 
 
 def test_frames_are_read_when_asked_for(folder: Path) -> None:

@@ -195,6 +195,22 @@ def test_a_joint_that_is_not_tracked_needs_no_position():
     assert np.isnan(through(encode_frame(Frame(0, 0.0, found.joints, state, "rows"))).joints[4]).all()
 
 
+@given(st.sets(st.integers(0, 19)), st.booleans(), st.booleans())
+def test_null_for_a_whole_joint_is_a_joint_without_a_position(missing, stated, text):
+    rows = [None if k in missing else [0.1 * k, 1.0, 2.0] for k in range(20)]
+    fields = {"seq": 1, "t": 0.5, "joints": rows, **({"state": [2] * 20} if stated else {})}
+    found = read_frame(fields, HELLO, text)
+    apart = read_frame({**fields, "joints": [[None] * 3 if row is None else row for row in rows]}, HELLO, text)
+    np.testing.assert_array_equal(found.joints, apart.joints)
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(found.joints).all(axis=1)), sorted(missing))
+    assert found.form == apart.form == ("rows" if text else "msgpack")
+    states = [None] if found.state is None else found.state.tolist()
+    assert states == ([None] if apart.state is None else apart.state.tolist())
+    answer = {"seq": 1, "t_in": 0.0, "t_out": 0.0, "reliability": [1] * 20, "std": [0.1] * 20, "flags": []}
+    read = read_answer(json.dumps({**answer, "joints": rows}), 20)
+    np.testing.assert_array_equal(read.joints, found.joints)
+
+
 @given(st.one_of(st.binary(max_size=300), st.text(max_size=300)))
 def test_whatever_comes_is_read_or_refused(message):
     said = refusal(message)

@@ -1,6 +1,7 @@
 """The depth camera and what it sees: intrinsics, one frame, and the way between pixels and points."""
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import final
 
 import numpy as np
@@ -94,6 +95,10 @@ class DepthFrame:
     depth : (H, W) float32, m along z, NaN = no return.
     color : (H, W, 3) red, green, blue, registered to the depth; None where there is none.
     time : s.
+
+    Raises
+    ------
+    MismatchError : an image of another size than the camera's, or a time that is no number.
     """
 
     camera: Camera
@@ -103,6 +108,8 @@ class DepthFrame:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", frozen(self.depth, np.float32))
+        if not isfinite(self.time):
+            raise MismatchError(f"the time of a frame in s was wanted, came {self.time}")
         size = (self.camera.height, self.camera.width)
         if self.depth.shape != size:
             raise MismatchError(f"this camera's depth images are {size}, came {self.depth.shape}")

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 WINDOW = 3.0  # s, looked at to measure the person
 MEASURED_FPS = 15.0  # Hz, of the frames looked at
+ROOM = 0.4  # share of the pixels with depth, from which on a recording shows a room
+FEWER = 0.75  # times as many, below which an image is blank or damaged
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +44,7 @@ class Followed:
     performer : the body that was followed, with the widths as they were learned by the end.
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
-    returns : (T,) whether the depth image holds anything at all.
+    returns : (T,) share of the depth image's pixels that hold anything.
     frame_ms : (T - 1,) milliseconds of each frame but the first, reading and looking back left out.
     read, track, calibrate : seconds in all; of reading those in which the tracker had to wait for an image.
     stages : seconds in all of each stage of the tracker.
@@ -53,6 +55,7 @@ class Followed:
     calibrated : whether the performer was fitted to this recording.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
     furnished : whether furniture that looks like a body was told before anybody was followed.
+    doubts : what speaks against the body that was followed.
     """
 
     postures: Postures
@@ -61,7 +64,7 @@ class Followed:
     flags: tuple[tuple[str, ...], ...]
     seen: Bools
     held: Bools
-    returns: Bools
+    returns: Floats
     frame_ms: Floats
     read: float
     track: float
@@ -74,6 +77,7 @@ class Followed:
     calibrated: bool = False
     mistaken: Bools = field(default_factory=lambda: np.zeros(0, bool))
     furnished: bool = False
+    doubts: tuple[str, ...] = ()
 
     @property
     def lost(self) -> int:
@@ -88,6 +92,12 @@ class Followed:
         return {
             flag: [list(run) for run in mask_runs(np.array([flag in flags for flags in self.flags]))] for flag in said
         }
+
+    @property
+    def damaged(self) -> Bools:
+        """(T,) frames with depth in clearly fewer pixels than most have; without a room none."""
+        usual = float(np.median(self.returns))
+        return self.returns < FEWER * usual if usual > ROOM else np.zeros(len(self.returns), bool)
 
     @property
     def origin(self) -> Bytes:
@@ -194,7 +204,7 @@ def _followed(
             there = perf_counter()
             state, estimate = step(model, settings, state, frame)
             log.spent.append(perf_counter() - there)
-            log.returns.append(bool(np.isfinite(frame.depth).any()))
+            log.returns.append(float(np.mean(np.isfinite(frame.depth))))
             log.performer = state.performer
             yield moment(state, estimate)
             begin = perf_counter()
@@ -248,7 +258,7 @@ class _Log:
     room: "Room | None" = None
     read: float = 0.0
     spent: "array[float]" = field(default_factory=lambda: array("d"))
-    returns: "array[int]" = field(default_factory=lambda: array("b"))
+    returns: "array[float]" = field(default_factory=lambda: array("d"))
     stages: dict[str, float] = field(default_factory=dict)
     cost: dict[str, float] = field(default_factory=dict)
     iterations: int = 0
@@ -278,7 +288,7 @@ class _Log:
             tracked.flags,
             tracked.seen,
             tracked.held,
-            frozen(np.array(self.returns) > 0, np.bool_),
+            frozen(self.returns),
             frozen(1000 * np.array(self.spent[1:])),
             self.read,
             sum(self.spent) + self.stages.get("hindsight", 0.0) + perf_counter() - begin,
@@ -290,4 +300,5 @@ class _Log:
             self.restarts,
             fitted,
             tracked.mistaken,
+            doubts=tracked.warnings,
         )

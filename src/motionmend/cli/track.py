@@ -20,7 +20,7 @@ from .output import Done, work
 from .transform import write_json
 
 if TYPE_CHECKING:
-    from ..arrays import Floats
+    from ..arrays import Bools, Floats
     from ..bodies.performer import Performer
     from ..bodies.skeleton import Skeleton
     from ..io.depth import DepthRecording
@@ -181,7 +181,7 @@ class Follow:
         settings = settings_of(self.preset, self.terms)
         followed = follow(self.model, settings, recording, self.performer, self.landmarks)
         if not followed.seen.any():
-            raise FileError(f"{source}: {_nobody(followed)}")
+            raise FileError(f"{source}: {_nobody(followed, given=self.performer is not None)}")
         return followed
 
     def save(self, job: Job, recording: "DepthRecording", followed: "Followed", startup: float, opened: float) -> Done:
@@ -232,16 +232,22 @@ class Follow:
         if self.performer is None and not followed.calibrated:
             taken = "the person could not be measured, proportions of an average adult were taken: give their skeleton"
             warnings.append(f"{taken} or body" if self.body is None else f"{taken}; {self.body.name} has them too")
+        warnings += followed.doubts
         if followed.furnished:
             warnings.append(
                 "something as large as a body keeps its place in all frames while somebody moves: it was taken for "
                 "furniture and not followed (--start says who is)"
             )
         if followed.mistaken.any():
-            stretches = ", ".join(f"{first} to {last - 1}" for first, last in runs(followed.mistaken))
             warnings.append(
-                f"frames {stretches} are left empty: what was followed in them stands there still at the end, as "
-                "furniture does"
+                f"frames {_stretches(followed.mistaken)} are left empty: what was followed in them stands there still "
+                "at the end, as furniture does"
+            )
+        if followed.damaged.any():
+            least, usual = 100 * followed.returns[followed.damaged].min(), 100 * np.median(followed.returns)
+            warnings.append(
+                f"frames {_stretches(followed.damaged)} are blank or damaged: depth in {least:.0f} % of the image or "
+                f"more, where most have {usual:.0f} %; the room is told from whole ones"
             )
         if followed.lost > 0.1 * recording.frames:
             warnings.append(f"{followed.lost} of {counted(recording.frames, 'frame')} without the person")
@@ -315,13 +321,21 @@ def _landmarks(path: Path) -> "Floats":
     return found
 
 
-def _nobody(followed: "Followed") -> str:
-    """Why nobody was followed."""
+def _stretches(frames: "Bools", most: int = 5) -> str:
+    """Stretches of frames (T,) as a message names them: 3 to 7, 9 to 9, and how many more there are."""
+    found = runs(frames)
+    said = ", ".join(f"{first} to {last - 1}" for first, last in found[:most])
+    return said if len(found) <= most else f"{said} and in {len(found) - most} other places"
+
+
+def _nobody(followed: "Followed", *, given: bool) -> str:
+    """Why nobody was followed, with a body that was given or not."""
     frames = len(followed.returns)
     if not followed.returns.any():
         return f"nobody is in it: {counted(frames, 'depth image')}, all empty; check the sensor or depth_scale"
     said = f"nobody was found in {counted(frames, 'frame')}"
-    return f"{said}; check camera.json (depth_scale, fx, fy), or give `motionmend track` a --start"
+    body = ", whether the body given is this person's" if given else ""
+    return f"{said}; check camera.json (depth_scale, fx, fy){body}, or give `motionmend track` a --start"
 
 
 def _frame_ms(followed: "Followed") -> dict[str, float | None]:

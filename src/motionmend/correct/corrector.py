@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -190,6 +191,10 @@ class CorrectorModel:
         Returns
         -------
         The state after this frame, and the corrected frame.
+
+        Raises
+        ------
+        MismatchError : positions or states of other joints than the state was started for; a time that is no number.
         """
         state, sight, given = self._seen(state, positions, states, time)
         followed = sight.followed
@@ -203,6 +208,10 @@ class CorrectorModel:
         Returns
         -------
         The state after this frame, and that frame corrected; None as long as there is none.
+
+        Raises
+        ------
+        MismatchError : as of `step`.
         """
         if state.waiting is None:
             return self.step(state, positions, states, time)
@@ -223,6 +232,12 @@ class CorrectorModel:
     def _seen(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
     ) -> tuple[CorrectorState, Sight, Floats]:
+        joints = len(state.joining.names)
+        if np.shape(positions) != (joints, 3) or (states is not None and np.shape(states) != (joints,)):
+            came = f"{np.shape(positions)}" if states is None else f"{np.shape(positions)} and {np.shape(states)}"
+            raise MismatchError(f"a frame of {joints} joints is ({joints}, 3), its states ({joints},), came {came}")
+        if not isfinite(time):
+            raise MismatchError(f"the time of a frame in s was wanted, came {time}")
         given, rows, told = received(state.joining.to_model, positions, states)
         if STRANGER_SECONDS < time - state.sight.seen < np.inf and np.isfinite(rows).any():
             state = self._of_a_stranger(state)
@@ -304,7 +319,7 @@ class CorrectorModel:
 
         Raises
         ------
-        MismatchError : the joints have too little in common with the model's.
+        MismatchError : the joints have too little in common with the model's; a time that is no number.
         UsageError : unknown method, or one that is not for looking ahead; look_ahead is below 0.
         """
         if look_ahead is not None and look_ahead < 0:
@@ -313,8 +328,11 @@ class CorrectorModel:
             raise UsageError(f"only the default method looks ahead, came {method!r}")
         if method not in METHODS:
             raise UsageError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}")
+        joined(postures.names, self.watcher.body)
+        timeless = np.flatnonzero(~np.isfinite(postures.times))
+        if len(timeless):
+            raise MismatchError(f"times in s were wanted, frame {timeless[0]} has {postures.times[timeless[0]]}")
         if not postures.frames:
-            joined(postures.names, self.watcher.body)
             nothing = np.zeros((0, len(postures.names)))
             return replace(postures, std=nothing, reliability=nothing)
         with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other

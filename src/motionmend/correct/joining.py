@@ -75,9 +75,9 @@ def joined(names: Sequence[str], body: Anatomy) -> Joining:
     to_model = matched(names, body.names)
     common = int((to_model >= 0).sum())
     if common < FEWEST:
+        came = f"came {common} among {', '.join(names[:6])}, ..." if names else "came no joints at all"
         raise MismatchError(
-            f"wanted at least {FEWEST} joints that the model knows ({', '.join(body.names[:6])}, ...), came {common} "
-            f"among {', '.join(names[:6])}, ..."
+            f"wanted at least {FEWEST} joints that the model knows ({', '.join(body.names[:6])}, ...), {came}"
         )
     back = np.full(len(names), -1, dtype=np.int64)
     have = np.flatnonzero(to_model >= 0)

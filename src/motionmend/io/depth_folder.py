@@ -74,7 +74,8 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
 
     def depth_of(number: int) -> Singles:
         raw = png_pixels(images[number])
-        depth = np.where(raw > 0, raw * np.float32(scale), np.float32(np.nan)).astype(np.float32)
+        there = raw > 0 if (raw != raw[0, 0]).any() else np.zeros(raw.shape, bool)  # one number throughout is no image
+        depth = np.where(there, raw * np.float32(scale), np.float32(np.nan)).astype(np.float32)
         return depth if lens is None else lens.straight_depth(depth)
 
     def color_of(number: int, depth: Singles) -> Bytes | None:

@@ -8,7 +8,8 @@
 
 A binary message is msgpack, a text message JSON with the same keys. In msgpack numbers are little-endian bytes
 (float32, uint8), joints row by row. JSON has no bytes: there they are lists of numbers, flat or one list a joint, or
-the same bytes in base64; an answer takes the form of its frame. What is not a number is null in JSON.
+the same bytes in base64; an answer takes the form of its frame. What is not a number is null in JSON, and so may be a
+whole joint's list.
 """
 
 import base64
@@ -241,7 +242,9 @@ def _numbers(key: str, given: Any, kind: np.dtype[Any], count: int, text: bool) 
 
 
 def _listed(key: str, given: list[Any], count: int, text: bool) -> tuple[NDArray[Any], Form]:
-    nested = bool(given) and isinstance(given[0], list)
+    empty = 3 * len(given) == count and all(row is None for row in given)  # one for each joint, and nobody is there
+    nested = empty or any(isinstance(row, list) for row in given)
+    given = [[None] * 3 if nested and row is None else row for row in given]
     flat: list[Any] = [one for row in given for one in (row if isinstance(row, list) else [row])]
     if len(flat) != count or (nested and not all(isinstance(row, list) and len(row) == 3 for row in given)):
         raise MessageError(f"{key}: {count} numbers were wanted, came {len(flat)} or rows that are not x, y, z")

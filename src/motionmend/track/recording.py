@@ -13,6 +13,7 @@ from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
 from .hindsight.backwards import Moment, moment, revised
 from .hindsight.smoothing import smoothed
+from .measure.plausible import doubts
 from .model import TrackerModel
 from .settings import TrackSettings, settings_of
 from .starting.furniture import Room, is_furniture, room_behind
@@ -38,6 +39,7 @@ class Tracked:
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
+    warnings : what speaks against the body that was followed (`measure.plausible`).
     """
 
     times: Floats
@@ -49,6 +51,7 @@ class Tracked:
     seen: Bools
     held: Bools
     mistaken: Bools
+    warnings: tuple[str, ...] = ()
 
 
 def follow(
@@ -113,6 +116,7 @@ class Told:
             np.full(3, np.nan) if pose is None else pose.translation,
             np.full(9, np.nan) if pose is None else pose.root.ravel(),
             np.full(len(AXES), np.nan) if pose is None else pose.joints,
+            np.array([estimate.wrong]),
         )
         self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
         self.flags.append(tuple(estimate.flags))
@@ -128,9 +132,9 @@ class Told:
         steady : whether poses and joints are smoothed over the whole recording.
         """
         count = len(self.flags)
-        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES))
+        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES), 1)
         table = np.frombuffer(self.rows).reshape(count, sum(widths))
-        flat, std, settled, held, way, root, joints = (
+        flat, std, settled, held, way, root, joints, wrong = (
             part.copy() for part in np.split(table, np.cumsum(widths)[:-1], axis=1)
         )
         places, root = flat.reshape(count, len(LANDMARKS), 3), root.reshape(count, 3, 3)
@@ -162,6 +166,7 @@ class Told:
             frozen(seen, np.bool_),
             frozen(hidden, np.bool_),
             frozen(mistaken, np.bool_),
+            doubts(performer, wrong[there, 0]),
         )
 
 

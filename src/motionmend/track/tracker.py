@@ -24,7 +24,7 @@ from .limbs.rescue import moved_to, rescued, turned
 from .measure.girth import FRAMES, Girth, learned
 from .model import TrackerModel
 from .person.fineness import evened
-from .person.foreground import Scene, scene_of
+from .person.foreground import Scene, scene_of, told_again
 from .person.pixels import person_of
 from .readings.facing import Facing, faces_otherwise, unlikeliness
 from .readings.hypotheses import Hypothesis, contested
@@ -184,7 +184,7 @@ def step(
     """
     clock = Stages()
     frame = evened(frame)
-    scene = scene_of(frame) if state.scene is None else state.scene
+    scene = scene_of(frame) if state.scene is None else told_again(state.scene, frame)
     last = None if state.pose is None else state.pose.translation
     person, scene = person_of(scene, frame, last, settings.median)
     elapsed = frame.time - state.time if np.isfinite(state.time) else 0.0

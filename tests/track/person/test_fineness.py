@@ -68,3 +68,12 @@ def test_a_pixel_of_the_raster_is_two_centimetres_of_a_body(camera):
         free = np.isnan(seen.depth)
         evidence = evidence_of(Observation(seen.camera, seen.depth, free, 0.0), settings_of("default"))
         assert 0.012 < away / evidence.camera.fx < 0.028
+
+
+@pytest.mark.parametrize("none", [0.0, -1.5, np.inf, -np.inf])
+@pytest.mark.parametrize("camera", [KINECT, FINE])
+def test_what_is_no_distance_is_no_return(camera, none):
+    depth = np.full((camera.height, camera.width), 2.5, np.float32)
+    depth[: camera.height // 2] = none
+    bare = np.where(depth == 2.5, depth, np.float32(np.nan))
+    np.testing.assert_array_equal(evened(DepthFrame(camera, depth)).depth, evened(DepthFrame(camera, bare)).depth)

@@ -9,7 +9,7 @@ from drawn_people import CAMERA, HALF, PERSON, in_room, picture, random_poses
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import Pose, standing
 from motionmend.errors import MismatchError
-from motionmend.track.person.foreground import clean, empty_scene, find_person, remember, scene_of
+from motionmend.track.person.foreground import clean, empty_scene, find_person, remember, scene_of, told_again
 
 SEEDS = st.integers(0, 10**6)
 
@@ -105,6 +105,53 @@ def test_a_forearm_whose_upper_arm_is_hidden_belongs_to_the_body(rng, away, kept
 def test_planes_are_the_same_for_the_same_seed(rng):
     frame = in_room(picture(standing()), rng=rng)
     np.testing.assert_array_equal(scene_of(frame, 3).planes, scene_of(frame, 3).planes)
+
+
+def _damaged(frame, kind):
+    """The frame as a first image may be."""
+    depth = np.array(frame.depth)
+    if kind == "blank":
+        depth[:] = np.nan
+    if kind == "lower half":
+        depth[len(depth) // 2 :] = np.nan
+    if kind == "every second row":
+        depth[::2] = np.nan
+    if kind == "one pixel in ten":
+        depth[np.random.default_rng(0).uniform(size=depth.shape) > 0.1] = np.nan
+    if kind == "saturated":
+        depth[:] = 65.535
+    return DepthFrame(frame.camera, depth, None, frame.time)
+
+
+@pytest.mark.parametrize("kind", ["blank", "lower half", "every second row", "one pixel in ten", "saturated"])
+def test_a_damaged_first_image_tells_nothing_of_the_room_that_the_next_does_not_put_right(rng, kind):
+    alone = [picture(standing((0.05 * k, 0.1, 2.6)), HALF, time=k / 30) for k in range(4)]
+    whole = [in_room(frame, rng=rng) for frame in alone]
+    first = _damaged(whole[0], kind)
+    scene = scene_of(first)
+    for k, frame in enumerate([first, *whole[1:]]):
+        scene = told_again(scene, frame)
+        found = find_person(scene, frame)
+        scene = remember(scene, frame, found)
+        assert k == 0 or _overlap(found, alone[k]) > 0.9
+    np.testing.assert_allclose(np.sort(scene.planes[:, 3]), [1.05, 4.0], rtol=0.03)
+
+
+def test_a_whole_first_image_tells_of_the_room_for_good(rng):
+    whole = [in_room(picture(standing((0.1 * k, 0.1, 2.6)), HALF, time=k / 30), rng=rng) for k in range(3)]
+    scene = scene_of(whole[0])
+    for frame in [*whole, _damaged(whole[2], "blank"), *whole[1:]]:
+        after = told_again(scene, frame)
+        np.testing.assert_array_equal(after.planes, scene.planes)
+        scene = after
+
+
+@pytest.mark.parametrize("kind", ["blank", "lower half", "one pixel in ten"])
+def test_an_empty_room_is_told_by_its_first_whole_image(rng, kind):
+    nobody = DepthFrame(HALF, np.full((120, 160), np.nan, np.float32))
+    empty = [in_room(nobody, rng=rng) for _ in range(3)]
+    scene = empty_scene([_damaged(empty[0], kind), *empty])
+    np.testing.assert_array_equal(scene.planes, scene_of(empty[0]).planes)
 
 
 def test_an_empty_room_has_nobody_and_whoever_enters_is_found(rng):

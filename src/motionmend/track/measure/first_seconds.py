@@ -13,7 +13,7 @@ from ..detect.joints import detect
 from ..frame.observation import Observation
 from ..model import TrackerModel
 from ..person.fineness import evened
-from ..person.foreground import Scene, find_person, remember, scene_of
+from ..person.foreground import Scene, find_person, first_whole, remember, scene_of, told_again
 from ..settings import TrackSettings
 from ..tracker import start, step
 from .calibrate import Calibration, Trial, calibrated, size_from
@@ -59,10 +59,11 @@ def measure_person(
     detections = []
     last = None
     frames = [evened(frame) for frame in frames]  # once, for they are tracked several times
-    begun = scene if scene is not None or not frames else scene_of(frames[0])
+    begun = scene if scene is not None or not frames else scene_of(frames[first_whole(frames)])
     scene = begun
     for k, frame in enumerate(frames):
-        room = scene_of(frame) if scene is None or scene.background.shape != frame.depth.shape else scene
+        other = scene is None or scene.background.shape != frame.depth.shape
+        room = scene_of(frame) if scene is None or other else told_again(scene, frame)
         person = find_person(room, frame, last)
         scene = remember(room, frame, person)
         if not person.found:

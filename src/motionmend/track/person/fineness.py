@@ -3,6 +3,8 @@
 That depends on the focal length, in pixels, and not on how wide the image is: a wide lens has fewer on a body.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...bodies.camera import KINECT, Camera, DepthFrame
@@ -17,12 +19,15 @@ def evened(frame: DepthFrame) -> DepthFrame:
 
     Parameters
     ----------
-    frame : of any camera, depth (H, W) m.
+    frame : of any camera, depth (H, W) m; 0, less and infinity are no distances and count as no return, like NaN.
 
     Returns
     -------
     Of ceil(H / n) x ceil(W / n) pixels; the frame itself where it is no finer, and so for one that was evened.
     """
+    none = (frame.depth <= 0.0) | np.isinf(frame.depth)
+    if none.any():
+        frame = replace(frame, depth=np.where(none, np.float32(np.nan), frame.depth))
     camera = frame.camera
     step = camera.step_to(KINECT.fx)
     if step == 1:

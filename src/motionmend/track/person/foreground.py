@@ -15,12 +15,23 @@ from ...arrays import Bools, Floats, Singles, frozen
 from ...bodies.camera import Camera, DepthFrame
 from ...bodies.surface import intrinsics
 from ...errors import MismatchError
+from .fineness import evened
 from .passers import passers, passers_pixels
-from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of, slack
+from .room import NOISE_NEAR, NOISE_STEEP, Scene, first_whole, scene_of, slack, told_again
 from .surfaces import JUMP_NEAR, STEP, about, box_of, hidden, joined, most_like_a_body, surfaces_of
 from .window import Window, lines_of, reached, untold
 
-__all__ = ["Foreground", "Scene", "clean", "empty_scene", "find_person", "remember", "scene_of"]
+__all__ = [
+    "Foreground",
+    "Scene",
+    "clean",
+    "empty_scene",
+    "find_person",
+    "first_whole",
+    "remember",
+    "scene_of",
+    "told_again",
+]
 
 BASELINE = 0.075  # m, from camera to projector (Kinect, Xtion); others cast narrower shadows or none
 CLOSING = 5  # px; dropout inside the person is narrower
@@ -115,7 +126,9 @@ def mended(part: Singles, radius: int) -> Singles:
 
 
 def empty_scene(frames: list[DepthFrame], seed: int = 0) -> Scene:
-    """The room from frames with nobody in them: planes from the first, and the background, the farthest of all.
+    """The room from frames with nobody in them: planes from the first whole one, the background the farthest of all.
+
+    As fine as `step` looks at frames of this camera (`fineness.evened`).
 
     Raises
     ------
@@ -123,7 +136,8 @@ def empty_scene(frames: list[DepthFrame], seed: int = 0) -> Scene:
     """
     if not frames:
         raise MismatchError("a background needs at least one frame, came none")
-    scene = scene_of(frames[0], seed)
+    frames = [evened(frame) for frame in frames]
+    scene = scene_of(frames[first_whole(frames)], seed)
     nobody = _nobody(np.isfinite(frames[0].depth))
     for frame in frames:
         scene = remember(scene, frame, nobody)

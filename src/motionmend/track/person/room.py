@@ -1,6 +1,7 @@
 """The room that a camera which stands still looks at: its floor and walls, and what was seen behind the person."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -16,6 +17,9 @@ NOISE_NEAR, NOISE_STEEP = 0.015, 0.007
 STIRRED = 0.15  # share of a body's pixels with the room seen behind them before, from which on it is no furniture
 PLANE_AREA = 1.3  # m^2, of a floor or a wall: more than a person's front
 BEYOND = 0.02  # share of the points that may lie behind a floor or a wall
+MORE = 1.25, 0.02  # times as much of the image, and a share of it more, from where on a frame tells the room anew
+WHOLE = 0.8  # of what is usually measured, or was, below which a frame does not tell of a room
+LEFT = 0.25  # of a plane's least area, that it has in the next frame at least if it is one
 
 
 @final
@@ -32,6 +36,8 @@ class Scene:
     others : (H, W) float32 m, who else was in the last frame, NaN beside; None = nobody (`passers`).
     alive : whether who was last seen has moved before the background, and so is no furniture.
     window : the part of the images in which anything is measured, where the background was taken away; else None.
+    shown : share of the image in which the frame that planes were told of has depth.
+    told : s, when that was; NaN once a later frame has borne them out, or where nobody asks.
     """
 
     planes: Floats
@@ -42,6 +48,8 @@ class Scene:
     stirred: float = 0.0
     vouched: bool = False
     window: Window | None = None
+    shown: float = 1.0
+    told: float = float("nan")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", frozen(self.planes))
@@ -76,18 +84,60 @@ def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:
     seed : of the draws; the same frame and seed give the same planes.
     """
     unknown = np.full(frame.depth.shape, np.nan, np.float32)
-    return Scene(_bounding_planes(frame.camera, frame.depth, seed), unknown)
+    planes = _bounding_planes(frame.camera, frame.depth, seed)
+    return Scene(planes, unknown, shown=_share(frame), told=frame.time)
+
+
+def told_again(scene: Scene, frame: DepthFrame, seed: int = 0) -> Scene:
+    """The scene, with floor and walls told anew where a frame shows that they are not known, or not so.
+
+    A first image may be blank, or lack rows or most of its pixels: then the first that shows clearly more tells, and so
+    on. What a damaged image has for a wall the next one does not bear out. All that came of such an image is forgotten,
+    for who is not told apart is learned as background; but not what was learned since somebody is surely followed.
+
+    Parameters
+    ----------
+    scene : as known so far. frame : of its size. seed : as for `scene_of`.
+    """
+    share = _share(frame)
+    if share > MORE[0] * scene.shown + MORE[1]:
+        fresh = scene_of(frame, seed)
+        if not len(fresh.planes):
+            return replace(scene, shown=share)
+        return (
+            replace(scene, planes=fresh.planes, shown=share, told=frame.time, window=None) if scene.vouched else fresh
+        )
+    if not (frame.time > scene.told and share >= WHOLE * scene.shown):
+        return scene
+    if _borne_out(scene.planes, frame):
+        return replace(scene, told=float("nan"))
+    return replace(scene_of(frame, seed), vouched=scene.vouched)
+
+
+def first_whole(frames: Sequence[DepthFrame]) -> int:
+    """Number of the first of some frames, one at least, that has as much depth as most of them."""
+    shares = [_share(frame) for frame in frames]
+    return next(k for k, share in enumerate(shares) if share >= WHOLE * float(np.median(shares)))
+
+
+def _share(frame: DepthFrame) -> float:
+    """Share of an image's pixels that have depth."""
+    return float(np.mean(np.isfinite(frame.depth)))
+
+
+def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
+    """Whether each of planes (P, 4) is in a frame, too."""
+    points, area = _grid(frame.camera, frame.depth)
+    free = np.isfinite(area)
+    cloud, weight = points[free], area[free]
+    return bool((_support(cloud, weight, planes) >= LEFT * PLANE_AREA).all())
 
 
 def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
     """(P, 4) floors and walls, the largest first."""
-    step = max(1, round(np.sqrt(depth.size / 5000)))
-    grid = np.asarray(depth[::step, ::step], np.float64)
-    rows, columns = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
-    points = np.stack([(columns - camera.cx) * grid / camera.fx, (rows - camera.cy) * grid / camera.fy, grid], axis=-1)
-    area = grid**2 / (camera.fx * camera.fy) * step**2
+    points, area = _grid(camera, depth)
     rng = np.random.default_rng(seed)
-    free = np.isfinite(grid)
+    free = np.isfinite(area)
     every = points[free]
     planes: list[Floats] = []
     for _ in range(most):
@@ -117,6 +167,18 @@ def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, d
         with np.errstate(invalid="ignore"):
             free &= off >= slack(points, best[1][None])[..., 0]
     return np.array(planes).reshape(-1, 4)
+
+
+def _grid(camera: Camera, depth: Singles) -> tuple[Floats, Floats]:
+    """(h, w, 3) m, points of every few pixels of every few rows, and (h, w) m² that each stands for, facing the camera.
+
+    Both are NaN where nothing is measured.
+    """
+    step = max(1, round(np.sqrt(depth.size / 5000)))
+    grid = np.asarray(depth[::step, ::step], np.float64)
+    rows, columns = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
+    points = np.stack([(columns - camera.cx) * grid / camera.fx, (rows - camera.cy) * grid / camera.fy, grid], axis=-1)
+    return points, grid**2 / (camera.fx * camera.fy) * step**2
 
 
 def slack(points: Floats, planes: Floats) -> Floats:

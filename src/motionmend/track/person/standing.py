@@ -12,7 +12,7 @@ from ...arrays import Bools, Singles
 from ...bodies.camera import Camera, DepthFrame
 from ...bodies.surface import intrinsics
 from .fineness import evened
-from .room import NOISE_NEAR, NOISE_STEEP, Scene, scene_of
+from .room import NOISE_NEAR, NOISE_STEEP, Scene, first_whole, scene_of
 from .surfaces import Surfaces, is_board, joined, most_like_a_body, surfaces_of
 
 LOOKED_AT = 24  # frames of a recording, spread over all of it
@@ -50,7 +50,8 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
         return None
     camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
-    room, scene = scene_of(even[0]), None
+    whole = first_whole(even)
+    room, scene = scene_of(even[whole]), None
     stays, leaving = _stays(depths, camera.fx * camera.fy)
     alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
     if leaving < SOMEBODY and not alone:
@@ -58,7 +59,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
     somebody_sways = not alone
     for _ in range(MOST):
-        seen, main = _likest(room, depths[0], camera)
+        seen, main = _likest(room, depths[whole], camera)
         some = [main] if main >= 0 else []
         if alone:  # no room is behind it, and a table would be taken for a part of the person
             large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]

@@ -1,10 +1,11 @@
-"""Left or right: legs, or the shoulders with the arms, that were taken for each other.
+"""Left or right: legs, shoulders with the arms, or forearms that cross, that were taken for each other.
 
 Seen from the side legs that pass each other look, for a few frames, as if they parted again. A leg taken for the other
 one is followed on with the hips turned to it, and explains the image nearly as well as the right one would: knees and
-feet are where legs are. Shoulders of a body that turns are mistaken for each other in the same way. But so twisted a
-body bends as nobody's does, and goes on doing so. So where they were near each other in the image, and now and then
-besides, the reading with left and right changed over is carried along (`readings`) until one of them is refuted.
+feet are where legs are. Shoulders of a body that turns are mistaken for each other in the same way, and forearms that
+cross for such that bend back where they meet. But so twisted a body bends as nobody's does, and goes on doing so. So
+where they were near each other in the image, and now and then besides, the reading with left and right changed over is
+carried along (`readings`) until one of them is refuted.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ from ...bodies.performer import BONES, DOFS, FIRST, LANDMARKS, Performer, Pose, 
 from ...numerics.neighbors import Neighbors
 from ..limbs.other_poses import LIMBS, Limb
 from ..starting.first_pose import poses_to
+from ..starting.reach import reach
 from .hypotheses import ONE, apart
 from .pair import IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
 
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
     from ..tracker import TrackState
 
 NEAR, APART = 0.12, 0.20  # m, across the line of sight, and in space
+SOON = 0.1  # s, after which it is looked at again whether arms that may cross are bent as nobody's
+CROSSING = 1.4  # times a forearm's length, up to which each wrist is from the other elbow where forearms may cross
+TOUCHING = 0.12  # m between wrists, nearer than which it is one which is which
 BENT = 0.2  # rad from the library's poses, up to which people bend so, and the other reading bends no less
 _CHEST = BONES.index("chest")
 
@@ -37,12 +42,14 @@ class Pair:
     ----------
     left, right : landmarks, from the trunk outward.
     columns : (n,) of the 28 joint coordinates. counted : (28,) 1 for those by which it is told, 0 for the others.
+    alone : whether nothing but these coordinates moves for it.
     """
 
     left: Ints
     right: Ints
     columns: Ints
     counted: Floats
+    alone: bool = False
 
 
 def _pair(left: Limb, right: Limb, *, begins: bool, trunk: tuple[int, ...]) -> Pair:
@@ -55,7 +62,13 @@ def _pair(left: Limb, right: Limb, *, begins: bool, trunk: tuple[int, ...]) -> P
 
 LEGS = _pair(*LIMBS[2:], begins=False, trunk=())
 ARMS = _pair(*LIMBS[:2], begins=True, trunk=tuple(range(FIRST[_CHEST], FIRST[_CHEST + 1])))
-PAIRS = (LEGS, ARMS)
+# The wrists alone, elbows staying: forearms that cross, taken for such that bend back where they meet.
+FOREARMS = replace(
+    _pair(*LIMBS[:2], begins=False, trunk=()), left=LIMBS[0].landmarks[1:], right=LIMBS[1].landmarks[1:], alone=True
+)
+PAIRS = (LEGS, ARMS, FOREARMS)
+_CROSSED = PAIRS.index(FOREARMS)
+_ELBOWS, _WRISTS = np.array([limb.landmarks for limb in LIMBS[:2]]).T
 _LEFT, _RIGHT = (np.concatenate([getattr(pair, side) for pair in PAIRS]) for side in ("left", "right"))
 _BEGIN = np.cumsum([0, *(len(pair.left) for pair in PAIRS[:-1])])  # of each pair in them
 
@@ -68,7 +81,7 @@ class Sides:
     Attributes
     ----------
     question : which of two readings it is; None when that is closed. asked : of which of `PAIRS` it is.
-    wait : (2,) s until each of them is asked for.
+    wait : (3,) s until each of them is asked for.
     """
 
     question: Question | None = None
@@ -80,6 +93,8 @@ def changed_over(performer: Performer, pose: Pose, pair: Pair) -> Pose:
     """The pose with the joints of either side where those of the other are, all else staying where it can."""
     targets = landmarks(performer, pose)
     targets[np.concatenate((pair.left, pair.right))] = targets[np.concatenate((pair.right, pair.left))]
+    if pair.alone:
+        return reach(performer, pose, targets, free=np.isin(np.arange(DOFS), 6 + pair.columns))[0]
     return poses_to(performer, targets, np.ones(len(LANDMARKS)))[0][0]
 
 
@@ -101,7 +116,7 @@ def strange_legs(search: Neighbors, pose: Pose, trust: Floats) -> float:
 
 
 def passed(now: Floats, before: Floats) -> Bools:
-    """(2,) whether joints of the two sides of each of `PAIRS` are near each other in the image, or changed over in it.
+    """(3,) whether joints of the two sides of each of `PAIRS` are near each other in the image, or changed over in it.
 
     Parameters
     ----------
@@ -142,17 +157,21 @@ def sides_weighed(
     performer, question = state.performer, sides.question
     place, before = landmarks(performer, pose), landmarks(performer, state.pose)
     wait = tuple(
-        0.0 if crossed else max(left - elapsed, 0.0)
-        for left, crossed in zip(sides.wait, passed(place, before).tolist(), strict=True)
+        0.0 if crossed and k != _CROSSED else max(left - elapsed, 0.0)
+        for k, (left, crossed) in enumerate(zip(sides.wait, passed(place, before).tolist(), strict=True))
     )
     sides = replace(sides, wait=wait)
     if question is None:
-        first = next((k for k, left in enumerate(wait) if left <= 0.0), None)
-        if first is None:
+        due = [k for k, left in enumerate(wait) if left <= 0.0 and (k != _CROSSED or may_cross(place))]
+        if not due:
             return sides, None
-        asked, later = PAIRS[first], tuple(LATER if k == first else left for k, left in enumerate(wait))
-        alike = np.linalg.norm(place[asked.left] - place[asked.right], axis=1).max() < APART
-        if alike or strange(search, pose, state.trust, asked.counted) < BENT:
+        first = _CROSSED if _CROSSED in due else due[0]  # forearms cross but for a moment; the others have theirs after
+        asked, crossing = PAIRS[first], first == _CROSSED
+        alike = not crossing and np.linalg.norm(place[asked.left] - place[asked.right], axis=1).max() < APART
+        usual = alike or strange(search, pose, state.trust, asked.counted) < BENT
+        pause = SOON if usual and crossing else LATER
+        later = tuple(pause if k == first else left for k, left in enumerate(wait))
+        if usual:
             return replace(sides, wait=later), None
         question = Question(changed_over(performer, pose, asked), pose.translation, suspected=True)
         return Sides(question, first, later), None
@@ -165,6 +184,14 @@ def sides_weighed(
     counted = PAIRS[sides.asked].counted
     question, taken = looked_at(question, state, pose, wrong, search, follow, counted=counted, one=one)
     return replace(sides, question=question), taken
+
+
+def may_cross(place: Floats) -> bool:
+    """Whether each forearm could as well end at the other wrist, of landmarks (16, 3) m."""
+    elbows, wrists = place[_ELBOWS], place[_WRISTS]
+    across = np.linalg.norm(elbows - wrists[::-1], axis=1)
+    apart = np.linalg.norm(wrists[0] - wrists[1])
+    return bool(apart > TOUCHING and (across < CROSSING * np.linalg.norm(elbows - wrists, axis=1)).all())
 
 
 def _across(place: Floats) -> Floats:

@@ -1,0 +1,38 @@
+"""Whether a body can be this person's: by its lengths, and by what it leaves unexplained throughout a recording."""
+
+import numpy as np
+
+from ...arrays import Floats
+from ...bodies import anatomy
+from ...bodies.performer import BONES, Performer
+
+LONG = tuple(b for b, bone in enumerate(BONES) if bone.endswith(("thigh", "shank", "upperarm", "forearm")))
+SHORTEST, LONGEST = 0.35, 1.45  # times an average adult's; an infant's are 0.4, and of the tallest people ever 1.4
+UNLIKE = 0.3  # share of pixels explained wrongly in the median frame: the right bodies' come to 0.25
+FRAMES = 5  # that say so at least
+
+
+def doubts(performer: Performer, wrong: Floats) -> tuple[str, ...]:
+    """What speaks against a body, in sentences.
+
+    Parameters
+    ----------
+    performer : as given, or as measured.
+    wrong : (N,) shares of the person's pixels that it explains wrongly, in frames with somebody in them.
+    """
+    said: tuple[str, ...] = ()
+    times = performer.lengths / anatomy.average().lengths
+    far = max(LONG, key=lambda b: abs(float(np.log(times[b]))))
+    if not SHORTEST <= times[far] <= LONGEST:
+        said += (
+            f"the body's {BONES[far]} is {performer.lengths[far]:.2f} m long, {times[far]:.2g} times an adult's "
+            "and nobody's: check depth_scale, fx and fy in camera.json, or the body that was given",
+        )
+    shares = wrong[np.isfinite(wrong)]
+    if len(shares) >= FRAMES and np.median(shares) > UNLIKE:
+        said += (
+            f"the body explains {100 * np.median(shares):.0f} % of the person's pixels wrongly in the middle one of "
+            "the frames, where 10 to 20 are usual: it is not this person's, the camera's numbers are wrong, or the "
+            "motion is like none of the model's; joints are less sure than their deviations say",
+        )
+    return said
