@@ -149,8 +149,9 @@ def mend_channels(
         std[opened] = np.nan
     said = (
         (
-            f"the library misses this recording by {missed:.1f} degrees or cm (root mean square): it may not know this "
-            "motion or person and was believed accordingly; long gaps are as unsure as their deviations say",
+            f"the library misses this recording by {missed:.1f} {'cm' if together > 1 else 'degrees or cm'} (root mean "
+            "square): it may not know this motion or person and was believed accordingly; long gaps are as unsure as "
+            "their deviations say",
         )
         if missed > MUCH_MISSED
         else ()
