@@ -32,6 +32,7 @@ _COLOR_ENDINGS = (".png", ".jpg", ".jpeg")
 _IMAGE_ENDINGS = (*_COLOR_ENDINGS, ".tif", ".tiff", ".bmp", ".pgm", ".ppm", ".pnm", ".exr", ".webp", ".jp2", ".gif")
 _WIDEST = 20000  # px
 _OTHER_RATE = 1.5  # times another; rates that differ by more are no matter of a few dropped frames
+_SATURATED = 0xFFFF  # of 16 bits
 
 
 def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
@@ -74,7 +75,7 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
 
     def depth_of(number: int) -> Singles:
         raw = png_pixels(images[number])
-        there = raw > 0 if (raw != raw[0, 0]).any() else np.zeros(raw.shape, bool)  # one number throughout is no image
+        there = (raw > 0) & bool((raw < _SATURATED).any())  # the largest number throughout is no image
         depth = np.where(there, raw * np.float32(scale), np.float32(np.nan)).astype(np.float32)
         return depth if lens is None else lens.straight_depth(depth)
 
