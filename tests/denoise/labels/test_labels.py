@@ -11,7 +11,7 @@ from motionmend.denoise import Denoiser, repair_without_model
 from motionmend.denoise.channels.layout import own_layout
 from motionmend.denoise.channels.recording import to_channels
 from motionmend.denoise.labels.evidence import line_ends, line_weights, measure_continuity, pairwise
-from motionmend.denoise.labels.relabelling import swaps_told
+from motionmend.denoise.labels.relabelling import but_for_spikes, swaps_told
 from motionmend.denoise.labels.swaps import MarkerDistances, Swap, find_swaps, learn_distances, put_right
 from motionmend.errors import MismatchError
 from motionmend.io import read
@@ -320,3 +320,25 @@ def test_a_marker_of_which_little_is_left_is_named(data):
     assert bool(named) == (replaced > walk.frames / 3)
     assert not named or f"LTHI ({replaced} of {walk.frames})" in named[0]
     assert not any("much of what" in said for said in repair_without_model(walk).warnings)
+
+
+@given(st.integers(0, 10**6), st.booleans())
+@settings(max_examples=20)
+def test_spikes_are_left_out_and_a_swap_is_not(seed, gappy):
+    rng = np.random.default_rng(seed)
+    time = np.arange(120)[:, None, None] / 60.0
+    positions = 0.3 * np.sin(2.0 * time + rng.uniform(0, 6, (1, 6, 3))) + np.arange(6)[None, :, None]
+    positions += 0.0005 * rng.standard_normal(positions.shape)
+    positions = swapped(positions, 1, 4, 40, 79)
+    if gappy:
+        positions[20:26, 0] = positions[100:, 5] = np.nan
+    hit = rng.choice(np.arange(5, 115), 6, replace=False)
+    spoilt = positions.copy()
+    spoilt[hit, 2] += 0.2
+    left = but_for_spikes(spoilt)
+    assert np.isnan(left[np.setdiff1d(hit, np.r_[hit + 1, hit - 1]), 2]).all()
+    rest = np.isfinite(left)
+    np.testing.assert_array_equal(left[rest], spoilt[rest])
+    lost = np.isfinite(positions) & ~rest
+    lost[:, 2] = lost[38:42, [1, 4]] = lost[78:82, [1, 4]] = False  # of the leaps themselves a frame or two may be lost
+    assert not lost.any()

@@ -26,6 +26,7 @@ from ..gaps.likeliest import Process
 from ..gaps.markers import fill_gaps
 from ..gaps.unseen_frames import as_unsure_as_it_moves, made_up_beyond
 from ..labels.relabelling import (
+    but_for_spikes,
     but_for_throughout,
     relabelled,
     relabelled_origin,
@@ -291,7 +292,7 @@ def _right_at_first_sight(
     """
     channels = to_channels(recording, layout)
     positions = channels.values.reshape(recording.frames, -1, 3) / CENTIMETRES
-    seen = swaps_seen(positions, recording.fps, None)
+    seen = swaps_seen(but_for_spikes(positions), recording.fps, None)
     certain = those_asked(tuple(swap for swap in seen if swap.put_right and swap.log_odds >= AT_FIRST_SIGHT), channels)
     return relabelled(recording, channels, certain), tuple(swap for swap in certain if swap.put_right)
 

@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter, median_filter
 
-from ...arrays import Bytes, Floats, Ints
+from ...arrays import Bools, Bytes, Floats, Ints
 from ...bodies.motion import Markers, Origin
 from ..channels.recording import Channels
 from ..library.markers import MarkerLibrary
@@ -12,6 +13,7 @@ from .evidence import MarkerDistances, learn_distances
 from .swaps import Swap, find_swaps, put_right
 
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
+SPIKE, SPIKES, LEAST_SPIKE = 5, 6.0, 0.01  # frames of a median, times its usual distance from a sample, and m
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
 
@@ -27,6 +29,20 @@ def swaps_seen(positions: Floats, fps: float, postures: MarkerLibrary | None) ->
 def tell_distances(postures: MarkerLibrary) -> bool:
     """Whether a library has postures enough to tell how far markers are apart."""
     return len(postures.windows) >= FEWEST_POSTURES
+
+
+def but_for_spikes(positions: Floats) -> Floats:
+    """Positions (T, M, 3) m without samples that leap away and back within two frames: a swap leaps and stays.
+
+    A recording full of outliers proposes pairs without end, and every one of them would be tried.
+    """
+    seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
+    middle = median_filter(np.nan_to_num(positions), size=(SPIKE, 1, 1), mode="nearest")
+    off = np.where(seen, np.sqrt(np.square(positions - middle).sum(axis=2)), np.nan)
+    beside_a_gap = maximum_filter(~seen, size=(SPIKE, 1))
+    usual = np.array([np.median(one[np.isfinite(one)]) if np.isfinite(one).any() else 0.0 for one in off.T])
+    spike = np.nan_to_num(off) > np.maximum(SPIKES * usual, LEAST_SPIKE)
+    return np.where((spike & ~beside_a_gap)[..., None], np.nan, positions)
 
 
 def swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
