@@ -321,9 +321,12 @@ def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: 
     (tmp_path / "start.csv").write_text("time,nose_x,nose_y,nose_z\n0,1,2,3\n")
     (tmp_path / "body.json").write_text("{}")
     shutil.copy(studio / "truth.csv", tmp_path / "rows.csv")  # more than one row
+    columns = ",".join(f"{joint}_{axis}" for joint in ("head", "pelvis", "l_knee") for axis in "xyz")
+    (tmp_path / "mm.csv").write_text(f"time,{columns}\n0,0,-800,3000,0,0,3000,150,400,2900\n")
     given = ["track", studio / "take", "-o", tmp_path / "o.csv"]
     for more, said in (
         (["-m", studio / "m.mend", "--start", tmp_path / "start.csv"], "start.csv"),
+        (["-m", studio / "m.mend", "--start", tmp_path / "mm.csv"], "mm.csv: joints in m were wanted"),
         (
             ["-m", studio / "m.mend", "--start", tmp_path / "rows.csv"],
             f"rows.csv: one row was wanted, the pose of frame 0, came {FRAMES}",

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from ..track.tracker import TrackerModel
     from .following import Followed
 
+FARTHEST = 4.0  # m that joints of one body are apart, at most
+
 
 def track(
     *folders: Annotated[
@@ -318,6 +320,9 @@ def _landmarks(path: Path) -> "Floats":
         found[LANDMARKS.index(name)] = place
     if np.isfinite(found).all(axis=1).sum() < 3:
         raise FileError(f"{path}: wanted three joints or more to start from, came fewer")
+    apart = float(np.ptp(found[np.isfinite(found).all(axis=1)], axis=0).max())
+    if apart > FARTHEST:
+        raise FileError(f"{path}: joints in m were wanted, came some that are {apart:.3g} m apart: in mm or cm?")
     return found
 
 
