@@ -1,5 +1,7 @@
 """The few kinds of failure, and how messages count. Each is one line: what was wanted, what came, what to do."""
 
+from collections.abc import Sequence
+
 
 class MotionMendError(Exception):
     """Any failure the user can do something about; the command line prints it as one line and exits with 1."""
@@ -26,6 +28,17 @@ def counted(number: int, noun: str) -> str:
     noun : one of them; an s makes it several.
     """
     return f"{number} {noun}{'s'[: number != 1]}"
+
+
+def few(names: Sequence[str], most: int = 4) -> str:
+    """Names for a message: the first so many, and how many more there are.
+
+    Parameters
+    ----------
+    names : in the order in which they are told.
+    most : that are.
+    """
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def interrupt_in(error: BaseException) -> KeyboardInterrupt | None:

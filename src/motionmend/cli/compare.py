@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from ..errors import UsageError, counted
+from ..errors import UsageError, counted, few
 from .inputs import Refusal, gather
 from .options import WORKING, AsJson, Rate, SkeletonFile, Working
 from .output import Done, work
@@ -84,7 +84,6 @@ def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
     """What `evaluate.compare`, `compare_joints` or `compare_skeletons` finds for one pair."""
     from ..bodies.motion import Motion
     from ..evaluate import compare, compare_skeletons
-    from ..evaluate.names import few
     from ..io import read
     from .compare_joints import holds_joints, judge_joints, told
 

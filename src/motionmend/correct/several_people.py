@@ -6,7 +6,7 @@ real recordings of walkers who leave and come back the median bone of a second o
 or some bones are longer and others shorter.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from scipy.ndimage import median_filter
 
 from ..arrays import Floats
 from ..bodies.postures import Postures
-from ..errors import counted
+from ..errors import counted, few
 from ..kernels import sighting as kernel
 from .anatomy import Anatomy
 from .joining import joined
@@ -96,7 +96,7 @@ def people(rows: Floats, times: Floats, body: Anatomy) -> tuple[list[int], tuple
         said.append(f"somebody else is there from {', '.join(others)} on: corrected in {parts}, each on its own")
     if same:
         which = "the one before, whose bones are as long"
-        said.append(f"who comes at {_few(same)}, after more than 2 s of nobody, was taken for {which}")
+        said.append(f"who comes at {few(same, 3)}, after more than 2 s of nobody, was taken for {which}")
     return [0, *(int(there[k]) for k in begins[1:])], tuple(said)
 
 
@@ -134,10 +134,6 @@ def _medians(values: Floats) -> Floats:
     if some.any():
         found[some] = np.nanmedian(values[some], axis=1)
     return found
-
-
-def _few(times: Sequence[str]) -> str:
-    return ", ".join(times[:3]) + (f" and {len(times) - 3} more" if len(times) > 3 else "")
 
 
 def _cut(postures: Postures, begin: int, end: int) -> Postures:

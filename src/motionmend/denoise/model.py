@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from ..arrays import Floats
 from ..bodies.motion import Markers, Motion, Recording, Repaired
-from ..errors import MismatchError, UsageError
+from ..errors import MismatchError, UsageError, few
 from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
 from .adaptive.recording import Knowledge, mend_alone, mend_recording
@@ -19,7 +19,7 @@ from .channels.bare_names import bare, by_bare_names
 from .channels.cloud import Anchors
 from .channels.layout import Layout, learn_layout, own_layout
 from .channels.recording import to_channels
-from .channels.rotation_order import Reordered, few, reordered
+from .channels.rotation_order import Reordered, reordered
 from .dynamics.kalman import Dynamics, fit_dynamics, smooth_with
 from .faults.lost_capture import but_for_lost_capture
 from .faults.rest_first import but_for_rest_pose

@@ -8,10 +8,10 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
-from ..errors import MismatchError, counted
+from ..errors import MismatchError, counted, few
 from .axes import carrying
 from .metrics import bone_drift, jitter, position_error
-from .names import few, same_names
+from .names import same_names
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
 UNSURE = 0.10  # m; a joint with this deviation or more is not said to be anywhere

@@ -11,9 +11,9 @@ from ..arrays import Bools, Floats, Ints
 from ..bodies.feet import contacts, foot_joints, foot_markers, skate_during
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, positions, wrapped
-from ..errors import MismatchError, counted
+from ..errors import MismatchError, counted, few
 from .axes import Carrying, carrying
-from .names import few, numbered, same_names
+from .names import numbered, same_names
 
 RIGID_STD = 0.005  # m; two markers whose distance varies less than this in the truth sit on one bone
 RATE_TOLERANCE = 5e-4  # relative; what a frame time written with few digits is off by, 119.88 Hz is not 120 Hz
@@ -313,7 +313,7 @@ def _no_match(wanted: tuple[str, ...], came: tuple[str, ...]) -> MismatchError:
     lacks, extra = sorted(set(wanted) - set(came)), sorted(set(came) - set(wanted))
     return MismatchError(
         f"a comparison needs the truth's {len(wanted)} channels by name, came {len(came)}; "
-        f"lacking: {few(lacks)}; unknown to the truth: {few(extra)}"
+        f"lacking: {few(lacks) or 'none'}; unknown to the truth: {few(extra) or 'none'}"
     )
 
 

@@ -43,11 +43,6 @@ def numbered(names: Sequence[str]) -> list[tuple[str, int]]:
     return keys
 
 
-def few(names: Sequence[str]) -> str:
-    """The first five names, and how many more there are."""
-    return (", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")) or "none"
-
-
 def _bare(name: str) -> str:
     """A name without the subject's in front."""
     return name.rpartition(":")[2].strip()

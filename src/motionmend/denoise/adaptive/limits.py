@@ -7,6 +7,7 @@ import numpy as np
 from ...arrays import Bools, Bytes, Floats, Ints, Singles
 from ...bodies.motion import Motion, Origin, Repaired
 from ...bodies.skeleton import ROTATION
+from ...errors import few
 from ..bases.repair import ChannelRepair
 from ..channels.branches import nearest_turn
 from ..channels.joints import DEGREES, root_rows
@@ -99,12 +100,11 @@ def within_body_limits(outcome: Repaired[Motion], seen: Floats | None = None) ->
     said = list(outcome.warnings)
     if hit:
         said.append(
-            f"{moved} repaired or filled samples lay outside the skeleton's limits and were brought "
-            f"inside: {_some(hit)}"
+            f"{moved} repaired or filled samples lay outside the skeleton's limits and were brought inside: {few(hit)}"
         )
     if broken:
         worst = [f"{name} in {share:.0%}" for name, share in sorted(broken.items(), key=lambda one: -one[1])]
-        said.append(f"limits that the recording itself breaks were left alone: {_some(worst)} of the frames measured")
+        said.append(f"limits that the recording itself breaks were left alone: {few(worst)} of the frames measured")
     return replace(outcome, recording=motion.with_q(q), warnings=tuple(said)) if hit or broken else outcome
 
 
@@ -138,7 +138,3 @@ def within_seen(found: ChannelRepair, seen: Floats) -> ChannelRepair:
             values = found.values.copy() if values is found.values else values
             values[inside.frames, c] = inside.values
     return found if values is found.values else replace(found, values=values)
-
-
-def _some(names: list[str]) -> str:
-    return f"{', '.join(names[:6])}{', ...' if len(names) > 6 else ''}"

@@ -9,13 +9,13 @@ import numpy as np
 from ...arrays import Bools, Bytes, Floats, Ints
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
+from ...errors import few
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from ..channels.cloud import CENTIMETRES
 from ..channels.joints import DEGREES, joints_of, root_rows
 from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
-from ..channels.rotation_order import few
 from ..faults.displaced import displaced, lasting
 from ..faults.held import SAID, held, in_noise, told, without
 from ..faults.slid import slides

@@ -26,3 +26,9 @@ def blocks(frames: int, most: int, margin: int) -> list[tuple[slice, slice]]:
     count = max(1, -(-frames // most))
     edges = np.linspace(0, frames, count + 1).astype(np.int64).tolist()
     return [(slice(a, b), slice(max(0, a - margin), min(frames, b + margin))) for a, b in pairwise(edges)]
+
+
+def middle_frames(frames: int, most: int) -> slice:
+    """The middle frames of a recording, at most so many."""
+    start = max(0, (frames - most) // 2)
+    return slice(start, start + most)

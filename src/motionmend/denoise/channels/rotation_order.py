@@ -11,8 +11,6 @@ from ...bodies.motion import Motion
 from ...bodies.skeleton import Skeleton, turned_in_other_order
 from .joints import DEGREES, root_rows, triples
 
-NAMED = 4  # joints or channels in a sentence
-
 
 @dataclass(frozen=True)
 class Reordered:
@@ -106,8 +104,3 @@ def in_order_of(motion: Motion, names: Sequence[str]) -> Motion:
             dof_names[row] = skeleton.dof_names[other]
     turned = replace(skeleton, dof_names=tuple(dof_names), dof_axis=axes, limits=limits)
     return replace(motion, skeleton=turned, q=q)
-
-
-def few(names: Sequence[str]) -> str:
-    """Names for a sentence: the first few, and how many more there are."""
-    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")

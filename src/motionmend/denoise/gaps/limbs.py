@@ -16,6 +16,7 @@ from ...arrays import Bools, Floats, Ints
 from ...errors import MismatchError
 from ...numerics.kriging import krige, left_out, likeliest_amplitudes, squared_distances
 from ..channels.cloud import distance_change, fit_anchors, learn_anchors
+from ..channels.pieces import middle_frames
 from ..channels.travel import turn
 from ..library.likeness import Likeness, likeness
 from ..library.markers import OFFSETS, MarkerLibrary, at_offset
@@ -100,8 +101,7 @@ def _as_unsteady(postures: Floats, visible: Ints, absent: Ints) -> Ints:
 
 def _beyond(positions: Floats, fps: float, library: MarkerLibrary, markers: Ints) -> float:
     """How many times as far off as stated some visible markers come out when they are hidden; not below 1."""
-    most = round(ASKED_SECONDS * fps)
-    some = slice(max(0, (len(positions) - most) // 2), max(0, (len(positions) - most) // 2) + most)
+    some = middle_frames(len(positions), round(ASKED_SECONDS * fps))
     beyond = [1.0]
     for marker in markers:
         without_it = positions[some].copy()

@@ -11,6 +11,7 @@ from ...arrays import Bools, Floats, Ints
 from ...numerics.ssa import Eigenbases
 from ..bases.repair import interpolated
 from ..bases.support import CARRIED, LEAST, supported
+from ..channels.pieces import middle_frames
 
 TRIED = 8  # joints that are hidden
 LONGEST = 5.0  # s of the recording in which they are
@@ -41,8 +42,7 @@ def never_seen(
     if not gone.any() or gone.all():
         return np.zeros(len(gone))
     joints = np.arange(len(gone)) if joints is None else joints
-    most = max(bases.window, round(LONGEST * fps))
-    some = slice(max(0, (len(values) - most) // 2), max(0, (len(values) - most) // 2) + most)
+    some = middle_frames(len(values), max(bases.window, round(LONGEST * fps)))
     believed, values = np.where(outlier, np.nan, measured)[some], values[some]
     left = _left_open(bases, ~gone)
     usual = float(np.exp(np.log(left[gone]).mean()))

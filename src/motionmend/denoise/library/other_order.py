@@ -8,11 +8,11 @@ import numpy as np
 from ...arrays import Floats, Ints
 from ...bodies.motion import Motion, Recording, Repaired
 from ...bodies.skeleton import ROTATION, turned_in_other_order
-from ...errors import MismatchError
+from ...errors import MismatchError, few
 from ..channels.branches import FLIP, nearest_triple, nearest_turn, steady_triple
 from ..channels.joints import DEGREES, middle, triples
 from ..channels.layout import Layout
-from ..channels.rotation_order import Reordered, few, in_order
+from ..channels.rotation_order import Reordered, in_order
 from .exemplars import Library, mean_bends, typical_bends
 
 OTHERWISE = " (of another kind)"
