@@ -245,3 +245,11 @@ def test_a_recording_without_a_single_sample_and_one_of_one_frame(tmp_path):
     nothing = waving().with_positions(np.full((240, 5, 3), np.nan))
     assert page_of(tmp_path, [("nothing", nothing)]).data["ground"] == 0.0
     assert page_of(tmp_path, [("still", waving(frames=1))]).data["recordings"][0]["frames"] == 1
+
+
+@pytest.mark.parametrize(("subjects", "shown"), [("aa", ("LWRA", "RWRA")), ("ab", ("a:LWRA", "b:RWRA"))])
+def test_the_subject_all_markers_share_takes_no_room_in_the_tables(tmp_path, subjects, shown):
+    names = tuple(f"{subject}:{bare}" for subject, bare in zip(subjects, ("LWRA", "RWRA"), strict=True))
+    places = np.random.default_rng(0).normal(size=(20, 2, 3))
+    page = page_of(tmp_path, [("take", Markers(names, places, 60.0))])
+    assert all(f">{name}</button>" in page.text for name in shown)

@@ -195,9 +195,9 @@ class _ChannelTable:
         """The rows of `channels` in that order, with or without the count of measured samples."""
         counts = {k: v for k, v in self.counts.items() if measured or k != "measured"}
         head = _head("name", *(["RMS", "largest"] if self.changes is not None else []), *counts)
-        rows = []
+        rows, names = [], _of_one_subject(self.recording.channels)
         for c in channels:
-            cells = [f'<th scope="row">{self._jump(c, escape(self.recording.channels[c]))}</th>']
+            cells = [f'<th scope="row">{self._jump(c, escape(names[c]))}</th>']
             cells += self._change(c)
             cells += [f"<td>{int(n[c]):,}</td>" if n[c] else '<td class="none">0</td>' for n in counts.values()]
             rows.append(f"<tr>{''.join(cells)}</tr>")
@@ -216,6 +216,12 @@ class _ChannelTable:
         there = "" if frame is None else f' data-frame="{frame}" title="go to frame {frame}"'
         place = f'data-recording="{self.index}" data-channel="{channel}"'
         return f'<button type="button" class="jump" {place}{there}>{text}</button>'
+
+
+def _of_one_subject(names: Sequence[str]) -> Sequence[str]:
+    """Names without the subject's before the colon, where all have the same: it takes the columns' room."""
+    subjects = {name.rpartition(":")[0] for name in names}
+    return [name.rpartition(":")[2] for name in names] if len(subjects) == 1 else names
 
 
 def _apart(one: Motion | Markers, other: Motion | Markers) -> Floats:
