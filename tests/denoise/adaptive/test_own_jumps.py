@@ -79,6 +79,34 @@ def test_what_lies_anywhere_one_by_one_is_an_outlier(seed, count, off):
     assert not own_jumps(measured, hit, values, PAIRS, FPS).any()
 
 
+TRIPLES = np.kron(np.eye(CHANNELS // 3, dtype=bool), np.ones((3, 3), dtype=bool)) & ~np.eye(CHANNELS, dtype=bool)
+
+
+@given(SEEDS, st.integers(12, 30))
+@settings(max_examples=40, deadline=None)
+def test_a_joint_that_is_wrong_as_a_whole_is_an_outlier_if_that_happens_again(seed, count):
+    """All angles of a joint in one frame: nothing here comes alone, and for all that it is no jump of its own."""
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    hit = np.zeros(values.shape, dtype=bool)
+    frames = rng.choice(np.arange(2, FRAMES - 2, 3), count, replace=False)
+    for frame, joint in zip(frames, rng.integers(0, CHANNELS // 3, count), strict=True):
+        hit[frame, 3 * joint : 3 * joint + 3] = True
+    off = sharpest * rng.uniform(15.0, 25.0, hit.shape) * rng.choice((-1.0, 1.0), hit.shape)
+    assert not own_jumps(values + hit * off, hit, values, TRIPLES, FPS).any()
+
+
+@given(SEEDS, st.integers(3, 6))
+@settings(max_examples=20, deadline=None)
+def test_a_joint_that_passes_to_other_angles_for_a_moment_does_so_itself(seed, length):
+    """One way of turning for another: far, but of several frames on end, and only once."""
+    rng = np.random.default_rng(seed)
+    values, sharpest = _moving(rng)
+    hit = np.zeros(values.shape, dtype=bool)
+    hit[90 : 90 + length, 3:5] = True
+    assert own_jumps(values + hit * 8.0 * sharpest, hit, values, TRIPLES, FPS)[hit].all()
+
+
 @given(SEEDS)
 @settings(max_examples=40, deadline=None)
 def test_among_many_outliers_one_more_is_likelier_one_unless_it_goes_with_another(seed):
@@ -154,6 +182,26 @@ def test_an_arm_that_is_off_for_a_moment_is_put_right(data, fps, length):
     outcome = mm.repair_without_model(clean.with_q(q))
     assert (outcome.origin[hit] == Origin.REPAIRED).mean() > 0.95
     assert np.degrees(np.sqrt(np.mean(np.square(outcome.recording.q - clean.q)[hit]))) < 4.0
+
+
+@pytest.mark.parametrize(("clip", "fps"), [("07/07_09", 120), ("14/14_33", 30), ("135/135_07", 30)])
+def test_joints_that_are_off_as_a_whole_for_a_frame_are_put_right(data, clip, fps):
+    """One in two hundred samples of a joint, all its angles at once: what a wrong marker does to whoever solves them."""
+    whole = mm.read(data / "mocap" / "amc" / f"{clip}.amc")
+    clean = mm.Motion(whole.skeleton, whole.q[:: round(whole.fps / fps)][:240], float(fps))
+    rng = np.random.default_rng(5)
+    q, hit = clean.q + np.radians(0.3) * rng.standard_normal(clean.q.shape), np.zeros(clean.q.shape, dtype=bool)
+    for joint in range(1, len(clean.skeleton.names)):
+        rows = clean.skeleton.dofs_of(joint)
+        frames = np.flatnonzero(rng.random(clean.frames) < 0.005)
+        off = np.radians(
+            rng.uniform(15.0, 45.0, (len(frames), len(rows))) * rng.choice((-1, 1), (len(frames), len(rows)))
+        )
+        q[np.ix_(frames, rows)] += off
+        hit[np.ix_(frames, rows)] = True
+    outcome = mm.repair_without_model(clean.with_q(q))
+    several = np.array([len(clean.skeleton.dofs_of(joint)) > 1 for joint in clean.skeleton.dof_joint])
+    assert (outcome.origin[:, several][hit[:, several]] == Origin.REPAIRED).mean() > 0.9
 
 
 def test_zeros_that_are_written_for_what_is_not_known_are_never_its_own(rng):
