@@ -9,6 +9,7 @@ from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, wrapped
 from ..denoise.faults.frozen import held_ends
+from ..denoise.faults.slower import as_slower, shown_once
 from ..errors import counted
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does
@@ -99,13 +100,15 @@ def listed(jumped: Sequence[Jump]) -> list[dict[str, str | int | bool]]:
 
 
 def suspicions(recording: Motion | Markers) -> tuple[Suspicion, ...]:
-    """Channels or markers outside their limits, never moving, held at an end, or faster than people are."""
+    """Channels or markers outside their limits, never moving, held at an end, shown again and again, or too fast."""
     every, ends = "every channel" if isinstance(recording, Motion) else "every marker", held_ends(recording)
     held = tuple(
         Suspicion(every, "held", f"in the {which} {count} frames, to the last digit")
         for which, count in zip(("first", "last"), ends, strict=True)
         if count
     )
+    if (shown := shown_once(recording)) is not None:
+        held += (Suspicion(every, "repeats", as_slower(recording, shown)),)
     return held + (_of_motion(recording) if isinstance(recording, Motion) else _of_markers(recording))
 
 

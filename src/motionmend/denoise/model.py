@@ -23,6 +23,7 @@ from .channels.rotation_order import Reordered, reordered
 from .dynamics.kalman import Dynamics, fit_dynamics, smooth_with
 from .faults.lost_capture import but_for_lost_capture
 from .faults.rest_first import but_for_rest_pose
+from .faults.slower import but_for_repeats
 from .gaps.likeliest import process_of
 from .library.exemplars import Library
 from .library.markers import MarkerLibrary
@@ -189,7 +190,10 @@ class DenoiserModel:
         by_example = partial(model._by_example, method=method, robust=robust)
         meant = partial(by_what_is_meant, by_example, layout=model.layout, library=model.library)
         taught = partial(but_for_rest_pose, meant)
-        outcome = but_for_lost_capture(taught, recording) if method == "adaptive" else taught(recording)
+        if method == "adaptive":
+            outcome = but_for_repeats(partial(but_for_lost_capture, taught), recording)
+        else:
+            outcome = taught(recording)
         return _warned(outcome, said)
 
     def _with_joints_as_in(self, recording: Motion | Markers) -> tuple["DenoiserModel", tuple[str, ...]]:
@@ -311,7 +315,9 @@ def repair_without_model(recording: Recording, method: str = "adaptive") -> Repa
     if method not in MODEL_FREE_METHODS:
         raise UsageError(f"method {method!r} needs a model: give one, or choose {', '.join(MODEL_FREE_METHODS)}")
     by_itself = partial(but_for_rest_pose, partial(_by_itself, method=method))
-    return but_for_lost_capture(by_itself, recording) if method == "adaptive" else by_itself(recording)
+    if method != "adaptive":
+        return by_itself(recording)
+    return but_for_repeats(partial(but_for_lost_capture, by_itself), recording)
 
 
 def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:

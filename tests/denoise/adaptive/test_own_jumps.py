@@ -186,7 +186,7 @@ def test_an_arm_that_is_off_for_a_moment_is_put_right(data, fps, length):
 
 @pytest.mark.parametrize(("clip", "fps"), [("07/07_09", 120), ("14/14_33", 30), ("135/135_07", 30)])
 def test_joints_that_are_off_as_a_whole_for_a_frame_are_put_right(data, clip, fps):
-    """One in two hundred samples of a joint, all its angles at once: what a wrong marker does to whoever solves them."""
+    """One in two hundred samples of a joint, all its angles at once: what a wrong marker does to a solver."""
     whole = mm.read(data / "mocap" / "amc" / f"{clip}.amc")
     clean = mm.Motion(whole.skeleton, whole.q[:: round(whole.fps / fps)][:240], float(fps))
     rng = np.random.default_rng(5)

@@ -1,0 +1,185 @@
+"""A recording written at a higher rate than it was made at, by showing its frames twice or more: 30 Hz in 60.
+
+What repeats itself measures nothing. Taken for samples, repeats make stairs of motion, and noise that lasts for as many
+frames passes for motion.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+from scipy.ndimage import uniform_filter1d
+
+from ...arrays import Bools, Bytes, Floats, Ints, Singles
+from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
+from ...bodies.skeleton import ROTATION
+
+FEWEST = 20  # frames with something new that tell how regularly they come
+LEAST, MOST = 1.4, 5.0  # frames for each of them: less are single stale ones, more are poses that somebody drew
+STEADY = 0.95  # of the ways from one to the next that are as long as the others, to a frame
+IN_STEP, WINDOW = 0.9, 8  # of stretches of so many such ways those that are as long as their number says, to a frame
+RESTING = 2.0  # times the usual way; for longer somebody rests
+LEAP = np.radians(60.0)  # of an angle from one frame to the next; what is between is not half of both
+CLOSER = 2.0**-1.5  # of the error of a way twice as long: what changes its speed by chance strays so
+ABOUT = 0.5  # s before and after, of which errors are alike
+
+
+def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recording: Recording) -> Repaired[Recording]:
+    """Repair a recording that shows its frames several times throughout as the slower one that it is.
+
+    Parameters
+    ----------
+    repair : of a whole recording.
+    recording : motion or markers.
+
+    Returns
+    -------
+    All frames, at the recording's rate. What repeats the frame before is replaced by what lies between, as sure as
+    frames between twice as far ones turn out to be, and that is said. Others are repaired as they are.
+    """
+    shown = shown_once(recording)
+    if shown is None:
+        return repair(recording)
+    outcome: Repaired[Recording] = repair(_at(recording, shown, recording.fps / _way(shown)))
+    between = _between(outcome, shown, recording)
+    said = (
+        f"{as_slower(recording, shown)}; {recording.frames - len(shown)} frames that repeat the one before were "
+        "replaced by what lies between; frames that other warnings name are counted without them"
+    )
+    return replace(
+        outcome,
+        recording=_with_values(recording, between.values),
+        origin=between.origin,
+        std=between.std,
+        weights=between.weights,
+        warnings=(*outcome.warnings, said),
+    )
+
+
+def shown_once(recording: Motion | Markers) -> Ints | None:
+    """Frames that show something new, where these come regularly and seldom enough; None where every frame may.
+
+    Frames of a rest are among them, as many as there would be if something moved.
+    """
+    if recording.frames <= FEWEST:
+        return None
+    values, new = _values(recording), np.zeros(recording.frames, dtype=np.bool_)
+    new[:1] = True
+    for channel in range(values.shape[1]):  # one at a time: a recording may be long
+        one = values[:, channel]
+        new[1:] |= ((one[1:] != one[:-1]) & ~(np.isnan(one[1:]) & np.isnan(one[:-1]))).any(axis=1)
+        if new.mean() > 1.0 / LEAST:
+            return None
+    frames = np.flatnonzero(new)
+    ways = np.diff(frames)
+    if len(ways) < FEWEST:
+        return None
+    moving = ways[ways <= RESTING * np.median(ways)]
+    way = float(moving.mean())
+    if not LEAST <= way <= MOST or (np.abs(ways - way) < 1.0).mean() < STEADY:
+        return None
+    together = np.convolve(moving, np.ones(WINDOW), mode="valid")
+    if (np.abs(together - WINDOW * way) <= 1.0).mean() < IN_STEP:
+        return None
+    ends = zip(frames, [*frames[1:], recording.frames], strict=True)
+    rests = [start + np.round(np.arange(0.0, stop - start - 0.5 * way, way)).astype(np.int64) for start, stop in ends]
+    return np.unique(np.concatenate([frames, *rests]))
+
+
+def as_slower(recording: Motion | Markers, shown: Ints) -> str:
+    """The sentence that says how often a recording shows its frames, from those it shows once."""
+    way = _way(shown)
+    return (
+        f"each frame is shown {way:.3g} times throughout: taken for a recording of {recording.fps / way:.4g} Hz "
+        f"written at {recording.fps:.4g} Hz"
+    )
+
+
+def _way(shown: Ints) -> float:
+    return float(np.diff(shown).mean())
+
+
+@dataclass(frozen=True, eq=False)
+class _Between:
+    values: Floats
+    origin: Bytes
+    std: Singles
+    weights: Singles
+
+
+def _between(outcome: Repaired[Motion] | Repaired[Markers], shown: Ints, recording: Motion | Markers) -> _Between:
+    """All frames of what was repaired in some: values (T, C, N), origin, std and weights (T, C)."""
+    here = _values(outcome.recording)
+    turns = recording.skeleton.dof_kind == ROTATION if isinstance(recording, Motion) else np.zeros(here.shape[1], bool)
+    path = here.copy()
+    for channel in np.flatnonzero(turns & np.isfinite(here[:, :, 0]).all(axis=0)):
+        path[:, channel] = np.unwrap(path[:, channel], axis=0)
+    every = np.arange(recording.frames)
+    last = np.maximum(np.searchsorted(shown, every, side="right") - 1, 0)
+    again = every != shown[last]
+    found = _along(path, shown, every, turns) + (here - path)[last]  # full turns as they were written
+    open_ = ~np.isfinite(found).all(axis=2)
+    values = np.where((~again[:, None] | open_)[..., None], here[last], found)
+    if len(shown) > 2:
+        off = _along(path[::2], shown[::2], shown, turns)[1::2] - path[1::2]
+        square = np.nan_to_num(np.square(off).sum(axis=2) / off.shape[2])
+        span = max(1, 2 * round(ABOUT * outcome.recording.fps / 2.0) + 1)
+        strays = CLOSER**2 * uniform_filter1d(square, span, axis=0)[np.minimum(last // 2, len(square) - 1)]
+    else:
+        strays = np.zeros(open_.shape)
+    later = np.minimum(last + 1, len(shown) - 1)
+    var = np.square(outcome.std.astype(np.float64))
+    var = np.where(again[:, None], np.fmax(var[last], var[later]) + strays, var[last])
+    origin = outcome.origin[last].copy()
+    recorded = _there(recording)
+    origin[again] = np.where(recorded[again], Origin.REPAIRED, np.maximum(origin[again], Origin.FILLED))
+    gone = ~np.isfinite(values).all(axis=2)
+    origin[gone] = Origin.LEFT_OPEN
+    return _Between(
+        values,
+        origin.astype(np.uint8),
+        np.where(gone, np.nan, np.sqrt(var)).astype(np.float32),
+        np.where(again[:, None], np.float32(0.0), outcome.weights[last]),
+    )
+
+
+def _along(path: Floats, shown: Ints, asked: Ints, turns: Bools) -> Floats:
+    """(A, C, N) the path (S, C, N) seen at some frames, at others; NaN beyond it, and where it leaps or is open."""
+    if len(shown) < 2:
+        return np.full((len(asked), *path.shape[1:]), np.nan)
+    time = np.diff(shown).astype(np.float64)
+    pace = np.diff(path, axis=0) / time[:, None, None]
+    leaps = turns & (np.abs(np.diff(path, axis=0)) > LEAP).any(axis=2)
+    pace[leaps] = np.nan
+    before, after = np.concatenate([pace[:1], pace]), np.concatenate([pace, pace[-1:]])
+    slope = np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
+    curve = CubicHermiteSpline(shown, np.nan_to_num(path), np.nan_to_num(slope), axis=0)
+    part = np.clip(np.searchsorted(shown, asked, side="right") - 1, 0, len(time) - 1)
+    found = np.where(np.isnan(pace[part]), np.nan, curve(asked))
+    return np.where(((asked >= shown[0]) & (asked <= shown[-1]))[:, None, None], found, np.nan)
+
+
+def _values(recording: Motion | Markers) -> Floats:
+    """(T, C, N): an angle or shift of each channel, or the place of each marker."""
+    return recording.q[:, :, None] if isinstance(recording, Motion) else recording.positions
+
+
+def _there(recording: Motion | Markers) -> Bools:
+    return np.asarray(np.isfinite(_values(recording)).all(axis=2))
+
+
+def _with_values(recording: Recording, values: Floats) -> Recording:
+    if isinstance(recording, Motion):
+        return recording.with_q(values[:, :, 0])
+    assert isinstance(recording, Markers)
+    return recording.with_positions(values)
+
+
+def _at(recording: Recording, frames: Ints, fps: float) -> Recording:
+    """These frames of a recording alone, as one of another rate."""
+    if isinstance(recording, Motion):
+        return replace(recording, q=recording.q[frames], fps=fps)
+    assert isinstance(recording, Markers)
+    residuals = None if recording.residuals is None else recording.residuals[frames]
+    return replace(recording, positions=recording.positions[frames], residuals=residuals, fps=fps)
