@@ -218,13 +218,15 @@ def _root_as_recorded(motion: Motion, values: Floats, std: Singles, weights: Sin
 def _judge_root(motion: Motion, values: Floats, origin: Bytes) -> None:
     """Set the origin of the root's own channels by how far they moved: in the travelling frame they are mixed."""
     skeleton = motion.skeleton
-    for row in np.concatenate(root_rows(skeleton)):
-        present: Bools = np.isfinite(motion.q[:, row])
-        moved = np.abs(values[:, row] - motion.q[:, row]) * unit(skeleton)[row]
-        far = ESTIMATORS["welsch"].weight(np.nan_to_num(moved), SCALE) < TRUSTED
-        kept = np.where(far & (origin[:, row] != Origin.MEASURED), Origin.REPAIRED, Origin.MEASURED)
-        open_ = np.where(np.isfinite(values[:, row]), Origin.FILLED, Origin.LEFT_OPEN)
-        origin[:, row] = np.where(present, kept, open_)
+    for rows in root_rows(skeleton):
+        spoilt = (origin[:, rows] != Origin.MEASURED).any(axis=1)  # of the one orientation, or place, that they make
+        for row in rows:
+            present: Bools = np.isfinite(motion.q[:, row])
+            moved = np.abs(values[:, row] - motion.q[:, row]) * unit(skeleton)[row]
+            far = ESTIMATORS["welsch"].weight(np.nan_to_num(moved), SCALE) < TRUSTED
+            kept = np.where(far & spoilt, Origin.REPAIRED, Origin.MEASURED)
+            open_ = np.where(np.isfinite(values[:, row]), Origin.FILLED, Origin.LEFT_OPEN)
+            origin[:, row] = np.where(present, kept, open_)
 
 
 def _values(recording: Motion | Markers) -> Floats:

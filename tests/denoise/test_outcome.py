@@ -1,0 +1,29 @@
+"""What became of each sample, in a recording's own channels."""
+
+import numpy as np
+import pytest
+
+from motionmend.bodies.motion import Origin
+from motionmend.denoise import repair_without_model
+from motionmend.denoise.channels.joints import root_rows
+from motionmend.denoise.channels.layout import own_layout
+from motionmend.denoise.channels.recording import from_channels, to_channels
+from performers import truth
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("action", ["walk", "turn"])
+def test_an_angle_of_the_root_that_is_changed_by_much_is_repaired_whichever_way_the_root_turned(axis, action):
+    """The root is repaired as one turn, in the travelling frame; its three angles in the file are others."""
+    clean = truth(action, fps=60.0)
+    turns = root_rows(clean.skeleton)[0]
+    channels = to_channels(clean, own_layout(clean))
+    values, hit = channels.values.copy(), np.arange(20, clean.frames - 20, 37)
+    values[hit, turns[axis]] += 30.0
+    q = clean.q.copy()
+    q[hit] = from_channels(channels, values, np.ones(values.shape, dtype=bool), clean)[hit]
+    outcome = repair_without_model(clean.with_q(q))
+    changed = np.abs((outcome.recording.q - q + np.pi) % (2.0 * np.pi) - np.pi)[:, turns]
+    assert (changed > np.radians(10.0)).sum() >= len(hit)
+    assert (outcome.origin[:, turns][changed > np.radians(10.0)] == Origin.REPAIRED).all()
+    assert (outcome.origin[:, turns][changed < np.radians(0.1)] == Origin.MEASURED).all()
