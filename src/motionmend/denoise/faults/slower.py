@@ -15,7 +15,7 @@ from ...arrays import Bools, Bytes, Floats, Ints, Singles
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
 
-FEWEST = 20  # frames with something new that tell how regularly they come
+FEWEST = 10  # frames with something new that tell how regularly they come
 LEAST, MOST = 1.4, 5.0  # frames for each of them: less are single stale ones, more are poses that somebody drew
 STEADY = 0.95  # of the ways from one to the next that are as long as the others, to a frame
 IN_STEP, WINDOW = 0.9, 8  # of stretches of so many such ways those that are as long as their number says, to a frame
