@@ -85,8 +85,8 @@ def but_for_fallen(repair: Callable[[Recording], Repaired[Recording]], recording
     if not found:
         return repair(recording)
     said = [
-        f"{recording.names[fall.marker]}: from frame {fall.first} to the end it is away from all markers that were about "
-        f"it before, by about {CENTIMETRES * fall.away:.0f} cm, as one that fell off; taken as missing there"
+        f"{recording.names[fall.marker]}: from frame {fall.first} to the end it is away from all markers that were "
+        f"about it before, by about {CENTIMETRES * fall.away:.0f} cm, as one that fell off; taken as missing there"
         for fall in found
     ]
     return recorded_but_lost(repair(without(recording, gone)), gone, said)
@@ -95,12 +95,12 @@ def but_for_fallen(repair: Callable[[Recording], Repaired[Recording]], recording
 def _medians(positions: Floats, length: int) -> Floats:
     """(N, M, 3) m the medians of every `length` frames, so that no outlier is seen; NaN where most are missing."""
     whole = positions[: len(positions) // length * length].reshape(-1, length, *positions.shape[1:])
-    missing = np.isnan(whole).any(axis=3)
+    missing: Bools = np.asarray(np.isnan(whole).any(axis=3))
     inward = np.sort(np.where(missing[..., None], np.inf, whole), axis=1)
     seen = length - missing.sum(axis=1)
     middle = np.maximum(seen - 1, 0) // 2
     median = np.take_along_axis(inward, middle[:, None, :, None], axis=1)[:, 0]
-    return np.asarray(np.where((2 * seen >= length)[..., None], median, np.nan))
+    return np.asarray(np.where((2 * seen >= length)[..., None], median, np.nan), dtype=np.float64)
 
 
 def _parted(apart: Floats) -> tuple[int, Ints, Floats] | None:
