@@ -136,5 +136,6 @@ def _first(positions: Floats, marker: int, about: Ints, usual: Floats, within: s
     here = positions[within]
     off = np.abs(np.linalg.norm(here[:, about] - here[:, [marker]], axis=2) - usual)
     known = np.isfinite(off)
-    with_them: Bools = known.any(axis=1) & (np.where(known, off, 0.0).sum(axis=1) <= BEGINS * known.sum(axis=1))
-    return within.start + 1 + max(np.flatnonzero(with_them).tolist(), default=-1)
+    with_them = known.any(axis=1) & (np.where(known, off, 0.0).sum(axis=1) <= BEGINS * known.sum(axis=1))
+    frames: list[int] = np.flatnonzero(with_them).tolist()
+    return within.start + (frames[-1] + 1 if frames else 0)
