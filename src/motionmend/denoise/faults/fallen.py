@@ -60,7 +60,8 @@ def falls(positions: Floats, fps: float) -> tuple[Fall, ...]:
         told = _parted(apart)
         if told is not None:
             last, about, usual = told
-            first = _first(positions, marker, about, usual, slice(max(last - EARLIER, 0) * length, (last + 1) * length))
+            begin = max(last - EARLIER, 0) * length
+            first = begin + _first(positions[begin : (last + 1) * length], marker, about, usual)
             away = float(np.nanmean(np.abs(apart[last:, about] - usual)))
             found.append((last, Fall(marker, max(first - round(DROP * fps), 1), away)))
     lasts = np.array([last for last, _ in found])
@@ -131,11 +132,10 @@ def _parted(apart: Floats) -> tuple[int, Ints, Floats] | None:
     return None
 
 
-def _first(positions: Floats, marker: int, about: Ints, usual: Floats, within: slice) -> int:
-    """The frame, `within` some, from which on a marker leaves those about it."""
-    here = positions[within]
+def _first(here: Floats, marker: int, about: Ints, usual: Floats) -> int:
+    """The frame of some (T, M, 3) m from which on a marker leaves those about it."""
     off = np.abs(np.linalg.norm(here[:, about] - here[:, [marker]], axis=2) - usual)
     known = np.isfinite(off)
     with_them = known.any(axis=1) & (np.where(known, off, 0.0).sum(axis=1) <= BEGINS * known.sum(axis=1))
     frames: list[int] = np.flatnonzero(with_them).tolist()
-    return within.start + (frames[-1] + 1 if frames else 0)
+    return frames[-1] + 1 if frames else 0
