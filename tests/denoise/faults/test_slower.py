@@ -6,7 +6,7 @@ import pytest
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.faults.slower import but_for_repeats, shown_once
+from motionmend.denoise.faults.slower import as_slower, but_for_repeats, shown_once
 from motionmend.samples import markers
 from performers import joints_model, truth
 
@@ -79,6 +79,14 @@ def test_other_recordings_are_as_fast_as_they_say(clean, rng):
     one = values.copy()
     one[1::2, 4] = one[:-1:2, 4]  # one channel alone
     assert shown_once(_with(clean, one)) is None
+
+
+def test_a_part_cut_out_between_two_frames_is_of_the_same_rate():
+    held, _ = _shown_again(truth("walk", seconds=2.0, fps=60.0), 2.0)
+    part = held.with_q(held.q[11:74])
+    assert as_slower(part, shown_once(part)).startswith(
+        "each frame is shown 2 times throughout: taken for a recording of 30 Hz"
+    )
 
 
 @pytest.mark.parametrize("frames", [0, 1, 2, 3, 5, 10])

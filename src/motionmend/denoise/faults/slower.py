@@ -97,7 +97,8 @@ def as_slower(recording: Motion | Markers, shown: Ints) -> str:
 
 
 def _way(shown: Ints) -> float:
-    return float(np.diff(shown).mean())
+    """Frames from one that shows something new to the next; a recording may begin and end between two of them."""
+    return float(np.diff(shown[1:-1]).mean())
 
 
 @dataclass(frozen=True, eq=False)
