@@ -4,20 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from ..arrays import Bools, Bytes, Floats, Ints, Singles, runs
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
+from ..errors import counted
 from ..numerics.robust import ESTIMATORS
 from .bases.certainty import TRUSTED
 from .bases.optimise import SCALE
 from .bases.repair import ChannelRepair
-from .channels.joints import root_rows, unit
+from .channels.joints import root_rotation, root_rows, unit
 from .channels.layout import Layout
 from .channels.pieces import pieces
 from .channels.recording import Channels, from_channels, si_unit
 from .rivals.filtered import Filtered
 from .too_short import GUESS, GUESS_PLACE
 
+OFF, NEAR, STEP = np.radians([60.0, 8.0, 30.0])  # of a root: turned far, hardly, and as no frame to the next is
+AS_RECORDED = np.radians(1.0)  # deviation of a root that is left as it was, at least
 LEFT_OPEN = "left open: nothing near supports a value"
 
 
@@ -41,6 +44,7 @@ def repaired_recording(
     if isinstance(recording, Motion):
         warnings += _root_as_recorded(recording, values, std, weights)
         _judge_root(recording, values, origin)
+        warnings += _root_never_leapt(recording, values, origin, std, weights)
     warnings += left_open(origin)
     unknown = np.setdiff1d(np.arange(len(recording.channels)), channels.columns)
     if len(unknown):
@@ -213,6 +217,49 @@ def _root_as_recorded(motion: Motion, values: Floats, std: Singles, weights: Sin
             std[back, row] = np.where(there[back], guess, np.nan)
             weights[back, row] = there[back]
     return said
+
+
+def _root_never_leapt(motion: Motion, values: Floats, origin: Bytes, std: Singles, weights: Singles) -> list[str]:
+    """Give the root's orientation back, in place, where it was turned far though as recorded it never leapt; says so.
+
+    Upside down a body has no heading, and its turn in the travelling frame leaps where the body does not.
+    """
+    turns, _ = root_rows(motion.skeleton)
+    if len(turns) != 3:
+        return []
+    asked = np.isfinite(motion.q[:, turns]).all(axis=1) & np.isfinite(values[:, turns]).all(axis=1)
+    if not (np.abs(values[asked][:, turns] - motion.q[asked][:, turns]) > OFF).any():
+        return []
+    recorded = root_rotation(motion.skeleton, turns, motion.q)
+    off = _apart(recorded, root_rotation(motion.skeleton, turns, values))
+    steps = _apart(recorded[1:], recorded[:-1])
+    turned = np.zeros(len(off), dtype=np.bool_)
+    for start, stop in runs(off > OFF):
+        while start > 0 and off[start - 1] > NEAR:
+            start -= 1
+        while stop < len(off) and off[stop] > NEAR:
+            stop += 1
+        # what leapt away did so where it begins or ends
+        whole = stop - start == len(off)
+        turned[start:stop] = not whole and bool((steps[max(start - 1, 0) : stop] < STEP).all())
+    if not turned.any():
+        return []
+    about = std[np.ix_(~turned, turns)]
+    least = float(np.nanmedian(about)) if np.isfinite(about).any() else GUESS
+    rows = np.ix_(turned, turns)
+    values[rows], origin[rows], weights[rows] = motion.q[rows], Origin.MEASURED, 1.0
+    std[rows] = max(least, AS_RECORDED)
+    return [
+        f"the root's orientation in {counted(int(turned.sum()), 'frame')} is as recorded: it never leapt there, as it "
+        "would have to if it was wrong"
+    ]
+
+
+def _apart(one: Floats, other: Floats) -> Floats:
+    """(T,) rad between rotations (T, 3, 3); 0 where one is missing."""
+    trace = np.einsum("tij,tij->t", np.nan_to_num(one), np.nan_to_num(other))
+    known = np.isfinite(one).all(axis=(1, 2)) & np.isfinite(other).all(axis=(1, 2))
+    return np.where(known, np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)), 0.0)
 
 
 def _judge_root(motion: Motion, values: Floats, origin: Bytes) -> None:
