@@ -26,7 +26,7 @@ from .model import TrackerModel
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
 from .person.pixels import person_of
-from .readings.facing import Facing, faces_otherwise, unlikeliness
+from .readings.facing import Facing, faces_otherwise, lies, unlikeliness
 from .readings.hypotheses import Hypothesis, contested
 from .readings.left_right import Sides
 from .readings.pair import either
@@ -46,10 +46,11 @@ LOST = 0.45  # share of the person's pixels explained wrongly that no tracked po
 SURELY_LOST = 0.52  # the same, whatever is usual
 BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
 UNPROVEN = 0.2  # share of pixels explained wrongly, up to which a body that was lost is found
+LAID = 0.26  # the same of who lies
 PROBATION = 1.0  # s, in which it has to prove itself; what is usual gives way meanwhile
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
-EVERY = 4  # frames at least between two looks of the detector for limbs
+EVERY = 4  # frames at least between two looks of the detector for limbs, and for a body that is lost
 
 
 @final
@@ -66,6 +67,7 @@ class TrackState:
     found : s since the body was found anew after it had been lost.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     searched : frames since limbs were last looked for by the detector.
+    looked : frames since the whole body was looked for that was lost, or never found.
     facing : what is known of front and back. sides : of left and right.
     afresh : what is known of a body that was just found for the first time; None when that is closed.
     hypothesis : another pose that is followed beside this one, until one of them is refuted.
@@ -86,6 +88,7 @@ class TrackState:
     found: float = float("inf")
     wrong: float = float("nan")
     searched: int = 0
+    looked: int = EVERY
     facing: Facing = field(default_factory=Facing)
     sides: Sides = field(default_factory=Sides)
     afresh: Afresh | None = None
@@ -194,18 +197,19 @@ def step(
     state = replace(state, evidence=evidence, observation=None if evidence is None else observation)
     clock.lap("foreground")
     if evidence is None:
-        return _nobody(replace(state, searched=EVERY), elapsed, ("empty",), clock)
+        return _nobody(replace(state, searched=EVERY, looked=EVERY), elapsed, ("empty",), clock)
     coarse = coarse_of(evidence)
     first, recovered = state.pose is None, False
     ways: list[Pose] = []
+    waits = state.looked < EVERY
+    state = replace(state, looked=state.looked + 1)
     if state.pose is None or state.lost:
-        # Between two looks of the detector a lost body is looked for where it was.
-        waits = state.pose is not None and state.lost and 0 < state.searched < EVERY
+        # Between two looks a lost body is looked for where it was: a look takes as long as many frames.
         if not waits:
             ways = _found(model, settings, state, observation, evidence, coarse)
-            state = replace(state, searched=0)
+            state = replace(state, searched=0, looked=1)
         clock.lap("detect")
-        if not (waits or ways):
+        if not (ways or (waits and state.pose is not None)):
             return _nobody(state, elapsed, ("lost",), clock)
         recovered = state.pose is not None and not waits
         found = state.pose if waits else ways[0]
@@ -255,8 +259,9 @@ def step(
         restarts += solution is not mended
         clock.lap("hypothesis")
     state = replace(state, searched=0 if asks else state.searched + 1)
-    if is_lost(state, wrong) and settings.search and model.detector is not None and not recovered:
+    if is_lost(state, wrong) and settings.search and model.detector is not None and not (recovered or waits):
         ways = _found(model, settings, state, observation, evidence, coarse)
+        state = replace(state, looked=1)
         if ways and disagreement(state.performer, ways[0], coarse) < 0.8 * wrong:
             found = ways[0]
             fresh = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)))
@@ -319,9 +324,12 @@ def is_lost(state: TrackState, wrong: float) -> bool:
     return wrong > min(max(LOST, 2.0 * usual), SURELY_LOST)
 
 
-def is_unproven(state: TrackState, wrong: float) -> bool:
-    """Whether a pose of a body that was lost explains so much less than is usual that it is looked for on."""
-    return wrong > max(UNPROVEN, 1.5 * state.wrong)
+def is_unproven(state: TrackState, pose: Pose, wrong: float) -> bool:
+    """Whether a pose of a body that was lost explains so much less than is usual that it is looked for on.
+
+    Of who lies much is hidden by the body itself, and wrong poses explain nearly as much as the right one.
+    """
+    return wrong > (max(LAID, state.wrong) if lies(pose) else max(UNPROVEN, 1.5 * state.wrong))
 
 
 def _found(
@@ -336,9 +344,9 @@ def _found(
 
     The best of those that face the other way comes second, if there is one.
     """
-    from .detect.joints import detect
+    from .detect.joints import Detection, detect, detected_lying
     from .limbs.judge import JUDGED, judge
-    from .starting.first_pose import Candidate, candidates
+    from .starting.first_pose import Candidate, candidates, lying
     from .starting.settle import settled_readings
 
     few = observation.as_fine_as(JUDGED)
@@ -358,8 +366,17 @@ def _found(
         solution = solve_pose(state.performer, evidence, terms, pose, settings)
         return solution.state, disagreement(state.performer, solution.state, coarse)
 
-    tried.sort(key=lambda one: one.cost)
-    ways = settled_readings(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
+    def settled(tried: list[Candidate], detection: Detection | None) -> list[Candidate]:
+        tried = sorted(tried, key=lambda one: one.cost)
+        return settled_readings(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
+
+    ways = settled(tried, detection)
+    if model.detector is not None and (laid := lying(state.performer, few)):
+        # Whoever looks so may be upright all the same, the legs hidden, say: each search keeps the best of its own.
+        sideways = detected_lying(model.detector, shown)
+        laid += [way for one in sideways for way in candidates(state.performer, one, few, model.examples)]
+        ways += settled(laid, max(sideways, key=lambda one: float(one.confidence.sum()), default=None))
+        ways.sort(key=lambda way: way.cost)
     if not ways or ways[0].cost > 1.5 * LOST:
         return []
     gone = float(state.hidden.min())
@@ -417,10 +434,11 @@ def _tracked(
     doubt = np.hypot(doubt, either(state.sides.question, performer, pose))
     hidden = np.where(seen, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
-    anew = recovered or (state.lost and bool(np.isfinite(state.wrong)))  # not who is seen for the first time
+    # Not who is seen for the first time, unless they lie.
+    anew = recovered or (state.lost and (bool(np.isfinite(state.wrong)) or lies(pose)))
     found = 0.0 if anew else state.found + elapsed
     refuted = settings.search and is_lost(state, wrong)
-    lost = refuted or (settings.search and found < PROBATION and is_unproven(state, wrong))
+    lost = refuted or (settings.search and found < PROBATION and is_unproven(state, pose, wrong))
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed

@@ -5,11 +5,11 @@ import pytest
 
 from drawn_people import CAMERA, PERSON, picture, random_poses, turned
 from motionmend.bodies.camera import Camera, DepthFrame
-from motionmend.bodies.performer import LANDMARKS, landmarks
+from motionmend.bodies.performer import LANDMARKS, Pose, landmarks, rotation
 from motionmend.errors import MismatchError
 from motionmend.io.model import load_model, save_model
 from motionmend.track.detect import part_forest
-from motionmend.track.detect.joints import Detector, detect, fit_detector
+from motionmend.track.detect.joints import Detector, detect, detected_lying, fit_detector
 from motionmend.track.detect.pictures import KINECT, OTHER_SIDE, pictures
 
 TRUNK = [LANDMARKS.index(name) for name in ("pelvis", "chest", "neck", "head", "l_shoulder", "r_shoulder")]
@@ -60,6 +60,21 @@ def test_the_trunk_of_an_unseen_pose_is_found_and_confidences_mean_something(det
     close = errors < 0.10
     assert close[sure > 0.8].mean() > 0.75
     assert close[sure > 0.8].mean() > close[sure < 0.5].mean() + 0.15
+
+
+@pytest.mark.parametrize("quarter", [-np.pi / 2, np.pi / 2])
+def test_who_lies_is_found_as_who_stands(detector, quarter):
+    errors, upright = [], []
+    for pose in random_poses(12, 98):
+        laid = Pose(pose.translation, rotation(np.array([0.0, 0.0, quarter])) @ pose.root, pose.joints)
+        left, right = detected_lying(detector, picture(laid, rng=np.random.default_rng(0)))
+        found = left if left.confidence.sum() > right.confidence.sum() else right
+        errors.append(np.linalg.norm(found.joints - landmarks(PERSON, laid), axis=1)[TRUNK])
+        stood = picture(pose, rng=np.random.default_rng(0))
+        upright.append(np.linalg.norm(detect(detector, stood).joints - landmarks(PERSON, pose), axis=1)[TRUNK])
+        assert not detected_lying(detector, stood)
+    assert np.median(errors) < 1.2 * np.median(upright)
+    assert np.quantile(errors, 0.9) < 1.2 * np.quantile(upright, 0.9)
 
 
 def test_from_behind_the_other_reading_is_the_right_one(detector):

@@ -43,6 +43,32 @@ def test_a_box_nearer_and_larger_than_who_walks_is_furniture(rng):
         assert min(_explained(scene, frames[k], poses[k])) > 0.9
 
 
+@pytest.mark.parametrize("moves", ["arms", "hardly"])
+def test_a_table_before_the_person_is_furniture_though_they_are_more_like_a_body(rng, moves):
+    """Learned as background up to a hand's breadth beside them, what is left of it would pass for a limb."""
+    base, v, u = standing((-0.2, 0.1, 2.7)), *np.mgrid[:240, :320]
+    much = [base.joints + rng.normal(0, 0.02, 28) if moves == "hardly" else random_joints(rng) for _ in range(12)]
+    for own in much:
+        own[-8:] = base.joints[-8:] + rng.normal(0, 0.02, 8)  # legs
+    poses = [Pose(base.translation, base.root, joints) for joints in much]
+    top = (v >= 150) & (v < 162) & (u >= 118) & (u < 270)
+    legs = (v >= 162) & ((u >= 118) & (u < 127) | (u >= 261) & (u < 270))
+    away = np.where(top, 1.9 + 0.4 * (162 - v) / 12, np.where(legs, 1.9, np.inf))
+    frames = []
+    for frame in _frames(rng, poses, box=False):
+        noise = rng.normal(0, 0.0015, away.shape) * np.where(np.isfinite(away), away, 0.0) ** 2
+        frames.append(DepthFrame(CAMERA, np.fmin(frame.depth, (away + noise).astype(np.float32)), None, frame.time))
+    scene = with_furniture(frames)
+    assert scene is not None
+    for k in (0, 5, 11):
+        found = find_person(scene, frames[k])
+        theirs = np.isfinite(render(PERSON, poses[k], CAMERA).depth) & ~np.isfinite(away)
+        assert (np.isfinite(found.depth) & ~theirs).sum() < 0.08 * theirs.sum()
+        above = theirs & (v < 150)
+        assert (np.isfinite(found.depth) & above).sum() > 0.9 * above.sum()
+        assert not found.free[top | legs].any()  # it may hide them
+
+
 def test_the_feet_of_who_moves_only_the_arms_are_theirs(rng):
     base = standing((-0.6, 0.1, 2.9))
     joints = [random_joints(rng) for _ in range(12)]

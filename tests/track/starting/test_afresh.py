@@ -12,6 +12,7 @@ from motionmend.bodies.performer import Pose, Poses, rotation
 from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.neighbors import Neighbors
+from motionmend.track import tracker
 from motionmend.track.detect.joints import fit_detector
 from motionmend.track.measure import first_seconds as measure
 from motionmend.track.readings.facing import about_face
@@ -122,3 +123,30 @@ def test_only_what_is_clearly_better_and_likely_right_is_taken():
     assert not better(search, right, 0.3, wrong, 0.3)
     assert not better(search, wrong, 0.9, wrong, 0.7)  # better, but no good either
     assert not better(search, right, 0.21, right, 0.2)
+
+
+def test_who_is_lost_is_looked_for_in_one_frame_of_four_and_found_when_they_are_back(model, monkeypatch):
+    """A look takes as long as many frames: something that no pose explains had one in every frame or two."""
+    looks, found = [], tracker._found
+
+    def spied(*args):
+        looks.append(args)
+        return found(*args)
+
+    monkeypatch.setattr(tracker, "_found", spied)
+    poses = walk(40, 30.0)
+    shown = list(seen(poses))
+    rows, columns = np.mgrid[: KINECT.height, : KINECT.width]
+    wide = 1.0 - ((columns - KINECT.cx) ** 2 + (rows - KINECT.cy) ** 2) / 80.0**2
+    ball = np.where(wide > 0.0, 2.7 - 0.7 * np.sqrt(np.maximum(wide, 0.0)), np.nan).astype(np.float32)
+    state, flags, errors = start(model, settings_of(), shown[0], BODY, poses[0]), [], []
+    for k, frame in enumerate(shown):
+        begun = len(looks)
+        away = 4 <= k < 28
+        state, estimate = step(model, settings_of(), state, replace(frame, depth=ball) if away else frame)
+        assert len(looks) - begun <= 1
+        flags.append("lost" in estimate.flags)
+        errors.append(off(estimate.pose, poses[k]))
+    assert all(flags[5:28])
+    assert 5 <= len(looks) <= 8
+    assert max(errors[-5:]) < 0.06

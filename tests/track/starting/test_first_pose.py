@@ -12,7 +12,7 @@ from motionmend.track.detect.joints import Detection
 from motionmend.track.detect.pictures import OTHER_SIDE
 from motionmend.track.frame.observation import Observation
 from motionmend.track.limbs.judge import judge
-from motionmend.track.starting.first_pose import candidates, five_of, mirrored, pose_from_joints, poses_to
+from motionmend.track.starting.first_pose import candidates, five_of, lying, mirrored, pose_from_joints, poses_to
 from motionmend.track.starting.reach import fitted, reach
 
 SEEDS = st.integers(0, 10**6)
@@ -160,3 +160,20 @@ def test_without_any_joint_the_candidates_stand_where_the_person_is():
     found = candidates(PERSON, nothing, _seen(pose))
     assert len(found) == 8
     assert np.linalg.norm(found[0].pose.translation - pose.translation) < 0.4
+
+
+@pytest.mark.parametrize("aslant", [-0.7, 0.5, 2.4])
+@pytest.mark.parametrize("about", [0.0, 1.6, 3.1])
+def test_who_lies_aslant_lies_so_in_a_candidate(aslant, about):
+    """Head nearer or farther than the feet, on the back, the side or the belly; nothing was detected."""
+    upright = standing((0.1, 0.2, 2.7))
+    turn = rotation(np.array([0.0, aslant, 0.0])) @ rotation(np.array([0.0, 0.0, np.pi / 2]))
+    pose = Pose(upright.translation, turn @ rotation(np.array([0.0, about, 0.0])) @ upright.root, upright.joints)
+    found = lying(PERSON, _seen(pose))
+    assert min(_distance(one.pose, pose).mean() for one in found) < 0.3
+    assert {one.source for one in found} == {"lying", "lying the other way"}
+    assert min(_distance(one, pose).mean() for one in random_poses(20, 5)) > 0.4  # who stands there is nowhere near
+
+
+def test_who_stands_is_not_laid_down():
+    assert not any(lying(PERSON, _seen(pose)) for pose in random_poses(20, 55))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Floats, Ints, frozen
-from ...bodies.camera import DepthFrame
+from ...bodies.camera import Camera, DepthFrame
 from ...bodies.performer import LANDMARKS, Performer, Poses
 from ...errors import MismatchError
 from .part_forest import PartForest, differences, grown, leaves, planted
@@ -26,6 +26,7 @@ PIXELS = 900  # looked at in one image, about
 FOCAL = (KINECT.fx, KINECT.fy)
 EXAMPLES = 300  # poses kept to begin with
 PLACES = 3  # modes kept of each joint
+LIES = 1.5  # times as wide as tall in the image is nobody who stands, whatever the arms do
 
 
 @final
@@ -153,6 +154,37 @@ def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detec
     strength = np.array([np.interp(masses[j], detector.mass[j], detector.hit[j]) for j in range(JOINTS)])
     strength[~np.isfinite(places[..., 0])] = 0.0
     return Detection(places[:, 0], strength[:, 0], places, strength, facing)
+
+
+def detected_lying(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> list[Detection]:
+    """As `detect`, of somebody with the head at the left or at the right; nothing unless they are much wider than tall.
+
+    The forest knows people who are upright: so the image is turned by a quarter, either way.
+    """
+    found = []
+    for quarters in (1, 3) if _lies(frame) else ():
+        turned, back = _turned(frame, quarters)
+        one = detect(detector, turned, pixels)
+        found.append(replace(one, joints=one.joints @ back.T, places=one.places @ back.T))
+    return found
+
+
+def _lies(frame: DepthFrame) -> bool:
+    """Whether who is in the image is so much wider than tall as only people who lie are."""
+    rows, columns = np.nonzero(np.isfinite(frame.depth))
+    if not len(rows):
+        return False
+    tall, wide = (float(np.ptp(np.quantile(part, (0.02, 0.98)))) for part in (rows, columns))
+    return wide / frame.camera.fx > LIES * tall / frame.camera.fy
+
+
+def _turned(frame: DepthFrame, quarters: int) -> tuple[DepthFrame, Floats]:
+    """The frame turned counterclockwise by quarters of a turn, and (3, 3) what turns its points back."""
+    camera, depth, back = frame.camera, frame.depth, np.eye(3)
+    for _ in range(quarters):
+        camera = Camera(camera.height, camera.width, camera.fy, camera.fx, camera.cy, camera.width - 1 - camera.cx)
+        back = back @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    return DepthFrame(camera, np.ascontiguousarray(np.rot90(depth, quarters)), None, frame.time), back
 
 
 def _modes(forest: PartForest, frame: DepthFrame, wanted: int = PIXELS) -> tuple[Floats, Floats, float]:

@@ -54,23 +54,25 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     room, scene = scene_of(even[whole]), None
     stays, leaving = _stays(depths, camera.fx * camera.fy)
     alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
-    if leaving < SOMEBODY and not alone:
-        return None
+    walks = leaving >= SOMEBODY
     window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
-    somebody_sways = not alone
+    somebody_sways = walks and not alone
     for _ in range(MOST):
         seen, main = _likest(room, depths[whole], camera)
-        some = [main] if main >= 0 else []
-        if alone:  # no room is behind it, and a table would be taken for a part of the person
-            large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]
-            some += [s for s in large if is_board(seen.measures[s], seen.clouds[s])]
+        likest = [main] if main >= 0 else []
+        # What of a table is not learned as background, for it is too near the person, would be taken for a limb.
+        large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]
+        # Where no room is behind it, only what is flat: of somebody who stands still there little else is known.
+        large = [s for s in large if not alone or is_board(seen.measures[s], seen.clouds[s])]
         standing = None
-        for s in some:
+        for s in likest + large:
             mask = seen.pixels_of([s])
             inner = cv2.erode(mask.view(np.uint8), window) > 0
             sways = not inner.any() or np.isfinite(stays[inner]).mean() < STILL or _sways(depths, inner)
             somebody_sways |= sways
-            standing = mask if not sways and standing is None else standing
+            # Who only moves the hands leaves nothing: what is most like a body is not furniture then.
+            told = not sways and (walks or alone or s != main)
+            standing = mask if told and standing is None else standing
         if standing is None:
             break
         nearest = np.where(standing & np.isfinite(stays), stays, np.float32(np.inf))

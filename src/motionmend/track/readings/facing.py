@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..tracker import TrackState
 
 FRONT = 1.5  # odds that somebody who was not seen before faces the camera
+UPRIGHT = 0.5  # of a body's long axis up or down, below which it lies
 TURNED = 1.0  # odds against having turned about just now; they fade within a second out of sight
 WALK = 0.2  # odds for a reading that walks forward with 1 m/s
 FASTEST = 1.0  # m/s; faster tells no more
@@ -72,8 +73,13 @@ def _asked(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = 
 
 
 def _from_behind(pose: Pose) -> float:
-    """Odds (log) against somebody new in this pose."""
-    return FRONT if float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+    """Odds (log) against somebody new in this pose; who lies may lie either way."""
+    return FRONT if not lies(pose) and float(pose.root[:, 2] @ pose.translation) > 0.0 else 0.0
+
+
+def lies(pose: Pose) -> bool:
+    """Whether the trunk is nearer to level than to upright, the camera level or nearly so."""
+    return abs(float(pose.root[1, 1])) < UPRIGHT
 
 
 def along(pose: Pose, velocity: Floats) -> float:

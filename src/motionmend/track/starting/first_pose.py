@@ -12,7 +12,18 @@ from typing import TypeAlias, final
 import numpy as np
 
 from ...arrays import Floats, Ints
-from ...bodies.performer import AXES, BONES, DOF_BONES, FIRST, LANDMARKS, MIRROR, Performer, Pose
+from ...bodies.performer import (
+    AXES,
+    BONES,
+    DOF_BONES,
+    FIRST,
+    LANDMARKS,
+    MIRROR,
+    Performer,
+    Pose,
+    landmarks,
+    rotation,
+)
 from ...errors import MismatchError
 from ..detect.joints import Detection
 from ..frame.observation import Observation
@@ -21,6 +32,9 @@ from .reach import TORSO, fitted, placed, reach, standing_at
 
 FIVE = ("head", "l_wrist", "r_wrist", "l_ankle", "r_ankle")
 """The joints that the dissertation starts from (section 3.3.2)."""
+LEVEL = 0.6  # of a surface's long axis up or down, above which it stands rather than lies
+THICK = 0.2  # m, a body from front to back
+LONG = 1.6  # times as long as wide, as standard deviations, is somebody who is stretched out
 _FIVE = np.array([LANDMARKS.index(name) for name in FIVE])
 
 _HINGES = np.isin(DOF_BONES[6:], [b for b, bone in enumerate(BONES) if bone.endswith(("forearm", "shank"))])
@@ -146,13 +160,48 @@ def five_of(joints: Floats) -> Floats:
 
 def _upright(performer: Performer, seen: Observation) -> list[Candidate]:
     """Standing where the person is, eight headings: all that is left when nothing was detected."""
-    rows, columns = np.nonzero(np.isfinite(seen.depth))
-    points = seen.camera.unproject(np.column_stack([columns, rows]), seen.depth[rows, columns].astype(np.float64))
-    middle = np.full((len(LANDMARKS), 3), np.nan)
-    middle[LANDMARKS.index("pelvis")] = points.mean(axis=0)
-    weights = np.isfinite(middle[:, 0]).astype(np.float64)
-    poses = [standing_at(middle, weights, heading, performer) for heading in np.arange(8) * np.pi / 4]
+    poses = _standing(performer, _points(seen).mean(axis=0))
     return [Candidate(pose, judge(performer, pose, seen).cost, "upright") for pose in poses]
+
+
+def lying(performer: Performer, seen: Observation) -> list[Candidate]:
+    """Stretched along the surface's long axis, the head at either end and eight ways to lie; none for who is upright.
+
+    The forest knows people who are upright, and turned by a quarter across the image: not those who lie aslant.
+    """
+    points = _points(seen)
+    if len(points) < len(LANDMARKS):
+        return []
+    middle = points.mean(axis=0)
+    spread, axes = np.linalg.eigh(np.cov((points - middle).T))
+    middle[2] += THICK / 2
+    axis = axes[:, 2]
+    if abs(axis[1]) > LEVEL or spread[2] < (LONG * LONG) * spread[1]:
+        return []
+    found = []
+    for end, source in ((axis, "lying"), (-axis, "lying the other way")):
+        across = np.cross([0.0, -1.0, 0.0], end)
+        turn = rotation(across / np.linalg.norm(across) * np.arccos(np.clip(-end[1], -1.0, 1.0)))  # up becomes `end`
+        for pose in _standing(performer, np.zeros(3)):
+            body = landmarks(performer, pose) @ turn.T
+            half = 0.5 * (body.min(axis=0) + body.max(axis=0))
+            laid = Pose(turn @ pose.translation + middle - half, turn @ pose.root, pose.joints)
+            found.append(Candidate(laid, judge(performer, laid, seen).cost, source))
+    return found
+
+
+def _standing(performer: Performer, middle: Floats) -> list[Pose]:
+    """Standing with the pelvis at a place (3,) m, eight headings."""
+    place = np.full((len(LANDMARKS), 3), np.nan)
+    place[LANDMARKS.index("pelvis")] = middle
+    weights = np.isfinite(place[:, 0]).astype(np.float64)
+    return [standing_at(place, weights, heading, performer) for heading in np.arange(8) * np.pi / 4]
+
+
+def _points(seen: Observation) -> Floats:
+    """(N, 3) m, what is seen of the person."""
+    rows, columns = np.nonzero(np.isfinite(seen.depth))
+    return seen.camera.unproject(np.column_stack([columns, rows]), seen.depth[rows, columns].astype(np.float64))
 
 
 def _different(bodies: Floats, left: Floats, most: int) -> list[int]:
