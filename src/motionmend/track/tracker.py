@@ -21,6 +21,7 @@ from .limbs.offers import MUCH, offers_tried
 from .limbs.other_poses import Coarse, coarse_of, disagreement, left_over
 from .limbs.pieces import CLAIMED, claimed
 from .limbs.rescue import moved_to, rescued, turned
+from .lost import LOST, UNPROVEN, is_lost, is_unproven
 from .measure.girth import FRAMES, Girth, learned
 from .model import TrackerModel
 from .person.fineness import evened
@@ -42,11 +43,7 @@ from .terms.solve import solve_pose
 __all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"]
 
 FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
-LOST = 0.45  # share of the person's pixels explained wrongly that no tracked pose has
-SURELY_LOST = 0.52  # the same, whatever is usual
 BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
-UNPROVEN = 0.2  # share of pixels explained wrongly, up to which a body that was lost is found
-LAID = 0.26  # the same of who lies
 PROBATION = 1.0  # s, in which it has to prove itself; what is usual gives way meanwhile
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
@@ -259,7 +256,7 @@ def step(
         restarts += solution is not mended
         clock.lap("hypothesis")
     state = replace(state, searched=0 if asks else state.searched + 1)
-    if is_lost(state, wrong) and settings.search and model.detector is not None and not (recovered or waits):
+    if is_lost(state.wrong, wrong) and settings.search and model.detector is not None and not (recovered or waits):
         ways = _found(model, settings, state, observation, evidence, coarse)
         state = replace(state, looked=1)
         if ways and disagreement(state.performer, ways[0], coarse) < 0.8 * wrong:
@@ -271,7 +268,7 @@ def step(
         clock.lap("detect")
     if state.afresh is not None and state.afresh.due:
         anew = None
-        if state.afresh.doubted and not (recovered or is_lost(state, wrong)):
+        if state.afresh.doubted and not (recovered or is_lost(state.wrong, wrong)):
             ways = _found(model, settings, replace(state, pose=None), observation, evidence, coarse)
             anew = _taken_up(model, settings, state, evidence, coarse, solution, wrong, ways)
         state = replace(state, afresh=state.afresh.later if state.afresh.doubted else None)
@@ -279,7 +276,7 @@ def step(
             state, terms, solution, wrong = anew
             elapsed, recovered = 0.0, True
         clock.lap("detect")
-    if settings.search and not is_lost(state, wrong):
+    if settings.search and not is_lost(state.wrong, wrong):
         mended = solution
         state, solution, wrong, turned_about = faced(
             model,
@@ -316,20 +313,6 @@ def step(
         unclaimed,
         clock,
     )
-
-
-def is_lost(state: TrackState, wrong: float) -> bool:
-    """Whether a pose explains so little, of itself and beside what is usual with this person, that it is none."""
-    usual = state.wrong if np.isfinite(state.wrong) else 0.0
-    return wrong > min(max(LOST, 2.0 * usual), SURELY_LOST)
-
-
-def is_unproven(state: TrackState, pose: Pose, wrong: float) -> bool:
-    """Whether a pose of a body that was lost explains so much less than is usual that it is looked for on.
-
-    Of who lies much is hidden by the body itself, and wrong poses explain nearly as much as the right one.
-    """
-    return wrong > (max(LAID, state.wrong) if lies(pose) else max(UNPROVEN, 1.5 * state.wrong))
 
 
 def _found(
@@ -437,8 +420,8 @@ def _tracked(
     # Not who is seen for the first time, unless they lie.
     anew = recovered or (state.lost and (bool(np.isfinite(state.wrong)) or lies(pose)))
     found = 0.0 if anew else state.found + elapsed
-    refuted = settings.search and is_lost(state, wrong)
-    lost = refuted or (settings.search and found < PROBATION and is_unproven(state, pose, wrong))
+    refuted = settings.search and is_lost(state.wrong, wrong)
+    lost = refuted or (settings.search and found < PROBATION and is_unproven(state.wrong, pose, wrong))
     velocity = np.zeros(DOFS)
     if 0.0 < elapsed < PAUSE:
         velocity = difference(pose, state.pose) / elapsed

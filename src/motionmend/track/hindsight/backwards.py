@@ -24,6 +24,7 @@ from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ...numerics.least_squares import Solution
 from ..limbs.certainty import astray, certainty_of, shown_and_denied, trust_of
 from ..limbs.other_poses import LIMBS, coarse_of, disagreements, with_limb
+from ..lost import is_lost
 from ..model import TrackerModel
 from ..readings.left_right import strange_legs
 from ..readings.pair import either
@@ -31,7 +32,7 @@ from ..settings import TrackSettings
 from ..terms.objective import PAUSE, expected_pose, terms_of
 from ..terms.smooth import difference
 from ..terms.solve import solve_pose
-from ..tracker import Estimate, TrackState, is_lost
+from ..tracker import Estimate, TrackState
 from .together import between_turns, solved_together
 
 WINDOW, AHEAD = 90, 15  # frames told of at a time, and how many after them are waited for
@@ -299,7 +300,7 @@ def _stepped(
             known = np.maximum(here.state.trust, at.trust)
             of_legs = [[strange_legs(model.database.search, some[k], known) for k in (0, 3, 4)] for some in ways]
             costs += np.array(of_legs)[:, [0, 0, 0, 1, 2]]  # with an arm of the other the legs are the same
-    if is_lost(here.state, wrong):
+    if is_lost(here.state.wrong, wrong):
         return None
     shown, denied = shown_and_denied(body, pose, coarse, evidence.weight)
     trust, seen = trust_of(shown)
