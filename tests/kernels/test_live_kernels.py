@@ -176,7 +176,7 @@ def test_who_is_seen_from_one_side_is_placed_as_by_the_twin(seed: int, met: bool
 @given(st.integers(0, 10_000), st.integers(0, 1), st.floats(-3.1, 3.1))
 @settings(max_examples=30)
 def test_one_side_of_the_trunk_tells_where_it_faces(seed: int, side: int, heading: float) -> None:
-    """The standard body itself, turned: at once if nothing was known, in some seconds if it was thought to face away."""
+    """The standard body itself, turned: at once if nothing was known, in seconds if it was thought to face away."""
     rng = np.random.default_rng(seed)
     standard = np.zeros((JOINTS, 3))
     standard[BODY.trunk] = rng.normal(0.0, 0.02, (int(BODY.trunk.sum()), 3))

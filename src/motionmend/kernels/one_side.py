@@ -12,8 +12,8 @@ ONE_SIDE = 0.03  # of where one side says that the trunk points, beside where it
 
 @compiled
 def facing(rows: Floats, trust: Floats, trunk: Bools, across: Ints, standard_trunk: Floats, before: Floats) -> Floats:
-    """Where the trunk points from right to left: as it did, brought to where the standard body's trunk, turned about its
-    height, comes nearest to the joints that are seen.
+    """Where the trunk points from right to left: as it did, brought to where the standard body's trunk, turned about
+    its height, comes nearest to the joints that are seen.
 
     Parameters
     ----------
