@@ -130,7 +130,7 @@ def faces_away(factors: Factors, usual: Standard, body: Anatomy, postures: Float
 
 def _legs_tell(postures: Floats, body: Anatomy) -> bool:
     """Whether a whole leg, or a foot with its ankle, is seen in some of the postures (T, J, 3)."""
-    there = np.isfinite(postures).all(axis=2)
+    there = np.asarray(np.isfinite(postures).all(axis=2))
     return bool(there[:, body.legs].all(axis=2).any() or there[:, body.feet].all(axis=2).any())
 
 
