@@ -204,6 +204,13 @@ def test_several_inputs_need_a_folder(takes: Path, out: str) -> None:
         plan(gather([takes], ENDINGS)[0], [takes], takes.parent / out, ENDINGS, ".c3d")
 
 
+def test_of_a_sensors_skeleton_it_is_said_how_it_becomes_a_table(takes: Path) -> None:
+    (takes / "gait.skl").write_text("x")
+    refused = gather([takes / "gait.skl"], ENDINGS)[1]
+    assert [one.path.name for one in refused] == ["gait.skl"]
+    assert "motionmend correct" in refused[0].reason
+
+
 def test_an_ending_that_cannot_be_written_is_bad_usage(takes: Path) -> None:
     given = [takes / "b.amc"]
     with pytest.raises(UsageError, match=r"\.fbx"):

@@ -11,6 +11,7 @@ from pathlib import Path
 from ..errors import UsageError
 
 FileNumber = tuple[int, int]  # of a device, and on it
+SENSED = (".skl", ".skeleton", ".mat", ".gz")  # what is mostly a sensor's skeleton
 NO_FILE = "a pipe or a device, which cannot be read twice: give a file"
 
 
@@ -109,7 +110,8 @@ def gather(
             refused.append(Refusal(path, "a skeleton, no recording: give the .amc files that go with it"))
         elif ending(path) not in endings:
             came = f"came {path.suffix!r}" if path.suffix else "came none"
-            refused.append(Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}"))
+            how = "; of a sensor's skeleton `motionmend correct` makes a table (.csv)" if ending(path) in SENSED else ""
+            refused.append(Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}{how}"))
         else:
             found = [Input(path, Path(path.name))]
         for one in found:
