@@ -83,29 +83,53 @@ def by_walk(values: Floats, noise: float, rejected: Bools) -> Floats:
     return np.asarray(smooth_random_walk(observed, np.nan_to_num(step_var, nan=1.0), noise_var).mean)
 
 
-def told_errors(
-    truth: mm.Motion, bad: mm.evaluate.Corrupted[mm.Motion], noise: float, dynamics: PoseDynamics, layout: Layout
-) -> dict[str, float]:
-    """RMS degrees over body angles of both smoothers: told noise, outliers and turns, and told the noise only."""
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What an oracle is told of a spoilt clip, channels as the layout orders them.
+
+    Attributes
+    ----------
+    clean : the truth.
+    values : (T, C) the noisy channels, of all angles that mean the same with those the truth has.
+    outlier : (T, C) where outliers were put.
+    counted : (C,) True for body angles.
+    """
+
+    clean: Channels
+    values: Floats
+    outlier: Bools
+    counted: Bools
+
+
+def all_told(truth: mm.Motion, bad: mm.evaluate.Corrupted[mm.Motion], layout: Layout) -> Told:
+    """The outliers of a spoilt clip, and its channels turned as the truth has them."""
     clean, noisy = to_channels(truth, layout), to_channels(bad.recording, layout)
     hit = bad.outlier.copy()
     for rows in root_rows(truth.skeleton):  # in the travelling frame the root's channels are mixed
         hit[:, rows] = hit[:, rows].any(axis=1, keepdims=True)
-    hit = hit[:, noisy.columns]
-    counted = body(truth)[noisy.columns]
+    values = as_turned(clean, noisy, truth, bad.recording)
+    return Told(clean, values, hit[:, noisy.columns], body(truth)[noisy.columns])
+
+
+def told_errors(
+    truth: mm.Motion, bad: mm.evaluate.Corrupted[mm.Motion], noise: float, dynamics: PoseDynamics, layout: Layout
+) -> dict[str, float]:
+    """RMS degrees over body angles of both smoothers: told noise, outliers and turns, and told the noise only."""
+    told, noisy = all_told(truth, bad, layout), to_channels(bad.recording, layout)
     found = {}
-    for told, values, rejected in (
-        ("told all", as_turned(clean, noisy, truth, bad.recording), hit),
-        ("told noise", noisy.values, np.zeros_like(hit)),
+    for name, values, rejected in (
+        ("told all", told.values, told.outlier),
+        ("told noise", noisy.values, np.zeros_like(told.outlier)),
     ):
-        for name, smooth in (
-            ("dynamics", by_dynamics(dynamics, values, noise, rejected)),
-            ("walk", by_walk(values, noise, rejected)),
-        ):
-            away = (smooth - clean.values)[:, counted]
-            away = (away + 180.0) % 360.0 - 180.0
-            found[f"{name}, {told}"] = float(np.sqrt(np.mean(np.square(away))))
+        found[f"dynamics, {name}"] = rms(by_dynamics(dynamics, values, noise, rejected), told)
+        found[f"walk, {name}"] = rms(by_walk(values, noise, rejected), told)
     return found
+
+
+def rms(smooth: Floats, told: Told) -> float:
+    """Degrees over body angles, modulo a full turn."""
+    away = (smooth - told.clean.values)[:, told.counted]
+    return float(np.sqrt(np.mean(np.square((away + 180.0) % 360.0 - 180.0))))
 
 
 def as_turned(clean: Channels, noisy: Channels, truth: mm.Motion, recording: mm.Motion) -> Floats:

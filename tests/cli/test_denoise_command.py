@@ -273,6 +273,24 @@ def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Pat
     assert options == told | {"fps": None, "skeleton": None}
 
 
+def test_what_is_filled_but_hardly_known_is_said_unless_a_limit_leaves_it_open(
+    cli: Command, library: Path, tmp_path: Path
+) -> None:
+    taken = read(library / "take.amc")
+    assert isinstance(taken, Motion)
+    legs = [c for c, name in enumerate(taken.channels) if name.startswith(("lfemur", "ltibia", "lfoot"))]
+    q = taken.q.copy()
+    q[np.ix_(range(taken.frames // 3, taken.frames // 3 + int(taken.fps)), legs)] = np.nan
+    write(tmp_path / "gone.amc", replace(taken, q=q))
+    ran = cli("denoise", tmp_path / "gone.amc", "-o", tmp_path / "all.amc")
+    (said,) = [one for one in without_seconds(tmp_path / "all.mend.json")["warnings"] if "less sure than 10 deg" in one]
+    assert said in " ".join(ran.err.split())
+    assert "lfemur" in said
+    assert cli("denoise", tmp_path / "gone.amc", "-o", tmp_path / "some.amc", "--max-std", "5").code == 0
+    held = without_seconds(tmp_path / "some.mend.json")["warnings"]
+    assert not any("less sure" in one for one in held)
+
+
 def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: Path, tmp_path: Path) -> None:
     for kind, unit, told in (("amc", "deg", 2.0), ("c3d", "m", 0.005)):  # the noise `library` put in
         out = tmp_path / f"{kind}_clean.{kind}"

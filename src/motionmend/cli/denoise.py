@@ -191,6 +191,7 @@ class Repair:
         self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]", seconds: dict[str, float]
     ) -> Done:
         """Write the output and the files beside it; `seconds` is what was spent so far, `repair` among it."""
+        from ..denoise.gaps.unsure import hardly_known
         from ..io import write
         from ..io.atomic import atomic
         from ..io.conversion import not_in
@@ -198,7 +199,7 @@ class Repair:
 
         start = perf_counter()
         told = as_written(repaired) if job.target.suffix.lower() == ".csv" else repaired
-        warnings = (*repaired.warnings, *not_in(job.target.suffix.lower(), recording))
+        warnings = (*repaired.warnings, *hardly_known(repaired), *not_in(job.target.suffix.lower(), recording))
         sidecars = (".mend.json", *((".report.html",) if self.report else ()))
         with job.together(*sidecars), ExitStack() as whole:
             if self.report:

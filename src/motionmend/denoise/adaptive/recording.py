@@ -17,6 +17,7 @@ from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
 from ..faults.displaced import displaced, lasting
+from ..faults.fallen import but_for_fallen
 from ..faults.held import SAID, held, in_noise, told, without
 from ..faults.slid import slides
 from ..faults.takes import repaired_in_takes
@@ -117,7 +118,7 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
 
 
 def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
-    outcome: Repaired[Recording] = _brought_back(recording, known)
+    outcome: Repaired[Recording] = but_for_fallen(partial(_brought_back, known=known), recording)
     outcome = as_unsure_as_it_moves(outcome)
     if recording.frames < FEWEST_FRAMES:
         return as_recorded(recording, outcome)
