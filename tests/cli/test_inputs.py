@@ -2,13 +2,16 @@
 
 import json
 import os
+import time
 import zipfile
 from pathlib import Path
 
 import pytest
 
 from motionmend.cli.depth_inputs import gather_depth
-from motionmend.cli.inputs import Input, Job, Refusal, gather, plan, ready
+from motionmend.cli.folders import ready_and_housed
+from motionmend.cli.inputs import Input, Job, Refusal, gather, identities, plan, ready
+from motionmend.cli.options import Writing
 from motionmend.cli.takes import gather_takes
 from motionmend.errors import UsageError
 
@@ -201,6 +204,13 @@ def test_several_inputs_need_a_folder(takes: Path, out: str) -> None:
         plan(gather([takes], ENDINGS)[0], [takes], takes.parent / out, ENDINGS, ".c3d")
 
 
+def test_of_a_sensors_skeleton_it_is_said_how_it_becomes_a_table(takes: Path) -> None:
+    (takes / "gait.skl").write_text("x")
+    refused = gather([takes / "gait.skl"], ENDINGS)[1]
+    assert [one.path.name for one in refused] == ["gait.skl"]
+    assert "motionmend correct" in refused[0].reason
+
+
 def test_an_ending_that_cannot_be_written_is_bad_usage(takes: Path) -> None:
     given = [takes / "b.amc"]
     with pytest.raises(UsageError, match=r"\.fbx"):
@@ -210,7 +220,7 @@ def test_an_ending_that_cannot_be_written_is_bad_usage(takes: Path) -> None:
 @pytest.mark.parametrize("force", [False, True])
 @pytest.mark.parametrize("resume", [False, True])
 def test_what_is_there_is_kept_forced_or_resumed(takes: Path, force: bool, resume: bool) -> None:
-    inputs = [Input(takes / "b.amc", Path("b.amc"))]
+    inputs = identities([Input(takes / "b.amc", Path("b.amc"))])
     job = Job(takes / "b.amc", takes / "out.amc", takes / "out")
     fresh = ready(job, inputs, [".mend.json"], force=force, resume=resume)
     assert fresh == job
@@ -233,16 +243,29 @@ def test_what_is_there_is_kept_forced_or_resumed(takes: Path, force: bool, resum
 
 
 def test_an_input_is_never_an_output_whatever_is_forced(takes: Path) -> None:
-    inputs = [Input(takes / "b.amc", Path("b.amc")), Input(takes / "A.C3D", Path("A.C3D"))]
-    for target in (takes / "b.amc", takes / "day1" / ".." / "A.C3D", takes / "new" / ".." / "b.amc"):
+    inputs = identities([Input(takes / "b.amc", Path("b.amc")), Input(takes / "A.C3D", Path("A.C3D"))])
+    (takes / "linked.amc").hardlink_to(takes / "b.amc")
+    (takes / "pointing.amc").symlink_to(takes / "A.C3D")
+    within = takes / "b.amc", takes / "day1" / ".." / "A.C3D", takes / "new" / ".." / "b.amc"
+    for target in (*within, takes / "linked.amc", takes / "pointing.amc"):
         job = Job(takes / "b.amc", target, target.with_suffix(""))
         refused = ready(job, inputs, [], force=True, resume=True)
         assert isinstance(refused, Refusal)
         assert "input" in refused.reason
 
 
+def test_thousands_of_files_are_planned_in_no_time(tmp_path: Path) -> None:
+    """Each output asked the disk for all inputs: 1,500 files took minutes before the first was read."""
+    inputs = [Input(tmp_path / f"{k}.csv", Path(f"{k}.csv")) for k in range(3000)]
+    jobs = [Job(one.path, tmp_path / "out" / one.place, tmp_path / "out" / one.place.stem) for one in inputs]
+    begun = time.perf_counter()
+    made, refused = ready_and_housed(jobs, inputs, [".mend.json"], Writing(), lambda folder: None)
+    assert time.perf_counter() - begun < 10.0
+    assert (len(made), len(refused)) == (3000, 0)
+
+
 def test_a_sidecar_of_another_format_is_left_to_its_owner(takes: Path) -> None:
-    inputs = [Input(takes / "b.amc", Path("b.amc"))]
+    inputs = identities([Input(takes / "b.amc", Path("b.amc"))])
     job = Job(takes / "b.amc", takes / "out.amc", takes / "out")
     for owner, beside in (("out.c3d", "out.amc.mend.json"), ("out.amc", "out.mend.json")):
         (takes / "out.mend.json").write_text(json.dumps({"output": owner}))

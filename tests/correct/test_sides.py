@@ -53,6 +53,36 @@ def test_however_strange_a_posture_knees_do_not_bend_backwards_nor_toes_point_th
         assert faces_away(factors, usual, BODY, postures) is away
 
 
+@given(st.floats(-0.3, 0.3), st.floats(-0.2, 0.2), st.sampled_from(["Left", "Right"]))
+@settings(max_examples=20)
+def test_one_leg_that_is_seen_tells_as_much_as_two(bent: float, toes: float, lost: str) -> None:
+    postures = standing(bent, toes)[None].repeat(3, axis=0)
+    postures[:, [k for k, name in enumerate(BODY.names) if lost in name]] = np.nan
+    np.testing.assert_allclose(toes_ahead(postures, BODY), toes, atol=1e-12)
+    np.testing.assert_allclose(knees_ahead(postures, BODY), bent, atol=1e-12)
+
+
+def test_without_legs_many_frames_say_no_more_than_one() -> None:
+    """Who leans, or holds the arms back, does so in all of them; legs that look that way may be believed."""
+
+    def enough(least: float, *, legs: bool) -> float:
+        """The lean, m, from which on somebody is taken to face away."""
+        for lean in np.linspace(0.0, 0.5, 200):
+            posture = standing(0.0, -0.01)
+            posture[BODY.names.index("Head"), 2] -= lean
+            taught = about_turn(posture[None], BODY)[0]
+            factors = Factors(taught, np.zeros((len(taught), 3, 1)), np.ones(1), np.full(len(taught), 1e-3))
+            usual = Standard(bone_lengths(taught[None], BODY)[0], taught)
+            if not legs:
+                posture[np.append(BODY.legs[:, 1:], BODY.feet)] = np.nan
+            if faces_away(factors, usual, BODY, posture[None].repeat(5, axis=0), least):
+                return float(lean)
+        return np.inf
+
+    assert enough(1.5, legs=True) < enough(3.0, legs=True) < 0.5
+    assert enough(1.5, legs=False) == enough(3.0, legs=False) < 0.5
+
+
 @given(st.integers(0, 100), st.booleans())
 @settings(max_examples=30)
 def test_limbs_that_change_places_with_the_trunk_are_those_that_jump(seed: int, otherwise: bool) -> None:

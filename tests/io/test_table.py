@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sensor_files import standing
 
+from motionmend.bodies.joint_sets import KINECT25
 from motionmend.bodies.motion import Markers
 from motionmend.errors import FileError
+from motionmend.io import looks_meant, read
 from motionmend.io.c3d import read_c3d
+from motionmend.io.sensor import read_postures
 from motionmend.io.table import read_table, write_table
 
 PLAIN = (
@@ -171,3 +175,31 @@ def test_damage_gives_a_value_or_one_line(tmp_path_factory, data) -> None:
 def test_nothing_to_write(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="needs markers and frames"):
         write_table(tmp_path / "a.csv", Markers((), np.empty((3, 0, 3)), 10.0))
+
+
+@pytest.mark.parametrize("blank", ["", "\n"])
+@pytest.mark.parametrize("ending", ["", ","])
+def test_a_sensors_table_without_titles_is_read_as_correct_reads_it(tmp_path: Path, blank: str, ending: str) -> None:
+    joints = standing(KINECT25, 12)
+    rows = np.concatenate([joints, np.full((12, 25, 1), 2.0)], axis=2).reshape(12, 100)
+    text = blank + "".join(",".join(f"{value:.6f}" for value in row) + ending + "\n" for row in rows)
+    path = written(tmp_path, text)
+    found, sensed = read_table(path, None), read_postures(path)
+    assert found.names == sensed.names == KINECT25.names
+    np.testing.assert_array_equal(found.positions, sensed.positions)
+    assert any("no titles" in guess and "Kinect v2" in guess for guess in found.guesses)
+    assert looks_meant(path)
+    write_table(tmp_path / "again.csv", found)
+    again = read_postures(tmp_path / "again.csv")
+    assert again.names == KINECT25.names
+    assert again.state is not None
+    assert (again.state == 2).all()
+    assert not looks_meant(written(tmp_path, "1,2,3\n4,5,6\n"))  # numbers, but nobody's joints
+
+
+def test_a_sensors_text_says_what_to_do(tmp_path: Path) -> None:
+    rows = np.concatenate([standing(KINECT25, 5), np.full((5, 25, 1), 2.0)], axis=2).reshape(5, 100)
+    path = tmp_path / "take.txt"
+    np.savetxt(path, rows, fmt="%.6f", delimiter=" ")
+    with pytest.raises(FileError, match="motionmend correct"):
+        read(path)

@@ -9,7 +9,7 @@ import naive_correct as naive
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, hops, proportions, shapes, sighting, steadying
+from motionmend.kernels import bones, hops, one_side, proportions, shapes, sighting, steadying
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -156,6 +156,45 @@ def test_a_person_is_placed_as_by_its_twin(seed: int, missing: int, met: bool) -
         rng.normal(0.0, 0.2, (JOINTS, 3)), rng.normal(size=2), turn, rng.normal(size=3), 1.1,
     )  # fmt: skip
     same(sighting.place(*told), naive.place(*told))
+
+
+@given(st.integers(0, 10_000), st.booleans(), st.booleans(), st.integers(0, 1))
+@settings(max_examples=30)
+def test_who_is_seen_from_one_side_is_placed_as_by_the_twin(seed: int, met: bool, shoulder: bool, side: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows, failing = some_posture(rng, 0), rng.uniform(0.0, 1.0, JOINTS)
+    rows[BODY.across[:, side]] = np.nan
+    if not shoulder:
+        rows[BODY.across[1:, 1 - side]] = np.nan
+    told = (
+        rows, failing, np.zeros((2, BONES)), BODY.bones, BODY.across, BODY.trunk, rng.uniform(0.1, 0.5, BONES),
+        rng.normal(0.0, 0.2, (JOINTS, 3)), rng.normal(size=2) * met, np.eye(3), rng.normal(size=3), 1.1,
+    )  # fmt: skip
+    same(sighting.place(*told), naive.place(*told))
+
+
+@given(st.integers(0, 10_000), st.integers(0, 1), st.floats(-3.1, 3.1))
+@settings(max_examples=30)
+def test_one_side_of_the_trunk_tells_where_it_faces(seed: int, side: int, heading: float) -> None:
+    """The standard body itself, turned: at once if nothing was known, in seconds if it was thought to face away."""
+    rng = np.random.default_rng(seed)
+    standard = np.zeros((JOINTS, 3))
+    standard[BODY.trunk] = rng.normal(0.0, 0.02, (int(BODY.trunk.sum()), 3))
+    standard[BODY.across[:, 0], 0] += 0.15
+    standard[BODY.across[:, 1], 0] -= 0.15
+    cos, sin = np.cos(heading), np.sin(heading)
+    rows = standard @ np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    rows[BODY.across[:, side]] = np.nan
+    trust = np.isfinite(rows).all(axis=1).astype(float)
+    told = rows, trust, BODY.trunk, BODY.across, standard
+    found = one_side.facing(*told, np.zeros(2))
+    np.testing.assert_allclose(found / np.hypot(*found), [cos, sin], atol=1e-9)
+    found = np.array([np.cos(heading + 3.0), np.sin(heading + 3.0)])
+    for _ in range(300):
+        found = one_side.facing(*told, found)
+    assert found / np.hypot(*found) @ [cos, sin] > 0.99
+    trust[BODY.across] = 0.0  # the spine alone says nothing
+    np.testing.assert_array_equal(one_side.facing(*told, np.zeros(2)), 0.0)
 
 
 @given(st.integers(0, 10_000), st.integers(0, 6), st.floats(0.005, 0.3))

@@ -11,6 +11,7 @@ Sources: Kinect for Windows SDK 1.8 (NUI_SKELETON_POSITION_INDEX) and 2.0 (Joint
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -336,6 +337,7 @@ def _set_holding(names: Sequence[str]) -> JointSet | None:
     return min(holding, key=lambda one: len(one.names)) if holding else None
 
 
+@lru_cache(maxsize=4096)  # asked of all names of all sets for every recording
 def _plain(name: str) -> str:
     """A name in lower case without punctuation, or Nuitrack's `JOINT_` or the SDK's `JointType_` before it; Azure's
     recorder once spelt the navel another way."""

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .inputs import Input, Job, Refusal, ready
+from .inputs import Input, Job, Refusal, identities, ready
 from .options import Writing
 
 
@@ -45,8 +45,9 @@ def ready_and_housed(
     """Planned jobs as they are to be done, with folders for their outputs, and those that cannot be."""
     jobs: list[Job] = []
     refused: list[Refusal] = []
+    taken = identities(inputs)
     for one in planned:
-        job = ready(one, inputs, sidecars, force=writing.force, resume=writing.resume)
+        job = ready(one, taken, sidecars, force=writing.force, resume=writing.resume)
         if isinstance(job, Job):
             job = housed(job, make)
         if isinstance(job, Refusal):

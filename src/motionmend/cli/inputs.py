@@ -3,13 +3,15 @@
 import json
 import os
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import UsageError
 
+FileNumber = tuple[int, int]  # of a device, and on it
+SENSED = (".skl", ".skeleton", ".mat", ".gz")  # what is mostly a sensor's skeleton
 NO_FILE = "a pipe or a device, which cannot be read twice: give a file"
 
 
@@ -108,7 +110,8 @@ def gather(
             refused.append(Refusal(path, "a skeleton, no recording: give the .amc files that go with it"))
         elif ending(path) not in endings:
             came = f"came {path.suffix!r}" if path.suffix else "came none"
-            refused.append(Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}"))
+            how = "; of a sensor's skeleton `motionmend correct` makes a table (.csv)" if ending(path) in SENSED else ""
+            refused.append(Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}{how}"))
         else:
             found = [Input(path, Path(path.name))]
         for one in found:
@@ -190,8 +193,10 @@ def jobs_of(inputs: Sequence[Input], targets: Sequence[Path]) -> list[Job]:
     ]
 
 
-def ready(job: Job, inputs: Sequence[Input], sidecars: Sequence[str], *, force: bool, resume: bool) -> Job | Refusal:
-    """The job as it is to be done, or why it must not write what it would write.
+def ready(
+    job: Job, taken: Set[Path | FileNumber], sidecars: Sequence[str], *, force: bool, resume: bool
+) -> Job | Refusal:
+    """The job as it is to be done, or why it must not write what it would write; `taken`: `identities` of the inputs.
 
     An output appears under its name only when it is complete: with `resume`, what is there with all that belongs
     beside it is finished, and what lacks some of it, or was emptied since, is done again. Where the file beside it
@@ -203,7 +208,7 @@ def ready(job: Job, inputs: Sequence[Input], sidecars: Sequence[str], *, force: 
     for output in outputs:
         if output.is_dir():
             return Refusal(job.source, f"the output {output} is a folder: choose another name with -o")
-        if any(_same(output, one.path) for one in inputs):
+        if not taken.isdisjoint(_identities(output)):
             return Refusal(job.source, f"the output {output} is an input itself: choose another name with -o")
     if resume and all(output.exists() and output.stat().st_size for output in outputs):
         return replace(job, finished=True)
@@ -298,6 +303,14 @@ def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | Non
     return kept
 
 
-def _same(a: Path, b: Path) -> bool:
-    """Whether two names are one file's, also by way of folders that are yet to be made."""
-    return a.resolve() == b.resolve() or (a.exists() and b.exists() and a.samefile(b))
+def identities(inputs: Iterable[Input]) -> frozenset[Path | FileNumber]:
+    """What the inputs are, whatever other names they have: found once, as each of thousands of outputs asks for all."""
+    return frozenset(one for each in inputs for one in _identities(each.path))
+
+
+def _identities(path: Path) -> Iterator[Path | FileNumber]:
+    """Where a file is, also by way of folders that are yet to be made, and its number on its device if it is there."""
+    yield path.resolve()
+    with suppress(OSError):
+        there = path.stat()
+        yield there.st_dev, there.st_ino

@@ -40,7 +40,9 @@ Out: TypeAlias = Annotated[
 ]
 Rate: TypeAlias = Annotated[
     float | None,
-    Parameter(help="Rate in Hz of files that carry none (.amc: 120 when not given).", validator=check_rate),
+    Parameter(
+        help="Rate in Hz of files that carry none (when not given 120 for .amc, 30 for sensors).", validator=check_rate
+    ),
 ]
 SkeletonFile: TypeAlias = Annotated[
     Path | None,

@@ -14,6 +14,7 @@ from .inputs import (
     Job,
     Refusal,
     ending,
+    identities,
     is_new,
     is_no_file,
     jobs_of,
@@ -171,8 +172,9 @@ def plan_takes(
     takes: list[Take] = []
     refused: list[Refusal] = []
     inputs = [one for one, _ in found]
+    taken = identities(inputs)
     for (_, kind), planned in zip(found, jobs_of(inputs, targets), strict=True):
-        job = ready(planned, inputs, [".mend.json"], force=writing.force, resume=writing.resume)
+        job = ready(planned, taken, [".mend.json"], force=writing.force, resume=writing.resume)
         if isinstance(job, Refusal):
             refused.append(job)
         else:

@@ -11,6 +11,8 @@ from ..numerics.factors import Belief, Factors
 from .reliability import chain_backward
 from .watching import PATIENCE, Sight
 
+STRETCH = 1024  # frames of which all that is known of the factors is kept at a time: 18 kB each, 2 GB in an hour
+
 
 def judged_again(sights: Sequence[Sight]) -> Floats:
     """(T, J) the probability that each joint fails, by what came before and after."""
@@ -42,24 +44,47 @@ def placed_again(factors: Factors, sights: Sequence[Sight], failing: Floats) -> 
     noise = factors.noise + UNMET**2 * np.exp(-met_in_all(trust, gaps_between(sights)) / MET_SECONDS)
     values = less_own(factors, sights, own)
     gaps = gaps_between(sights)
+    begun: list[Belief | None] = [None]  # before each stretch
     beliefs: list[Belief] = []
-    for t, gap in enumerate(gaps):
-        known = t > 0 and gap <= PATIENCE
-        forecast = process.ahead(factors, beliefs[-1], float(gap)) if known else process.start(factors)
-        precision = np.where(trust[t] > 0.02, trust[t], 0.0) / factors.noise
-        beliefs.append(process.seen(factors, forecast, values[t], precision))
+    for first in range(0, len(sights), STRETCH):
+        frames = slice(first, first + STRETCH)
+        beliefs = _followed(factors, begun[-1], values[frames], trust[frames], gaps[frames])
+        begun.append(beliefs[-1])
     posture, std = np.empty(values.shape), np.zeros(trust.shape)
     later = beliefs[-1]
     for t in range(len(sights) - 1, -1, -1):
+        stretch, frame = divmod(t, STRETCH)
+        if frame == STRETCH - 1 and t < len(sights) - 1:
+            frames = slice(stretch * STRETCH, t + 1)
+            beliefs = _followed(factors, begun[stretch], values[frames], trust[frames], gaps[frames])
         if t < len(sights) - 1 and gaps[t + 1] <= PATIENCE:
-            later = process.backward(factors, later, beliefs[t], float(gaps[t + 1]))
+            later = process.backward(factors, later, beliefs[frame], float(gaps[t + 1]))
         else:
-            later = beliefs[t]
+            later = beliefs[frame]
         there, cov = process.expected(factors, later)
         share = trust[t][:, None]
         posture[t] = share * values[t] + (1.0 - share) * there
         std[t] = (1.0 - trust[t]) * np.sqrt(np.trace(cov, axis1=1, axis2=2) / 3.0 + noise)
     return posture + factors.mean + own, std
+
+
+def _followed(factors: Factors, before: Belief | None, values: Floats, trust: Floats, gaps: Floats) -> list[Belief]:
+    """What is known of the factors after each of T frames, by those up to it.
+
+    Parameters
+    ----------
+    before : after the frame before; None = there is none.
+    values, trust, gaps : (T, J, 3), (T, J), (T,) of `less_own`, `trusted` and `gaps_between`.
+    """
+    found: list[Belief] = []
+    for value, sure, gap in zip(values, trust, gaps, strict=True):
+        if before is None or gap > PATIENCE:
+            forecast = process.start(factors)
+        else:
+            forecast = process.ahead(factors, before, float(gap))
+        before = process.seen(factors, forecast, value, np.where(sure > 0.02, sure, 0.0) / factors.noise)
+        found.append(before)
+    return found
 
 
 def met_in_all(trust: Floats, gaps: Floats) -> Floats:

@@ -165,8 +165,12 @@ def by_learner(knowledge: Knowledge, postures: Postures, method: str) -> Posture
 def _watched(
     watcher: Watcher, joining: Joining, sight: Sight, rows: Floats, postures: Postures, confused: Bools
 ) -> list[Sight]:
-    """The frames looked at with the sides of joints (T, J) changed back that are known to be confused."""
+    """The frames looked at with the sides of joints (T, J) changed back that are known to be confused.
+
+    What each knows of the factors, most of its size, is not kept: it is asked for by the next frame alone.
+    """
     sights: list[Sight] = []
+    nothing = sight.followed.belief
     again = leaps_again(rows, postures.times, watcher.body.mirror)
     for t, row in enumerate(rows):
         told = None if postures.state is None else joining.states(postures.state[t])
@@ -174,7 +178,7 @@ def _watched(
             row = np.where(confused[t][:, None], row[watcher.body.mirror], row)
             told = None if told is None else np.where(confused[t], told[watcher.body.mirror], told)
         sight = look(watcher, sight, row, told, float(postures.times[t]), again[t])
-        sights.append(sight)
+        sights.append(replace(sight, followed=replace(sight.followed, belief=nothing)))
     return sights
 
 

@@ -117,36 +117,45 @@ def confused_limbs(factors: Factors, usual: Standard, body: Anatomy, postures: F
 def faces_away(factors: Factors, usual: Standard, body: Anatomy, postures: Floats, least: float = REVISED) -> bool:
     """Whether all sides are exchanged, as when a back is taken for a front; parameters as of `confused_limbs`.
 
-    Never where knees bend or toes point ahead as given: a body that faced the other way would have them backwards,
-    however little the posture is like learned ones.
+    Never where knees bend or toes point ahead as given, of one leg or of both: a body that faced the other way would
+    have them backwards, however little the posture is like learned ones. Where no leg says anything trunk and arms have
+    to say as much as in one frame, however many there are: who leans or holds the arms back does so in all of them.
     """
     if knees_ahead(postures, body) > BENT or toes_ahead(postures, body) > 0.0:
         return False
+    if not _legs_tell(postures, body):
+        least = max(least, REVISED)
     return bool(_likelier(factors, usual, body, postures, about_turn(postures, body)[None])[0] > least)
 
 
+def _legs_tell(postures: Floats, body: Anatomy) -> bool:
+    """Whether a whole leg, or a foot with its ankle, is seen in some of the postures (T, J, 3)."""
+    there = np.asarray(np.isfinite(postures).all(axis=2))
+    return bool(there[:, body.legs].all(axis=2).any() or there[:, body.feet].all(axis=2).any())
+
+
 def knees_ahead(postures: Floats, body: Anatomy) -> float:
-    """m, in the median of postures (T, J, 3) in standard form, by which the knee that does most lies before the line
-    from its hip to its ankle, below 0 behind it; 0 without legs."""
+    """m, in the median of postures (T, J, 3) in standard form, by which the knee that does most, of legs that are seen,
+    lies before the line from its hip to its ankle, below 0 behind it; 0 without legs."""
     hip, knee, ankle = np.moveaxis(postures[:, body.legs], 2, 0)
     along = ankle - hip
     with np.errstate(invalid="ignore", divide="ignore"):
         share = ((knee - hip) * along).sum(axis=2) / (along**2).sum(axis=2)
     ahead = (knee - hip - share[..., None] * along)[..., 2]
-    ahead = ahead[np.isfinite(ahead).all(axis=1)]
+    ahead = ahead[np.isfinite(ahead).any(axis=1)]
     if ahead.size == 0:
         return 0.0
-    most = np.take_along_axis(ahead, np.argmax(np.abs(ahead), axis=1)[:, None], axis=1)
+    most = np.take_along_axis(ahead, np.nanargmax(np.abs(ahead), axis=1)[:, None], axis=1)
     return float(np.median(most))
 
 
 def toes_ahead(postures: Floats, body: Anatomy) -> float:
-    """m, in the median of postures (T, J, 3) in standard form, by which feet lie before their ankles in the mean, below
-    0 behind them; 0 without feet."""
-    ahead = np.moveaxis(postures[:, body.feet, 2], 2, 0)
-    mean = (ahead[1] - ahead[0]).mean(axis=1) if len(body.feet) else np.zeros(0)
-    mean = mean[np.isfinite(mean)]
-    return float(np.median(mean)) if mean.size else 0.0
+    """m, in the median of postures (T, J, 3) in standard form, by which feet that are seen lie before their ankles in
+    the mean, below 0 behind them; 0 without feet."""
+    ankle, foot = np.moveaxis(postures[:, body.feet, 2], 2, 0)
+    ahead = foot - ankle
+    ahead = ahead[np.isfinite(ahead).any(axis=1)]
+    return float(np.median(np.nanmean(ahead, axis=1))) if ahead.size else 0.0
 
 
 def about_turn(postures: Floats, body: Anatomy) -> Floats:

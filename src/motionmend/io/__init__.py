@@ -149,8 +149,13 @@ def _read(file: Path, ending: str, fps: float | None, skeleton: str | os.PathLik
         from .table import read_table
 
         return read_table(file, fps)
-    from .accad import read_accad
+    from .accad import read_accad, starts_as_accad
+    from .sensor import kind_of
 
+    if ending == ".txt" and not starts_as_accad(file) and kind_of(file) in ("table", "keraal", "uiprmd"):
+        raise FileError(
+            f"{file}: wanted markers, this is a sensor's skeleton; `motionmend correct` makes a table (.csv) of it"
+        )
     return read_accad(file, fps)
 
 

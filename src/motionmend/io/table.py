@@ -127,17 +127,19 @@ def uneven_times(times: Floats) -> tuple[str, ...]:
 
 
 def _of_recorder(path: str | os.PathLike[str], fps: float | None) -> Markers | None:
-    """The joints of a table as recorders and spreadsheets spell it: without times, with semicolons, with tabs; None
-    for what is none."""
+    """The joints of a table as recorders and spreadsheets spell it: without times, or titles, with semicolons, with
+    tabs; None for what is none."""
     from .sensor import kind_of, read_postures
 
-    if kind_of(path) != "table" or not any(letter.isalpha() for letter in read_lines(path, _WANTED)[0]):
+    if kind_of(path) != "table":
         return None
     joints = read_postures(path, fps=fps)
     rate = joints.fps if np.isfinite(joints.fps) else fps or 0.0
     if not rate:
         raise FileError(f"{path}: wanted two rows or more to tell the rate, came one; give it with --fps")
     said = (*warnings_of(joints.source), *joints.guesses, *uneven_times(joints.times))
+    if not _titled(read_lines(path, _WANTED)):
+        said += (f"no titles: took the columns for {joints.source.kind}, in the order of the sensor's SDK",)
     said += ("written as a table of joints with times, commas and metres",)
     return _markers(joints.names, joints.positions, rate, TableSource(float(joints.times[0]), joints), said)
 
@@ -150,12 +152,22 @@ def _markers(
 
 
 def starts_as_table(path: str | os.PathLike[str]) -> bool:
-    """Whether a .csv starts with `time` or has a column `..._x`; also True for what cannot be read as text."""
+    """Whether a .csv starts with `time`, has a column `..._x`, or no titles and as many columns as a sensor's joints
+    have; also True for what cannot be read as text."""
+    from .sensor import kind_of
+
     try:
-        titles = [title.strip().lower() for title in split_cells(read_lines(path, _WANTED)[0])]
+        lines = read_lines(path, _WANTED)
+        titles = [title.strip().lower() for title in split_cells(lines[0])]
+        sensed = not _titled(lines) and kind_of(path) == "table"
     except FileError:
         return True
-    return titles[:1] == ["time"] or any(title.endswith("_x") for title in titles)
+    return sensed or titles[:1] == ["time"] or any(title.endswith("_x") for title in titles)
+
+
+def _titled(lines: Sequence[str]) -> bool:
+    """Whether the first line of a table that is not blank holds names."""
+    return any(letter.isalpha() for letter in next((line for line in lines if line.strip()), ""))
 
 
 def write_table(path: str | os.PathLike[str], markers: Markers, repaired: Repaired[Markers] | None = None) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
-from . import proportions, rising
+from . import one_side, proportions, rising
 from .compile import compiled
 
 LENGTHS_OFF = 50.0  # z-score of a bone's length beyond which it says nothing more
@@ -25,6 +25,7 @@ ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are 
 CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing more
 
 _insert, _middle = rising.insert, rising.middle
+_by_one_side = one_side.facing
 _length, _met, _usual_lengths = proportions.length, proportions.met, proportions.usual_lengths
 
 
@@ -131,7 +132,7 @@ def place(
             direction[0] += share * (rows[left, 0] - rows[right, 0])
             direction[1] += share * (rows[left, 2] - rows[right, 2])
     if direction[0] == 0.0 and direction[1] == 0.0:
-        direction[0], direction[1] = facing[0], facing[1]
+        direction = _by_one_side(rows, trust, trunk, across, standard_trunk, facing)
     now, there, large = np.zeros((3, 3)), np.zeros(3), scale
     total, trusted = 0.0, 0.0
     for j in range(joints):

@@ -1,0 +1,45 @@
+"""A recording seen again from its end, stretch by stretch."""
+
+import tracemalloc
+from functools import cache
+
+import numpy as np
+import pytest
+from sensed_people import fitted, recording, sensed, truth
+
+from motionmend.correct import hindsight
+
+
+@cache
+def model():
+    return fitted()
+
+
+def long_recording(times: int):
+    """Somebody who walks to and fro, an arm lost now and then."""
+    there = sensed(truth("walk", 5), 5)
+    positions = np.concatenate([there, there[::-1]] * times)
+    positions[np.arange(len(positions)) % 90 > 70, 5:8] = np.nan
+    return recording(positions)
+
+
+def test_stretches_are_joined_as_if_there_were_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = long_recording(2)
+    whole = model().correct(given)
+    for stretch in (1, 7, len(given.times) - 1, len(given.times)):
+        monkeypatch.setattr(hindsight, "STRETCH", stretch)
+        parts = model().correct(given)
+        np.testing.assert_array_equal(parts.positions, whole.positions)
+        np.testing.assert_array_equal(parts.std, whole.std)
+
+
+def test_what_is_known_of_the_factors_is_not_kept_of_all_frames() -> None:
+    """It was a quarter of all memory with this model's thirteen factors, and more than half with usual ones' 24."""
+    given = long_recording(40)
+    model().correct(long_recording(1))
+    tracemalloc.start()
+    model().correct(given)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(given.times) > 4 * hindsight.STRETCH
+    assert peak < 22_000 * len(given.times)
