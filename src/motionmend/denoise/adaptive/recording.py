@@ -321,7 +321,7 @@ def _leaping(mended: Mended, channels: Channels, layout: Layout, asked: Ints | N
         return ()
     named = ", ".join(f"{layout.names[c]} ({leaps[c]})" for c in far[:SAID])
     return (
-        f"{int(leaps.sum())} samples leap like outliers, by up to {mended.farthest[far[0]]:.0f} degrees or cm, and "
+        f"samples that leap like outliers ({int(leaps.sum())}, by up to {mended.farthest[far[0]]:.0f} degrees or cm) "
         "were left as measured, for outliers are rare here and the recording may leap so itself: "
         f"{named}{', ...' if len(far) > SAID else ''}",
     )
