@@ -49,12 +49,14 @@ def falls(positions: Floats, fps: float) -> tuple[Fall, ...]:
     positions : (T, M, 3) m as recorded, NaN = missing.
     fps : Hz.
     """
+    markers = range(positions.shape[1])
     length = max(1, round(MOMENT * fps), -(-len(positions) // MOST_MOMENTS))
-    moments = _medians(positions, length)
-    if len(moments) < BEFORE + AFTER or positions.shape[1] <= FEWEST:
+    if len(markers) <= FEWEST or len(positions) // length < BEFORE + AFTER:
         return ()
+    # one marker at a time: a recording may be long
+    moments = np.stack([_medians(positions[:, marker], length) for marker in markers], axis=1)
     found: list[tuple[int, Fall]] = []
-    for marker in range(positions.shape[1]):
+    for marker in markers:
         apart = np.linalg.norm(moments - moments[:, [marker]], axis=2)
         apart[:, marker] = np.nan
         told = _parted(apart)
@@ -93,15 +95,15 @@ def but_for_fallen(repair: Callable[[Recording], Repaired[Recording]], recording
     return recorded_but_lost(repair(without(recording, gone)), gone, said)
 
 
-def _medians(positions: Floats, length: int) -> Floats:
-    """(N, M, 3) m the medians of every `length` frames, so that no outlier is seen; NaN where most are missing."""
-    whole = positions[: len(positions) // length * length].reshape(-1, length, *positions.shape[1:])
-    missing: Bools = np.asarray(np.isnan(whole).any(axis=3))
+def _medians(places: Floats, length: int) -> Floats:
+    """(N, 3) m the medians of every `length` frames (T, 3), so that no outlier is seen; NaN where most are missing."""
+    whole = places[: len(places) // length * length].reshape(-1, length, 3)
+    missing: Bools = np.asarray(np.isnan(whole).any(axis=2))
     inward = np.sort(np.where(missing[..., None], np.inf, whole), axis=1)
     seen = length - missing.sum(axis=1)
     middle = np.maximum(seen - 1, 0) // 2
-    median = np.take_along_axis(inward, middle[:, None, :, None], axis=1)[:, 0]
-    return np.asarray(np.where((2 * seen >= length)[..., None], median, np.nan), dtype=np.float64)
+    median = inward[np.arange(len(inward)), middle]
+    return np.asarray(np.where((2 * seen >= length)[:, None], median, np.nan), dtype=np.float64)
 
 
 def _parted(apart: Floats) -> tuple[int, Ints, Floats] | None:
