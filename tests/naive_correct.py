@@ -2,6 +2,8 @@
 
 import numpy as np
 
+import naive_one_side
+
 # ---- kernels/mixture.py ----------------------------------------------------------
 
 
@@ -297,15 +299,7 @@ def place(rows, failing, sums, bones, across, trunk, lengths, standard_trunk, di
         if trust[left] * trust[right] > 0:
             now += trust[left] * trust[right] * (rows[left, ::2] - rows[right, ::2])
     if not now.any():
-        now = direction / max(np.linalg.norm(direction), 1e-300)
-        if trust[across].any():
-            some = np.flatnonzero(trunk & (trust > 0))
-            weights = trust[some] / trust[some].sum()
-            here, there = rows[some][:, ::2], standard_trunk[some][:, ::2]
-            here, there = ([1.0, 1j] @ (one - weights @ one).T for one in (here, there))
-            turned = (weights * np.conj(there) * here).sum()
-            if turned:
-                now = now + 0.03 * np.array([turned.real, turned.imag]) / abs(turned)
+        now = naive_one_side.facing(rows, trust, trunk, across, standard_trunk, direction)
     if trust.any():
         cos, sin = now / np.linalg.norm(now) if now.any() else (1.0, 0.0)
         turn, scale = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]), size

@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar, final
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Singles, frozen
+from ..arrays import Bools, Bytes, Floats, Ints, Singles, frozen
 from ..errors import MismatchError
 from .skeleton import Skeleton
 
@@ -54,9 +54,22 @@ class Motion:
         """(T, D) True where a sample was recorded."""
         return np.isfinite(self.q)
 
+    @property
+    def values(self) -> Floats:
+        """(T, D) `q`, by the name that markers have as well."""
+        return self.q
+
     def with_q(self, q: Floats) -> "Motion":
         """The same recording with other values (T, D) in radians and metres."""
         return replace(self, q=q)
+
+    def with_values(self, values: Floats) -> "Motion":
+        """`with_q`, by the name that markers have as well."""
+        return self.with_q(values)
+
+    def at_frames(self, frames: slice | Ints) -> "Motion":
+        """These frames alone, at the same rate."""
+        return self.with_q(self.q[frames])
 
 
 @final
@@ -114,9 +127,23 @@ class Markers:
         """(T, M) True where the marker was seen."""
         return np.asarray(np.isfinite(self.positions).all(axis=2))
 
+    @property
+    def values(self) -> Floats:
+        """(T, M, 3) `positions`, by the name that motions have as well."""
+        return self.positions
+
     def with_positions(self, positions: Floats) -> "Markers":
         """The same recording with other positions (T, M, 3) in metres; residuals stay as they were."""
         return replace(self, positions=positions)
+
+    def with_values(self, values: Floats) -> "Markers":
+        """`with_positions`, by the name that motions have as well."""
+        return self.with_positions(values)
+
+    def at_frames(self, frames: slice | Ints) -> "Markers":
+        """These frames alone, with their residuals, at the same rate."""
+        residuals = None if self.residuals is None else self.residuals[frames]
+        return replace(self, positions=self.positions[frames], residuals=residuals)
 
 
 class Origin(IntEnum):

@@ -107,8 +107,8 @@ def step(state: Live[Recording], frames: Floats) -> tuple[Live[Recording], tuple
     lag, memory, hop = state.settings.frames(state.recent.fps)
     finished = []
     for frame in _frames(state.recent, frames):
-        latest = np.concatenate([_values(state.recent), frame[None]])[-(memory + lag + hop) :]
-        state = replace(state, recent=_with_values(state.recent, latest), seen=state.seen + 1)
+        latest = np.concatenate([state.recent.values, frame[None]])[-(memory + lag + hop) :]
+        state = replace(state, recent=state.recent.with_values(latest), seen=state.seen + 1)
         due = state.seen - lag
         if due > 0 and due % hop == 0:
             finished.append(_finished(state, due))
@@ -139,7 +139,7 @@ def repair_with_lag(
     if recording.frames == 0:
         return model.repair(recording, "adaptive")
     finished: tuple[Repaired[Recording], ...]
-    state, finished = step(start(model, recording, settings), _values(recording))
+    state, finished = step(start(model, recording, settings), recording.values)
     last = finish(state)
     pieces = list(finished)
     if last is not None:
@@ -152,12 +152,12 @@ def joined(recording: Recording, pieces: Sequence[Repaired[Recording]]) -> Repai
 
     Of the pieces' warnings those are kept that at least half of them give, numbers aside.
     """
-    values = np.concatenate([_values(piece.recording) for piece in pieces])
+    values = np.concatenate([piece.recording.values for piece in pieces])
     origin: Bytes = np.concatenate([piece.origin for piece in pieces])
     frames = [piece.recording.frames for piece in pieces]
     noises = [piece.noise for piece in pieces if piece.noise is not None]
     return Repaired(
-        recording=_with_values(recording, values),
+        recording=recording.with_values(values),
         origin=origin,
         std=np.concatenate([piece.std for piece in pieces]),
         weights=np.concatenate([piece.weights for piece in pieces]),
@@ -187,7 +187,7 @@ def _finished(state: Live[Recording], due: int) -> Repaired[Recording]:
 def _frames(like: Motion | Markers, frames: Floats) -> Floats:
     """(n, ...) frames of one or several."""
     frames = np.asarray(frames, dtype=np.float64)
-    one = _values(like).shape[1:]
+    one = like.values.shape[1:]
     if frames.shape == one:
         return frames[None]
     if frames.shape[1:] != one:
@@ -200,16 +200,6 @@ def _part(recording: Recording, frames: slice) -> Recording:
     if isinstance(recording, Markers):
         return replace(recording, positions=recording.positions[frames], residuals=None, source=None)
     return replace(recording, q=recording.q[frames], source=None)
-
-
-def _with_values(recording: Recording, values: Floats) -> Recording:
-    if isinstance(recording, Markers):
-        return recording.with_positions(values)
-    return recording.with_q(values)
-
-
-def _values(recording: Motion | Markers) -> Floats:
-    return recording.positions if isinstance(recording, Markers) else recording.q
 
 
 def _mostly_said(pieces: Sequence[Repaired[Any]]) -> tuple[str, ...]:

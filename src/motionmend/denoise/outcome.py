@@ -53,7 +53,7 @@ def repaired_recording(
     if lacking:
         warnings.append(f"the recording lacks {', '.join(lacking[:6])}{', ...' if len(lacking) > 6 else ''}")
     return Repaired(
-        recording=_with_values(recording, values),
+        recording=recording.with_values(values),
         origin=origin,
         std=std,
         weights=weights,
@@ -105,11 +105,11 @@ def classic_outcome(
     outcome = repaired_recording(recording, layout, channels, found, method)
     if not same:
         return outcome
-    values = _values(outcome.recording).copy()
+    values = outcome.recording.values.copy()
     for some in pieces(recording.frames):
         here = _present(recording, some)
-        values[some][here] = _values(recording)[some][here]
-    return replace(outcome, recording=_with_values(recording, values))
+        values[some][here] = recording.values[some][here]
+    return replace(outcome, recording=recording.with_values(values))
 
 
 def pca_outcome(markers: Markers) -> Repaired[Markers]:
@@ -148,7 +148,7 @@ def opened_where_unsure(
         unsure &= recording.skeleton.dof_kind == ROTATION
     if not unsure.any():
         return outcome
-    values, origin, std = _values(recording).copy(), outcome.origin.copy(), outcome.std.copy()
+    values, origin, std = recording.values.copy(), outcome.origin.copy(), outcome.std.copy()
     values[unsure], origin[unsure], std[unsure] = np.nan, Origin.LEFT_OPEN, np.nan
     hit = unsure.any(axis=0)
     names = [name for name, here in zip(recording.channels, hit, strict=True) if here]
@@ -158,7 +158,7 @@ def opened_where_unsure(
     )
     return replace(
         outcome,
-        recording=_with_values(recording, values),
+        recording=recording.with_values(values),
         origin=origin,
         std=std,
         warnings=(*outcome.warnings, said),
@@ -276,18 +276,8 @@ def _judge_root(motion: Motion, values: Floats, origin: Bytes) -> None:
             origin[:, row] = np.where(present, kept, open_)
 
 
-def _values(recording: Motion | Markers) -> Floats:
-    return recording.q if isinstance(recording, Motion) else recording.positions
-
-
 def _present(recording: Motion | Markers, frames: slice) -> Bools:
     """(N, C) True where a sample of these frames was recorded."""
     if isinstance(recording, Motion):
         return np.isfinite(recording.q[frames])
     return np.asarray(np.isfinite(recording.positions[frames]).all(axis=2))
-
-
-def _with_values(recording: Recording, values: Floats) -> Recording:
-    if isinstance(recording, Motion):
-        return recording.with_q(values)
-    return recording.with_positions(values)

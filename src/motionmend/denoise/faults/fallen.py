@@ -82,11 +82,12 @@ def but_for_fallen(repair: Callable[[Recording], Repaired[Recording]], recording
         return repair(recording)
     assert isinstance(recording, Markers)
     found = falls(recording.positions, recording.fps)
-    gone = np.zeros(recording.present.shape, dtype=np.bool_)
-    for fall in found:
-        gone[fall.first :, fall.marker] = recording.present[fall.first :, fall.marker]
     if not found:
         return repair(recording)
+    gone = np.zeros(recording.present.shape, dtype=np.bool_)
+    for fall in found:
+        gone[fall.first :, fall.marker] = True
+    gone &= recording.present
     said = [
         f"{recording.names[fall.marker]}: from frame {fall.first} to the end it is away from all markers that were "
         f"about it before, by about {CENTIMETRES * fall.away:.0f} cm, as one that fell off; taken as missing there"

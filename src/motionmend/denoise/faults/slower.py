@@ -41,7 +41,7 @@ def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recordin
     shown = shown_once(recording)
     if shown is None:
         return repair(recording)
-    outcome: Repaired[Recording] = repair(_at(recording, shown, recording.fps / _way(shown)))
+    outcome: Repaired[Recording] = repair(replace(recording.at_frames(shown), fps=recording.fps / _way(shown)))
     between = _between(outcome, shown, recording)
     said = (
         f"{as_slower(recording, shown)}; {recording.frames - len(shown)} frames that repeat the one before were "
@@ -49,7 +49,7 @@ def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recordin
     )
     return replace(
         outcome,
-        recording=_with_values(recording, between.values),
+        recording=recording.with_values(between.values.reshape(recording.values.shape)),
         origin=between.origin,
         std=between.std,
         weights=between.weights,
@@ -58,9 +58,16 @@ def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recordin
 
 
 def shown_once(recording: Motion | Markers) -> Ints | None:
-    """Frames that show something new, where these come regularly and seldom enough; None where every frame may.
+    """Frames that show something new, where these come regularly and seldom enough.
 
-    Frames of a rest are among them, as many as there would be if something moved.
+    Parameters
+    ----------
+    recording : T frames.
+
+    Returns
+    -------
+    (S,) frame numbers, in order; frames of a rest are among them, as many as there would be if something moved. None
+    where every frame may show something new.
     """
     if recording.frames <= FEWEST:
         return None
@@ -88,7 +95,13 @@ def shown_once(recording: Motion | Markers) -> Ints | None:
 
 
 def as_slower(recording: Motion | Markers, shown: Ints) -> str:
-    """The sentence that says how often a recording shows its frames, from those it shows once."""
+    """The sentence that says how often a recording shows its frames.
+
+    Parameters
+    ----------
+    recording : T frames.
+    shown : (S,) of `shown_once`.
+    """
     way = _way(shown)
     return (
         f"each frame is shown {way:.3g} times throughout: taken for a recording of {recording.fps / way:.4g} Hz "
@@ -103,6 +116,8 @@ def _way(shown: Ints) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Between:
+    """(T, C, N) values, (T, C) the rest, rad or m."""
+
     values: Floats
     origin: Bytes
     std: Singles
@@ -133,7 +148,7 @@ def _between(outcome: Repaired[Motion] | Repaired[Markers], shown: Ints, recordi
     var = np.square(outcome.std.astype(np.float64))
     var = np.where(again[:, None], np.fmax(var[last], var[later]) + strays, var[last])
     origin = outcome.origin[last].copy()
-    recorded = _there(recording)
+    recorded = recording.present
     origin[again] = np.where(recorded[again], Origin.REPAIRED, np.maximum(origin[again], Origin.FILLED))
     gone = ~np.isfinite(values).all(axis=2)
     origin[gone] = Origin.LEFT_OPEN
@@ -163,24 +178,4 @@ def _along(path: Floats, shown: Ints, asked: Ints, turns: Bools) -> Floats:
 
 def _values(recording: Motion | Markers) -> Floats:
     """(T, C, N): an angle or shift of each channel, or the place of each marker."""
-    return recording.q[:, :, None] if isinstance(recording, Motion) else recording.positions
-
-
-def _there(recording: Motion | Markers) -> Bools:
-    return np.asarray(np.isfinite(_values(recording)).all(axis=2))
-
-
-def _with_values(recording: Recording, values: Floats) -> Recording:
-    if isinstance(recording, Motion):
-        return recording.with_q(values[:, :, 0])
-    assert isinstance(recording, Markers)
-    return recording.with_positions(values)
-
-
-def _at(recording: Recording, frames: Ints, fps: float) -> Recording:
-    """These frames of a recording alone, as one of another rate."""
-    if isinstance(recording, Motion):
-        return replace(recording, q=recording.q[frames], fps=fps)
-    assert isinstance(recording, Markers)
-    residuals = None if recording.residuals is None else recording.residuals[frames]
-    return replace(recording, positions=recording.positions[frames], residuals=residuals, fps=fps)
+    return recording.values.reshape(recording.frames, len(recording.channels), -1)

@@ -38,7 +38,7 @@ def repaired_in_takes(recording: Recording, repair: Callable[[Recording], Repair
     if not cuts:
         return repair(recording)
     edges = [0, *cuts, recording.frames]
-    parts = [repair(_frames(recording, slice(a, b))) for a, b in pairwise(edges)]
+    parts = [repair(recording.at_frames(slice(a, b))) for a, b in pairwise(edges)]
     common: list[str] = [warning for warning in parts[0].warnings if all(warning in part.warnings for part in parts)]
     told: list[str] = [
         warning if not first else f"from frame {first} on, counted from there: {warning}"
@@ -154,14 +154,6 @@ def _places(recording: Motion | Markers, part: slice) -> Floats:
     if isinstance(recording, Markers):
         return recording.positions[part]
     return positions(recording.skeleton, recording.q[part])
-
-
-def _frames(recording: Recording, part: slice) -> Recording:
-    if isinstance(recording, Motion):
-        return recording.with_q(recording.q[part])
-    assert isinstance(recording, Markers)
-    residuals = None if recording.residuals is None else recording.residuals[part]
-    return replace(recording, positions=recording.positions[part], residuals=residuals)
 
 
 def _joined(recording: Recording, parts: list[Recording]) -> Recording:

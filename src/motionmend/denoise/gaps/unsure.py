@@ -17,6 +17,10 @@ def hardly_known(outcome: Repaired[Motion] | Repaired[Markers]) -> tuple[str, ..
 
     Joint angles, but for the root's places, and markers between the first and the last time they are seen: what is
     made up beyond, or of who is never seen, is said by whoever does it.
+
+    Parameters
+    ----------
+    outcome : deviations in rad for joint angles, m for markers.
     """
     recording, filled = outcome.recording, np.asarray(outcome.origin == Origin.FILLED)
     seen: Bools = np.asarray(outcome.origin <= Origin.REPAIRED)
