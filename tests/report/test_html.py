@@ -153,6 +153,19 @@ def test_the_tables_count_every_sample_and_name_the_largest_change(tmp_path):
     assert re.findall(r">(\d+)</td>", row)[-4:] == ["2", "0", "0", "238"]
 
 
+def test_the_table_of_changes_takes_no_room_for_zeros_and_says_metres_where_it_is_metres(tmp_path):
+    truth = waving()
+    fallen = truth.positions.copy()
+    fallen[10:, 3, 2] -= 3.08
+    fallen[20, 1, 2] += 0.03
+    page = page_of(tmp_path, [("truth", truth), ("fallen", truth.with_positions(fallen))])
+    changed = page.text[page.text.index("Most changed") : page.text.index("<details")]
+    assert re.findall(r"<th scope=col>(\w+)</th>", changed) == ["name", "RMS", "largest"]
+    assert "3.08 m<" in changed
+    assert "30 mm<" in changed
+    assert "e+" not in changed
+
+
 def test_what_was_repaired_is_found_by_its_gaps_and_keeps_its_colour(tmp_path):
     truth = waving()
     noisy, repaired = spoilt(truth)

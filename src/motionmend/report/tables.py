@@ -192,8 +192,8 @@ class _ChannelTable:
     changes: Sequence[Change] | None = None
 
     def html(self, channels: Sequence[int], *, measured: bool = True) -> str:
-        """The rows of `channels` in that order, with or without the count of measured samples."""
-        counts = {k: v for k, v in self.counts.items() if measured or k != "measured"}
+        """The rows of `channels` in that order, with all counts, or without the measured ones and columns of zeros."""
+        counts = {k: v for k, v in self.counts.items() if measured or (k != "measured" and v[list(channels)].any())}
         head = _head("name", *(["RMS", "largest"] if self.changes is not None else []), *counts)
         rows, names = [], _of_one_subject(self.recording.channels)
         for c in channels:
@@ -206,11 +206,11 @@ class _ChannelTable:
     def _change(self, channel: int) -> list[str]:
         if self.changes is None:
             return []
-        change, (unit, scale) = self.changes[channel], _unit(self.recording, channel)
+        change = self.changes[channel]
         if not np.isfinite(change.rms):
             return ["<td>no pair</td>", "<td></td>"]
-        largest = self._jump(channel, f"{change.largest * scale:.3g}{unit}", change.frame)
-        return [f"<td>{change.rms * scale:.3g}{unit}</td>", f"<td>{largest}</td>"]
+        rms, largest = (_measured(self.recording, channel, size) for size in (change.rms, change.largest))
+        return [f"<td>{rms}</td>", f"<td>{self._jump(channel, largest, change.frame)}</td>"]
 
     def _jump(self, channel: int, text: str, frame: int | None = None) -> str:
         there = "" if frame is None else f' data-frame="{frame}" title="go to frame {frame}"'
@@ -233,11 +233,11 @@ def _apart(one: Motion | Markers, other: Motion | Markers) -> Floats:
     raise MismatchError("only two motions or two recordings of markers can be compared sample by sample")
 
 
-def _unit(recording: Motion | Markers, channel: int) -> tuple[str, float]:
-    """Degrees or millimetres, and how many of them make a radian or a metre."""
+def _measured(recording: Motion | Markers, channel: int, size: float) -> str:
+    """Degrees of so many rad, or millimetres of so many metres; from a metre on metres."""
     if isinstance(recording, Motion) and recording.skeleton.dof_kind[channel] == 0:
-        return "°", float(np.degrees(1.0))
-    return " mm", 1000.0
+        return f"{np.degrees(size):.3g}°"
+    return f"{1000.0 * size:.3g} mm" if size < 1.0 else f"{size:.3g} m"
 
 
 def _steps(blocks: Sequence[Mapping[str, Any]]) -> str:
