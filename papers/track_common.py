@@ -26,7 +26,8 @@ from motionmend.track.person.room import Scene
 from motionmend.track.person.standing import looked_at, with_furniture
 from motionmend.track.settings import TrackSettings
 from motionmend.track.starting.furniture import is_furniture, room_behind
-from motionmend.track.tracker import Estimate, TrackState, start, step
+from motionmend.track.state import TrackState
+from motionmend.track.tracker import Estimate, start, step
 
 from .common import FPS, motion, reduced
 

@@ -13,8 +13,9 @@ from motionmend.track.frame.evidence import evidence_of
 from motionmend.track.frame.observation import Observation
 from motionmend.track.model import TrackerModel
 from motionmend.track.settings import TrackSettings, settings_of
+from motionmend.track.state import TrackState
+from motionmend.track.terms.objective import terms_of
 from motionmend.track.terms.solve import solve_pose
-from motionmend.track.tracker import TrackState, terms_of
 
 from .common import Findings
 from .track_common import ABOUT, DANCE, Stage, library, shown, stage

@@ -147,6 +147,29 @@ def early(root: Path) -> list[str]:
     return found
 
 
+def circles(root: Path) -> list[str]:
+    """One line for each set of files that import each other in a circle, late imports and those for types included."""
+    files = {
+        ".".join(("motionmend", *file.relative_to(root).with_suffix("").parts)): file for file in root.rglob("*.py")
+    }
+    names = {name.removesuffix(".__init__"): file for name, file in files.items()}
+
+    def known(file: Path) -> set[str]:
+        asked = (one.name for one in imports(root, file))
+        return {name if name in names else name.rpartition(".")[0] for name in asked} & (names.keys() - package(file))
+
+    def package(file: Path) -> set[str]:  # a folder's own door may be asked for what lies beside it
+        return {".".join(("motionmend", *file.relative_to(root).parent.parts))}
+
+    left = {name: known(file) for name, file in names.items()}
+    while True:  # who asks nobody, or is asked by nobody, is in no circle
+        asked = {name for others in left.values() for name in others}
+        ends = {name for name, others in left.items() if name not in asked or not others & left.keys()}
+        if not ends:
+            return [f"{name} <-> {', '.join(sorted(others & left.keys()))}" for name, others in sorted(left.items())]
+        left = {name: others for name, others in left.items() if name not in ends}
+
+
 def foreign(root: Path) -> list[str]:
     """One line for each import of a kernel but numpy, numba, the standard library and its own layer."""
     allowed = {"numpy", "numba", "motionmend", *sys.stdlib_module_names}
@@ -160,6 +183,18 @@ def foreign(root: Path) -> list[str]:
 
 def test_nothing_imports_upward() -> None:
     assert upward(PACKAGE) == []
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    assert circles(PACKAGE) == []
+
+
+def test_a_planted_circle_is_found(copy: Path) -> None:
+    (copy / "io" / "one.py").write_text("def f():\n    from .two import g\n", "utf-8")
+    (copy / "io" / "two.py").write_text("from .three import h\n", "utf-8")
+    (copy / "io" / "three.py").write_text("from ..io import one\n", "utf-8")
+    found = circles(copy)
+    assert [line.split()[0] for line in found] == ["motionmend.io.one", "motionmend.io.three", "motionmend.io.two"]
 
 
 def test_folders_of_the_denoising_room_know_those_before_them() -> None:

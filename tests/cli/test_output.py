@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motionmend.batch import Failure
-from motionmend.cli.output import exit_code, json_line, plain, tell_failure, tell_guesses
+from motionmend.cli.output import exit_code, tell_failure, tell_guesses
+from motionmend.cli.speech import json_line, plain
 
 JSON = st.recursive(
     st.none()

@@ -22,8 +22,9 @@ from motionmend.cli.following import follow
 from motionmend.cli.track import Follow
 from motionmend.io import write
 from motionmend.io.body_file import read_body
-from motionmend.io.depth import quarter_turned, read_depth, turned_round
+from motionmend.io.depth import read_depth
 from motionmend.io.depth_folder import write_depth_folder
+from motionmend.io.depth_recording import quarter_turned, turned_round
 from motionmend.io.joint_table import read_joint_table, write_joint_table
 from motionmend.track.recording import in_hindsight
 from motionmend.track.settings import settings_of

@@ -23,12 +23,13 @@ from motionmend.track.settings import settings_of
 from motionmend.track.terms.edge import EdgeTerm
 from motionmend.track.terms.freespace import FreespaceTerm
 from motionmend.track.terms.limits import LimitsTerm
+from motionmend.track.terms.objective import terms_of
 from motionmend.track.terms.prior import PriorTerm, prior_term
 from motionmend.track.terms.smooth import SmoothTerm, difference
 from motionmend.track.terms.solve import solve_pose
 from motionmend.track.terms.surface import SurfaceTerm
 from motionmend.track.terms.view import Sums, view_of
-from motionmend.track.tracker import start, step, terms_of
+from motionmend.track.tracker import start, step
 
 BODY = anatomy.average()
 

@@ -10,7 +10,8 @@ from .. import __version__
 from ..errors import UsageError, counted
 from .inputs import Job
 from .options import WORKING, WRITING, AsJson, Files, Out, Rate, SkeletonFile, Whole, Working, Writing
-from .output import Done, say
+from .output import Done
+from .speech import say
 from .transform import transform, write_json
 
 if TYPE_CHECKING:

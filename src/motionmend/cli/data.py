@@ -8,7 +8,8 @@ from cyclopts import Parameter
 from ..batch import Failure
 from ..errors import FileError, MotionMendError, UsageError, counted
 from .options import AsJson, Debug
-from .output import exit_code, json_line, progress, say, tell_failure
+from .output import exit_code, tell_failure
+from .speech import json_line, progress, say
 
 
 def listed(*, as_json: AsJson = False, debug: Debug = False) -> int:

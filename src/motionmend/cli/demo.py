@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ..errors import FileError
 from .options import AsJson, Debug, Force
-from .output import json_line, say
+from .speech import json_line, say
 
 if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion, Repaired

@@ -19,6 +19,7 @@ from .inputs import (
     say_hidden,
     say_not_followed,
 )
+from .speech import say
 
 FORMATS = ("csv", "bvh", "amc")
 _WHAT = "a depth recording (a folder with camera.json and depth/, or a UTD-MHAD *_depth.mat)"
@@ -106,7 +107,6 @@ def _meant(path: Path, *, several: bool) -> list[Input] | Refusal:
 def _below(folder: Path) -> Iterator[Path]:
     """Depth folders and depth files below a folder, sorted; says which .mat files are something else."""
     from ..io.depth import looks_like_depth_folder
-    from .output import say
 
     within = sorted(folder.iterdir())
     hidden = [one for one in within if one.name.startswith(".")]

@@ -13,7 +13,8 @@ from ..errors import FileError, MismatchError, UsageError, counted
 from .archive import Reading, learn, survey, total
 from .inputs import gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
-from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
+from .output import exit_code, tell_failure, tell_guesses
+from .speech import json_line, progress, say
 
 _NO_CLIP = "a denoiser learns from clean clips, none of those given can be used"
 

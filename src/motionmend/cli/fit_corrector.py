@@ -11,7 +11,8 @@ from cyclopts import Parameter
 from ..batch import Failure, one_blas_thread, run
 from ..errors import FileError, UsageError, counted
 from .options import WORKING, AsJson, Force, Rate, SkeletonFile, Working
-from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
+from .output import exit_code, tell_failure, tell_guesses
+from .speech import json_line, progress, say
 
 if TYPE_CHECKING:
     from ..correct.pairs import Matched

@@ -13,7 +13,8 @@ from ..errors import FileError, UsageError, counted
 from .archive import Reading
 from .inputs import Input, gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
-from .output import exit_code, json_line, progress, say, tell_failure, tell_guesses
+from .output import exit_code, tell_failure, tell_guesses
+from .speech import json_line, progress, say
 
 if TYPE_CHECKING:
     from ..bodies.motion import Motion

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import UsageError
+from .speech import say
 
 FileNumber = tuple[int, int]  # of a device, and on it
 SENSED = (".skl", ".skeleton", ".mat", ".gz")  # what is mostly a sensor's skeleton
@@ -131,8 +132,6 @@ def is_new(path: Path, seen: dict[Path, Path]) -> bool:
     path : a file or folder.
     seen : by where it is, the name under which it was met.
     """
-    from .output import say
-
     whole = path.resolve()
     if whole not in seen:
         seen[whole] = path
@@ -250,8 +249,6 @@ def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
 
 def say_hidden(files: Sequence[Path]) -> None:
     """Say which files found in a folder are left out because their names hide them."""
-    from .output import say
-
     if files:
         which = f"{files[0]} is" if len(files) == 1 else f"{files[0]} and {len(files) - 1} more are"
         say(f"{which} left out: hidden by a name that begins with a dot; give such a file by name to take it")
@@ -277,15 +274,12 @@ def is_no_file(path: Path) -> bool:
 
 def say_not_followed(link: Path) -> None:
     """Say that a link found in a folder is not followed: it may lead back into that folder, or out of it."""
-    from .output import say
-
     say(f"{link} is left out: a link to a folder; give it by name to take what is in it")
 
 
 def _meant(files: Iterable[Path], what: str, meant: Callable[[Path], bool] | None) -> list[Path]:
     """The files that are what is looked for; says which others are left out."""
     from ..io import looks_meant
-    from .output import say
 
     kept: list[Path] = []
     others: dict[Path, list[Path]] = {}

@@ -1,12 +1,8 @@
-"""How a command goes through its inputs and speaks about them: results on stdout, all else on stderr."""
+"""How a command goes through its inputs and tells what came of each."""
 
-import json
-import math
 import re
-import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,6 +10,7 @@ from typing import Any, TypeVar
 from ..batch import Failure, Outcome, Task, run
 from .inputs import Refusal, place_among
 from .options import Working
+from .speech import json_line, progress, say
 
 Item = TypeVar("Item")
 
@@ -143,43 +140,3 @@ def _tell(path: Path, done: Done, *, as_json: bool, first: bool) -> None:
         print(json_line(done.facts), flush=True)
     elif done.text:
         print(done.text if first else f"\n{done.text}", flush=True)
-
-
-def say(line: str) -> None:
-    """A line for the person in front of the terminal."""
-    print(line, file=sys.stderr, flush=True)
-
-
-def json_line(facts: Mapping[str, Any]) -> str:
-    """One JSON object on one line; numbers that JSON lacks become null."""
-    return json.dumps(plain(facts), allow_nan=False)
-
-
-def plain(value: Any) -> Any:
-    """The same with numpy's numbers and arrays as Python's, NaN and infinities as None, paths as text."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, str | bool | int) or value is None:
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Path):
-        return str(value)
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    return [plain(entry) for entry in value]
-
-
-@contextmanager
-def progress(total: int) -> Iterator[Callable[[], None]]:
-    """A bar on stderr while several items are worked on, when stderr is a terminal; call once for each item."""
-    if total < 2 or not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    shared = sys.stdout.isatty()  # else what goes to stdout must stay there and not come out above the bar
-    with Progress(console=Console(stderr=True), transient=True, redirect_stdout=shared) as bar:
-        line = bar.add_task("", total=total)
-        yield lambda: bar.advance(line)

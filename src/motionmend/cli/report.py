@@ -10,7 +10,8 @@ from cyclopts import Parameter
 from ..errors import FileError, MotionMendError, UsageError, counted
 from .drawable import failed, read_drawable
 from .options import AsJson, Debug, Files, Force, Rate, SkeletonFile
-from .output import exit_code, json_line, say
+from .output import exit_code
+from .speech import json_line, say
 
 if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion, Repaired

@@ -9,7 +9,8 @@ from ..arrays import Floats, Ints
 from ..bodies.camera import DepthFrame
 from ..bodies.joint_sets import parents
 from ..bodies.postures import Postures
-from ..io.depth import DepthRecording, read_depth
+from ..io.depth import read_depth
+from ..io.depth_recording import DepthRecording
 from ..report.camera_views import camera_view
 
 SHOWN = 8  # frames of one recording, spread evenly; the least sure ones are added

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ..errors import FileError
 from .options import AsJson, Debug
-from .output import json_line, say
+from .speech import json_line, say
 
 CLAIMS = Path("papers") / "claims.toml"
 

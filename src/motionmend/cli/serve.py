@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from ..batch import one_blas_thread
 from ..errors import FileError, UsageError, counted
 from .options import Debug, Whole
-from .output import say
+from .speech import say
 
 if TYPE_CHECKING:
     from ..correct import CorrectorModel

@@ -9,8 +9,9 @@ from cyclopts import Parameter
 
 from ..errors import FileError, UsageError, counted
 from .options import AsJson, Debug, Force, Rate
-from .output import json_line, progress, say, tell_guesses
+from .output import tell_guesses
 from .serve import need_live
+from .speech import json_line, progress, say
 
 if TYPE_CHECKING:
     from ..bodies.postures import Postures

@@ -24,7 +24,7 @@ from .inputs import (
     say_not_followed,
 )
 from .options import Writing
-from .output import say
+from .speech import say
 
 Kind: TypeAlias = Literal["depth", "sensor", "recording"]
 WRITTEN = {"depth": (".csv", ".bvh", ".amc"), "sensor": (".csv", ".bvh")}

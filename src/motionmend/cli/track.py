@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from ..arrays import Bools, Floats
     from ..bodies.performer import Performer
     from ..bodies.skeleton import Skeleton
-    from ..io.depth import DepthRecording
-    from ..track.tracker import TrackerModel
+    from ..io.depth_recording import DepthRecording
+    from ..track.model import TrackerModel
     from .following import Followed
 
 FARTHEST = 4.0  # m that joints of one body are apart, at most

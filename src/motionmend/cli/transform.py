@@ -11,7 +11,8 @@ from ..errors import counted
 from .folders import new_folders, ready_and_housed
 from .inputs import Input, Job, gather, plan
 from .options import Working, Writing
-from .output import Done, json_line, say, work
+from .output import Done, work
+from .speech import json_line, say
 
 OTHERWISE = ".c3d"  # what a recording becomes whose own format can only be read
 

@@ -7,7 +7,8 @@ from cyclopts import Parameter
 from ..errors import FileError, UsageError, counted
 from .drawable import read_drawable
 from .options import Debug, Files, Rate, SkeletonFile, Whole
-from .output import exit_code, say
+from .output import exit_code
+from .speech import say
 
 HIGHEST = 65535
 

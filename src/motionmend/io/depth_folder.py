@@ -24,7 +24,7 @@ from ..bodies.registration import ColorCamera, registered
 from ..errors import FileError, MismatchError, counted
 from .atomic import atomic
 from .columns import read_lines
-from .depth import UP, DepthRecording
+from .depth_recording import UP, DepthRecording
 from .lens import Lens, lens_of
 from .png import color_pixels, png_header, png_pixels, write_depth_png
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Singles
 from ..bodies.camera import KINECT
 from ..errors import FileError
-from .depth import DepthRecording
+from .depth_recording import DepthRecording
 
 _VARIABLE = "d_depth"
 _WANTED = "a depth clip of UTD-MHAD"

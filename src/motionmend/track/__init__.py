@@ -5,7 +5,7 @@ from ..rooms import opened_late
 _HOME = {
     "Estimate": "tracker",
     "TrackSettings": "settings",
-    "TrackState": "tracker",
+    "TrackState": "state",
     "Tracked": "recording",
     "TrackerModel": "model",
     "empty_scene": "person.foreground",

@@ -9,10 +9,11 @@ import numpy as np
 
 from ..arrays import Floats, Ints, frozen
 from ..bodies.motion import Motion
-from ..bodies.performer import Performer, Poses
+from ..bodies.performer import DOFS, Performer, Pose, Poses
 from ..errors import MismatchError
 from ..numerics.neighbors import Neighbors
 
+_EVERYWHERE = frozen(np.ones(DOFS - 6))
 FPS = 30.0  # of a depth sensor: what follows a pose follows at its pace
 
 
@@ -93,3 +94,10 @@ def _upright(up: Floats) -> Floats:
     if sine < 1e-9:
         return np.eye(3) if cosine > 0 else np.diag((1.0, -1.0, -1.0))
     return rotation(axis / sine * np.arctan2(sine, cosine))
+
+
+def strange(search: Neighbors, pose: Pose, trust: Floats, counted: Floats = _EVERYWHERE) -> float:
+    """rad, root mean square of how far what is seen of a pose is from the library's nearest; both (28,) 0 to 1."""
+    weights = np.maximum(trust, 0.02) * counted
+    _, distance = search.nearest(pose.joints, 5, weights)
+    return float(np.sqrt((distance**2).mean() / weights.sum()))

@@ -27,74 +27,26 @@ from .model import TrackerModel
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
 from .person.pixels import person_of
-from .readings.facing import Facing, faces_otherwise, lies, unlikeliness
-from .readings.hypotheses import Hypothesis, contested
-from .readings.left_right import Sides
+from .readings.facing import faces_otherwise, lies, unlikeliness
+from .readings.hypotheses import contested
 from .readings.pair import either
 from .readings.second import faced
 from .settings import TrackSettings
 from .stages import Stages
 from .starting.afresh import Afresh, better, watched
+from .state import EVERY, TrackState
 from .terms.contract import Term
 from .terms.objective import PAUSE, expected_pose, terms_of
 from .terms.smooth import difference
 from .terms.solve import solve_pose
 
-__all__ = ["Estimate", "TrackState", "TrackerModel", "start", "step", "terms_of"]
+__all__ = ["Estimate", "start", "step"]
 
 FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
 PROBATION = 1.0  # s, in which it has to prove itself; what is usual gives way meanwhile
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
-EVERY = 4  # frames at least between two looks of the detector for limbs, and for a body that is lost
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class TrackState:
-    """All that is carried from one frame to the next.
-
-    Attributes
-    ----------
-    performer : whose lengths and widths are used. scene : the room as known so far; None before the first frame.
-    pose : of the last frame; None while nobody was ever found. velocity : (34,) per second.
-    trust : (28,) in [0, 1] how well the last frame showed each joint coordinate.
-    hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
-    found : s since the body was found anew after it had been lost.
-    wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
-    searched : frames since limbs were last looked for by the detector.
-    looked : frames since the whole body was looked for that was lost, or never found.
-    facing : what is known of front and back. sides : of left and right.
-    afresh : what is known of a body that was just found for the first time; None when that is closed.
-    hypothesis : another pose that is followed beside this one, until one of them is refuted.
-    girth : what was learned of the person's widths; None where they are not learned.
-    before : bones, intensities, depths and intrinsics of the last frame, where colour counts.
-    evidence : what the last frame said, for who looks back at it (`hindsight`); None where nobody was in it.
-    observation : what the last frame showed, of every pixel; None where nobody was in it.
-    time : s, of the last frame.
-    """
-
-    performer: Performer
-    scene: Scene | None = None
-    pose: Pose | None = None
-    velocity: Floats = field(default_factory=lambda: frozen(np.zeros(DOFS)))
-    trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
-    hidden: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
-    lost: bool = True
-    found: float = float("inf")
-    wrong: float = float("nan")
-    searched: int = 0
-    looked: int = EVERY
-    facing: Facing = field(default_factory=Facing)
-    sides: Sides = field(default_factory=Sides)
-    afresh: Afresh | None = None
-    hypothesis: Hypothesis | None = None
-    girth: Girth | None = None
-    before: tuple[Floats, Singles, Singles, Floats] | None = None
-    evidence: Evidence | None = None
-    observation: Observation | None = None
-    time: float = float("nan")
 
 
 @final

@@ -23,7 +23,8 @@ from motionmend.track.readings.facing import (
 )
 from motionmend.track.readings.pair import MOST, Follow
 from motionmend.track.settings import settings_of
-from motionmend.track.tracker import TrackState, start, step
+from motionmend.track.state import TrackState
+from motionmend.track.tracker import start, step
 from walkers import BODY, DT, begun_at, finished, followed, library, off, walk, walking
 
 LEFT_RIGHT = [LANDMARKS.index({"l_": "r_", "r_": "l_"}.get(n[:2], n[:2]) + n[2:]) for n in LANDMARKS]

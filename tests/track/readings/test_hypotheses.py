@@ -20,12 +20,12 @@ from motionmend.track.frame.evidence import evidence_of
 from motionmend.track.frame.observation import Observation
 from motionmend.track.limbs.other_poses import LIMBS, coarse_of, disagreement
 from motionmend.track.model import TrackerModel
-from motionmend.track.readings.hypotheses import GAIN, LASTS, MOST, Hypothesis, apart, asked, contested
+from motionmend.track.readings.hypotheses import GAIN, LASTS, MOST, apart, asked, contested
 from motionmend.track.settings import settings_of
 from motionmend.track.starting.reach import reach
+from motionmend.track.state import Hypothesis, TrackState
 from motionmend.track.terms.objective import terms_of
 from motionmend.track.terms.solve import solve_pose
-from motionmend.track.tracker import TrackState
 
 BODY = anatomy.average()
 DT = 1.0 / 30.0

@@ -21,8 +21,8 @@ from motionmend.track.readings.left_right import (
     sides_weighed,
     strange_legs,
 )
-from motionmend.track.readings.pair import LEAST, MOST, Follow, Question, either
-from motionmend.track.tracker import TrackState
+from motionmend.track.readings.pair import LEAST, MOST, Follow, either
+from motionmend.track.state import Question, TrackState
 from walkers import BODY, DT, begun_at, followed, library, off, told, walk, walking
 
 ALL = np.ones(28)

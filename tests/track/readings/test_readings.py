@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from motionmend.bodies.performer import standing
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.readings.facing import about_face
-from motionmend.track.readings.pair import EVERY, PATIENCE, Follow, Question, looked_at
-from motionmend.track.tracker import TrackState
+from motionmend.track.readings.pair import EVERY, PATIENCE, Follow, due, looked_at
+from motionmend.track.state import Question, TrackState
 from walkers import BODY, begun_at, finished
 
 NOBODY = Neighbors(np.empty((0, 28)))
@@ -32,7 +32,7 @@ def test_a_look_begins_when_it_is_time_and_waits_only_so_long_for_frames_with_no
     pose, halves = standing(), []
     question = Question(about_face(BODY, pose), pose.translation)
     for frame, much in enumerate(busy):
-        if not question.due(much):
+        if not due(question, much):
             question = question.waiting
             continue
         before = question.look

@@ -29,10 +29,11 @@ from ..model import TrackerModel
 from ..readings.left_right import strange_legs
 from ..readings.pair import either
 from ..settings import TrackSettings
+from ..state import TrackState
 from ..terms.objective import PAUSE, expected_pose, terms_of
 from ..terms.smooth import difference
 from ..terms.solve import solve_pose
-from ..tracker import Estimate, TrackState
+from ..tracker import Estimate
 from .together import between_turns, solved_together
 
 WINDOW, AHEAD = 90, 15  # frames told of at a time, and how many after them are waited for

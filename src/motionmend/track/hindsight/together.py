@@ -25,6 +25,7 @@ from ...numerics.least_squares import System
 from ..frame.evidence import Evidence, evidence_of
 from ..model import TrackerModel
 from ..settings import TrackSettings
+from ..state import TrackState
 from ..terms.contract import Term
 from ..terms.edge import EdgeTerm
 from ..terms.freespace import FreespaceTerm
@@ -32,7 +33,6 @@ from ..terms.objective import PAUSE, terms_of
 from ..terms.smooth import about
 from ..terms.solve import LONGEST, linearized
 from ..terms.surface import SurfaceTerm
-from ..tracker import TrackState
 
 FIRST, THIN, FULL = 1, 2, 1  # rounds of Gauss-Newton: with what the tracker looked at, half of the image, all of it
 EVERY = 2  # every n-th row and column of it is a sample

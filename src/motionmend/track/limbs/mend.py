@@ -1,7 +1,7 @@
 """Limbs that explain too little are tried elsewhere; what explains the frame clearly better is taken."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
@@ -10,17 +10,15 @@ from ...bodies.performer import Performer, Pose, landmarks
 from ...numerics.least_squares import Solution
 from ..frame.evidence import Evidence
 from ..model import TrackerModel
-from ..readings.hypotheses import GAIN, STEP, Hypothesis
+from ..readings.hypotheses import GAIN, STEP
 from ..settings import TrackSettings
+from ..state import Hypothesis, TrackState
 from ..terms.contract import Term
 from ..terms.prior import said_against, strangeness
 from ..terms.smooth import about
 from ..terms.solve import solve_pose
 from .certainty import DENIED, ENOUGH, shown_and_denied
 from .other_poses import SEARCHED, Coarse, Limb, Searched, disagreement, draws, limb_places, limb_search, with_limb
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
 
 STRANGE = 1.0  # share of the pixels that one unit of the prior's cost weighs
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
@@ -56,7 +54,7 @@ class _Look:
 def mend_limbs(
     model: TrackerModel,
     settings: TrackSettings,
-    state: "TrackState",
+    state: TrackState,
     evidence: Evidence,
     coarse: Coarse,
     terms: list[Term],

@@ -1,7 +1,6 @@
 """Where else a limb may be, by what the frame shows and the pose does not: detected joints, unexplained points."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,14 +15,12 @@ from ..model import TrackerModel
 from ..readings.hypotheses import apart, asked
 from ..settings import TrackSettings
 from ..starting.settle import limb_hints
+from ..state import TrackState
 from ..terms.contract import Term
 from ..terms.solve import solve_pose
 from .judge import JUDGED, Verdict, judge
 from .mend import DRAWS
 from .other_poses import LIMBS, Coarse, disagreement, limb_costs, limb_search, with_limb
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
 
 UNEXPLAINED = 0.006  # m^2, about a hand: with less the frame raises no question
 MUCH = 0.02  # m^2, half a forearm: with more a limb is not where the pose has it
@@ -34,7 +31,7 @@ PIXELS = 450  # of the person the detector looks at: it is asked for a place to 
 def offers_tried(
     model: TrackerModel,
     settings: TrackSettings,
-    state: "TrackState",
+    state: TrackState,
     seen: Observation,
     evidence: Evidence,
     coarse: Coarse,

@@ -1,7 +1,5 @@
 """A piece of the person that nothing of the body is near: a limb, and the trunk with it, is laid into it."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...arrays import Floats
@@ -11,14 +9,12 @@ from ..frame.evidence import Evidence
 from ..readings.hypotheses import GAIN
 from ..settings import TrackSettings
 from ..starting.reach import reach
+from ..state import TrackState
 from ..terms.contract import Term
 from ..terms.prior import strangeness
 from ..terms.smooth import about
 from ..terms.solve import solve_pose
 from .other_poses import LIMBS, Coarse, LeftOver, Limb, disagreement, disagreements, left_over
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
 
 CLAIMED = 0.012  # m^2 left over, from where on a limb is laid into it
 LEAST = 0.006  # m^2, about a hand: a smaller piece is none, and one that shrinks by less is not claimed
@@ -31,7 +27,7 @@ STAYS = 0.3  # weight of where the other joints are, beside 1 of the limb's end
 
 def claimed(
     settings: TrackSettings,
-    state: "TrackState",
+    state: TrackState,
     evidence: Evidence,
     coarse: Coarse,
     terms: list[Term],

@@ -1,7 +1,5 @@
 """The whole body tried otherwise: turned, moved, in the poses that followed similar ones in the library."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...bodies.performer import Performer, Pose, rotation
@@ -9,13 +7,11 @@ from ...numerics.least_squares import Solution
 from ..frame.evidence import Evidence, listed, middle
 from ..model import TrackerModel
 from ..settings import TrackSettings
+from ..state import TrackState
 from ..terms.contract import Term
 from ..terms.smooth import about
 from ..terms.solve import solve_pose
 from .other_poses import Coarse, cast_parts, disagreement, disagreements
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
 
 TURNS = (-40.0, -20.0, 20.0, 40.0)  # degrees about the vertical: a fast turn between two frames
 GAIN = 0.01  # share of the pixels that another pose must explain better
@@ -24,7 +20,7 @@ GAIN = 0.01  # share of the pixels that another pose must explain better
 def rescued(
     model: TrackerModel,
     settings: TrackSettings,
-    state: "TrackState",
+    state: TrackState,
     evidence: Evidence,
     coarse: Coarse,
     terms: list[Term],

@@ -4,19 +4,17 @@ In depth a person from behind looks much as from the front. One frame cannot alw
 a body read the wrong way round also walks backwards. One that goes on doing so, or bends strangely, is asked again.
 """
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, final
+from dataclasses import replace
 
 import numpy as np
 
 from ...arrays import Floats
 from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ...numerics.neighbors import Neighbors
+from ..database import strange
 from ..starting.first_pose import poses_to
-from .pair import EVERY, IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
+from ..state import Facing, Question, TrackState
+from .pair import EVERY, IMAGE, LATER, STRANGE, Follow, Taken, due, looked_at
 
 FRONT = 1.5  # odds that somebody who was not seen before faces the camera
 UPRIGHT = 0.5  # of a body's long axis up or down, below which it lies
@@ -29,23 +27,6 @@ AGAIN = 1.0  # m, more of it after a reading was confirmed
 BENT = 0.25  # rad from the library's poses, up to which people bend so
 _SIDES = {"l_": "r_", "r_": "l_"}
 OTHER_SIDE = np.array([LANDMARKS.index(_SIDES.get(name[:2], name[:2]) + name[2:]) for name in LANDMARKS])
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Facing:
-    """What is known of front and back.
-
-    Attributes
-    ----------
-    question : which of two readings it is; None when that is closed.
-    backwards : m, how far the followed reading has walked backwards lately.
-    wait : s until it is asked again of a body that bends strangely.
-    """
-
-    question: Question | None = None
-    backwards: float = 0.0
-    wait: float = 0.0
 
 
 def about_face(performer: Performer, pose: Pose) -> Pose:
@@ -97,7 +78,7 @@ def walked(facing: Facing, speed: float, elapsed: float) -> Facing:
 
 def weighed(
     facing: Facing,
-    state: "TrackState",
+    state: TrackState,
     pose: Pose,
     wrong: float,
     speed: float,
@@ -128,7 +109,7 @@ def weighed(
             if strange(search, pose, state.trust) < BENT:
                 return replace(facing, wait=LATER), None
         question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected)
-    if not question.due(busy):
+    if not due(question, busy):
         return replace(facing, question=question.waiting), None
     ahead = -2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
     question, taken = looked_at(question, state, pose, wrong, search, follow, beside=ahead, one=_face_alike)

@@ -7,27 +7,24 @@ for some frames (two hypotheses, as of Reid 1979 and of Cham and Rehg 1999), and
 a leap as long as that asks for.
 """
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, final
+from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Floats, frozen
-from ...bodies.performer import DOFS, Performer, Pose, landmarks
+from ...arrays import frozen
+from ...bodies.performer import Performer, Pose, landmarks
 from ...numerics.least_squares import Solution
 from ..frame.evidence import Evidence
 from ..limbs.certainty import shown_and_denied, trust_of
 from ..limbs.other_poses import Coarse, disagreement
 from ..model import TrackerModel
 from ..settings import TrackSettings
+from ..state import Hypothesis, TrackState
 from ..terms.contract import Term
 from ..terms.objective import PAUSE, expected_pose, terms_of
 from ..terms.prior import strangeness
 from ..terms.smooth import difference
 from ..terms.solve import solve_pose
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
 
 GAIN = 0.008  # share of the person's pixels that another pose must explain better
 STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
@@ -38,24 +35,6 @@ STEPS = 6  # of Gauss-Newton for it in one frame
 LASTS = 15  # frames that a hypothesis is followed
 ONE = 0.06  # m; two poses whose limbs are closer are one
 OWN = 2.0 * ONE  # m apart, from where on a pose is worth following beside the other
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Hypothesis:
-    """The other pose, as of the last frame.
-
-    Attributes
-    ----------
-    pose : of the whole body. gained : share of the person's pixels, in sum, by which it is ahead; faded.
-    velocity : (34,) m/s and rad/s. trust : (28,) as of `TrackState`. frames : for how many it has been followed.
-    """
-
-    pose: Pose
-    gained: float
-    velocity: Floats = field(default_factory=lambda: frozen(np.zeros(DOFS)))
-    trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
-    frames: int = 0
 
 
 def asked(leap: float) -> float:
@@ -72,7 +51,7 @@ def apart(performer: Performer, pose: Pose, other: Pose) -> float:
 def contested(
     model: TrackerModel,
     settings: TrackSettings,
-    state: "TrackState",
+    state: TrackState,
     evidence: Evidence,
     coarse: Coarse,
     terms: list[Term],
@@ -80,7 +59,7 @@ def contested(
     wrong: float,
     elapsed: float,
     fresh: Hypothesis | None,
-) -> tuple["TrackState", list[Term], Solution[Pose], float]:
+) -> tuple[TrackState, list[Term], Solution[Pose], float]:
     """The other pose of the frame before against this frame's solution: what is followed from here, and what beside it.
 
     Parameters
@@ -122,7 +101,7 @@ def contested(
 
 
 def _followed(
-    state: "TrackState",
+    state: TrackState,
     pose: Pose,
     last: Pose | None,
     gained: float,

@@ -9,21 +9,20 @@ carried along (`readings`) until one of them is refuted.
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
 from ...arrays import Bools, Floats, Ints, frozen
 from ...bodies.performer import BONES, DOFS, FIRST, LANDMARKS, Performer, Pose, landmarks
 from ...numerics.neighbors import Neighbors
+from ..database import strange
 from ..limbs.other_poses import LIMBS, Limb
 from ..starting.first_pose import poses_to
 from ..starting.reach import reach
+from ..state import Question, Sides, TrackState
 from .hypotheses import ONE, apart
-from .pair import IMAGE, LATER, STRANGE, Follow, Question, Taken, looked_at, strange
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
+from .pair import IMAGE, LATER, STRANGE, Follow, Taken, due, looked_at
 
 NEAR, APART = 0.12, 0.20  # m, across the line of sight, and in space
 SOON = 0.1  # s, after which it is looked at again whether arms that may cross are bent as nobody's
@@ -73,22 +72,6 @@ _LEFT, _RIGHT = (np.concatenate([getattr(pair, side) for pair in PAIRS]) for sid
 _BEGIN = np.cumsum([0, *(len(pair.left) for pair in PAIRS[:-1])])  # of each pair in them
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Sides:
-    """What is known of left and right.
-
-    Attributes
-    ----------
-    question : which of two readings it is; None when that is closed. asked : of which of `PAIRS` it is.
-    wait : (3,) s until each of them is asked for.
-    """
-
-    question: Question | None = None
-    asked: int = 0
-    wait: tuple[float, ...] = (0.0,) * len(PAIRS)
-
-
 def changed_over(performer: Performer, pose: Pose, pair: Pair) -> Pose:
     """The pose with the joints of either side where those of the other are, all else staying where it can."""
     targets = landmarks(performer, pose)
@@ -129,7 +112,7 @@ def passed(now: Floats, before: Floats) -> Bools:
 
 def sides_weighed(
     sides: Sides,
-    state: "TrackState",
+    state: TrackState,
     pose: Pose,
     wrong: float,
     elapsed: float,
@@ -162,10 +145,11 @@ def sides_weighed(
     )
     sides = replace(sides, wait=wait)
     if question is None:
-        due = [k for k, left in enumerate(wait) if left <= 0.0 and (k != _CROSSED or may_cross(place))]
-        if not due:
+        ready = [k for k, left in enumerate(wait) if left <= 0.0 and (k != _CROSSED or may_cross(place))]
+        if not ready:
             return sides, None
-        first = _CROSSED if _CROSSED in due else due[0]  # forearms cross but for a moment; the others have theirs after
+        # Forearms cross but for a moment; the others have theirs after.
+        first = _CROSSED if _CROSSED in ready else ready[0]
         asked, crossing = PAIRS[first], first == _CROSSED
         alike = not crossing and np.linalg.norm(place[asked.left] - place[asked.right], axis=1).max() < APART
         usual = alike or strange(search, pose, state.trust, asked.counted) < BENT
@@ -175,7 +159,7 @@ def sides_weighed(
             return replace(sides, wait=later), None
         question = Question(changed_over(performer, pose, asked), pose.translation, suspected=True)
         return Sides(question, first, later), None
-    if not question.due(busy):
+    if not due(question, busy):
         return replace(sides, question=question.waiting), None
 
     def one(pose: Pose, other: Pose) -> bool:

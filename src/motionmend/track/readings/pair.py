@@ -7,8 +7,8 @@ frames' turns, so that none takes long: its pose is solved in the first, and its
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeAlias, final
+from dataclasses import dataclass, replace
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -16,12 +16,8 @@ from ...arrays import Floats, frozen
 from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ...numerics.least_squares import Solution
 from ...numerics.neighbors import Neighbors
-from ..frame.evidence import Evidence
-from ..limbs.other_poses import Coarse
-from ..terms.contract import Term
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
+from ..database import strange
+from ..state import Begun, Look, Question, TrackState
 
 EVERY = 3  # frames from one look at the other reading to the next
 PATIENCE = 3  # frames more that a look waits for one in which nothing else is searched for
@@ -40,26 +36,6 @@ Taken: TypeAlias = tuple[Solution[Pose], float]
 
 @final
 @dataclass(frozen=True, eq=False)
-class Begun:
-    """A pose solved in one frame, whose limbs were not looked for yet.
-
-    Attributes
-    ----------
-    state : before that frame. evidence, coarse, terms, expected : of that frame, as of `mend_limbs`.
-    solution : the pose. wrong : share of the person's pixels that it explains wrongly.
-    """
-
-    state: "TrackState"
-    evidence: Evidence
-    coarse: Coarse
-    terms: list[Term]
-    expected: Pose
-    solution: Solution[Pose]
-    wrong: float
-
-
-@final
-@dataclass(frozen=True, eq=False)
 class Follow:
     """The tracker's step of a state.
 
@@ -69,70 +45,18 @@ class Follow:
     finish : with its limbs looked for: solution, trust (28,), share of pixels explained wrongly.
     """
 
-    begin: Callable[["TrackState", Pose], Begun]
+    begin: Callable[[TrackState, Pose], Begun]
     finish: Callable[[Begun], tuple[Solution[Pose], Floats, float]]
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Look:
-    """The first half of a look.
-
-    Attributes
-    ----------
-    begun : the other reading. pose, trust, wrong : of the one that was followed in that frame.
-    beside : odds (log) for the other reading by what else was known of it.
-    """
-
-    begun: Begun
-    pose: Pose
-    trust: Floats
-    wrong: float
-    beside: float
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Question:
-    """The other reading, while both stand.
-
-    Attributes
-    ----------
-    pose : of the other reading in the frame it was last looked at. place : (3,) m, where the followed root was then.
-    trust : (28,) of the other reading, as a state's. wrong : share of pixels it explained wrongly.
-    odds : log, for the other reading. prior : the same before anything was seen; that does not fade.
-    looks : taken so far. frames : since the last one began. look : one that is not finished.
-    suspected : asked because the body bends strangely, the other reading being no likelier than `RARE` says.
-    """
-
-    pose: Pose
-    place: Floats
-    trust: Floats = field(default_factory=lambda: frozen(np.ones(DOFS - 6)))
-    wrong: float = float("nan")
-    odds: float = 0.0
-    prior: float = 0.0
-    looks: int = 0
-    frames: int = 0
-    look: Look | None = None
-    suspected: bool = False
-
-    def due(self, busy: bool) -> bool:
-        """Whether the other reading is looked at in this frame; one in which much else was tried may be waited out."""
-        return self.frames + 1 >= (0 if self.look else EVERY) + (PATIENCE if busy else 0)
-
-    @property
-    def waiting(self) -> "Question":
-        """The question after a frame in which the other reading was not looked at."""
-        return replace(self, frames=self.frames + 1)
-
-    def moved(self, place: Floats) -> Pose:
-        """The other reading where the followed root (3,) m is by now."""
-        return Pose(self.pose.translation + place - self.place, self.pose.root, self.pose.joints)
+def due(question: Question, busy: bool) -> bool:
+    """Whether the other reading is looked at in this frame; one in which much else was tried may be waited out."""
+    return question.frames + 1 >= (0 if question.look else EVERY) + (PATIENCE if busy else 0)
 
 
 def looked_at(
     question: Question,
-    state: "TrackState",
+    state: TrackState,
     pose: Pose,
     wrong: float,
     search: Neighbors,
@@ -189,10 +113,3 @@ def either(question: Question | None, performer: Performer, pose: Pose) -> Float
     there = landmarks(performer, question.moved(pose.translation))
     other = 1.0 / (1.0 + np.exp(RARE - question.odds)) if question.suspected else 0.5
     return np.asarray(np.sqrt(other * (1.0 - other)) * np.linalg.norm(there - landmarks(performer, pose), axis=1))
-
-
-def strange(search: Neighbors, pose: Pose, trust: Floats, counted: Floats = _EVERYWHERE) -> float:
-    """rad, root mean square of how far what is seen of a pose is from the library's nearest; both (28,) 0 to 1."""
-    weights = np.maximum(trust, 0.02) * counted
-    _, distance = search.nearest(pose.joints, 5, weights)
-    return float(np.sqrt((distance**2).mean() / weights.sum()))

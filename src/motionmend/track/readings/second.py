@@ -1,7 +1,6 @@
 """Other readings, of front and back and of left and right, weighed in each frame, and taken when they are right."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,14 +14,12 @@ from ..limbs.other_poses import Coarse, disagreement
 from ..measure.girth import Girth
 from ..model import TrackerModel
 from ..settings import TrackSettings
+from ..state import Begun, Facing, Sides, TrackState
 from ..terms.objective import PAUSE, terms_of
 from ..terms.solve import solve_pose
-from .facing import Facing, along, doubted, walked, weighed
-from .left_right import PAIRS, Sides, of_pair, sides_weighed
-from .pair import Begun, Follow
-
-if TYPE_CHECKING:
-    from ..tracker import TrackState
+from .facing import along, doubted, walked, weighed
+from .left_right import PAIRS, of_pair, sides_weighed
+from .pair import Follow
 
 STEPS = 6  # of Gauss-Newton for the other reading: it is begun where it was a few frames ago, and goes on in the next
 
@@ -30,7 +27,7 @@ STEPS = 6  # of Gauss-Newton for the other reading: it is begun where it was a f
 def faced(
     model: TrackerModel,
     settings: TrackSettings,
-    state: "TrackState",
+    state: TrackState,
     evidence: Evidence,
     coarse: Coarse,
     solution: Solution[Pose],
@@ -39,7 +36,7 @@ def faced(
     ways: list[Pose] | None,
     *,
     busy: bool = False,
-) -> tuple["TrackState", Solution[Pose], float, bool]:
+) -> tuple[TrackState, Solution[Pose], float, bool]:
     """Front and back, and left and right, weighed in one more frame.
 
     Parameters
@@ -61,7 +58,7 @@ def faced(
         facing = doubted(state.performer, pose, other, new=new)
         return replace(state, facing=facing, sides=Sides()), solution, wrong, False
 
-    def begin(twin: "TrackState", expected: Pose) -> Begun:
+    def begin(twin: TrackState, expected: Pose) -> Begun:
         twin = replace(twin, pose=expected, facing=Facing(), sides=Sides(), hypothesis=None)
         terms = terms_of(model, settings, twin, evidence, expected)
         found = solve_pose(twin.performer, evidence, terms, expected, settings, STEPS)

@@ -14,7 +14,7 @@ import numpy as np
 from ...arrays import Floats
 from ...bodies.performer import DOFS, Pose
 from ...numerics.neighbors import Neighbors
-from ..readings.pair import strange
+from ..database import strange
 
 BY_IMAGE, BY_BEND, BEFORE = 24.0, 20.0, -14.5  # log odds of a share of pixels, of a radian, and before anything is seen
 DOUBTED = 3.25  # log odds, in the mean of all frames since the start, above which the body is looked for

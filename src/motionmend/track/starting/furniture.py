@@ -10,7 +10,7 @@ from ...bodies.camera import KINECT, Camera, DepthFrame
 from ...bodies.performer import Performer, Poses
 from ...bodies.surface import render
 from ..person.fineness import evened
-from ..tracker import TrackState
+from ..state import TrackState
 
 COARSE = KINECT.fx / 4  # px, focal length of the pictures that tell
 NEAR = 0.10  # m, that a body and a piece of furniture which it was fitted to are apart at most

@@ -1,7 +1,5 @@
 """What one frame's pose is to minimise, and where the search for it begins (equation 3.14)."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...bodies.performer import DOFS, Pose, advance
@@ -9,6 +7,7 @@ from ..frame.evidence import Evidence
 from ..limbs.other_poses import Coarse, disagreements
 from ..model import TrackerModel
 from ..settings import TrackSettings
+from ..state import TrackState
 from .contract import Term
 from .edge import EdgeTerm
 from .freespace import FreespaceTerm
@@ -17,14 +16,11 @@ from .prior import prior_term
 from .smooth import SmoothTerm
 from .surface import SurfaceTerm
 
-if TYPE_CHECKING:
-    from ..tracker import TrackState
-
 PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 
 
 def terms_of(
-    model: TrackerModel, settings: TrackSettings, state: "TrackState", evidence: Evidence, expected: Pose
+    model: TrackerModel, settings: TrackSettings, state: TrackState, evidence: Evidence, expected: Pose
 ) -> list[Term]:
     """The terms that the settings ask for, made for one frame (equation 3.14).
 
@@ -55,7 +51,7 @@ def terms_of(
     return terms
 
 
-def expected_pose(state: "TrackState", settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
+def expected_pose(state: TrackState, settings: TrackSettings, elapsed: float, coarse: Coarse) -> Pose:
     """Where the body should be by now: where its motion leads, unless where it was explains the frame better.
 
     Parameters
