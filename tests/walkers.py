@@ -13,8 +13,8 @@ from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.track.database import PoseDatabase
 from motionmend.track.model import TrackerModel
-from motionmend.track.readings.pair import Begun
 from motionmend.track.settings import settings_of
+from motionmend.track.state import Fit
 from motionmend.track.tracker import start, step
 
 BODY = anatomy.average()
@@ -79,9 +79,9 @@ def off(pose, other):
 def begun_at(twin, expected, wrong):
     """The first half of a look that finds the other reading where it was expected, and so wrong."""
     solution = Solution(expected, System(np.eye(34), np.zeros(34)), 1, True)
-    return Begun(twin, None, None, [], expected, solution, wrong)
+    return Fit(twin, [], expected, solution, wrong)
 
 
-def finished(begun):
+def finished(sight, begun):
     """The second half, in which no limb is found elsewhere."""
-    return begun.solution, np.ones(28), begun.wrong
+    return begun, np.ones(28)

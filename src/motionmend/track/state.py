@@ -1,5 +1,6 @@
 """What is carried from one frame to the next: the body, and what is still asked of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -12,7 +13,9 @@ from .frame.evidence import Evidence
 from .frame.observation import Observation
 from .limbs.other_poses import Coarse
 from .measure.girth import Girth
+from .model import TrackerModel
 from .person.foreground import Scene
+from .settings import TrackSettings
 from .starting.afresh import Afresh
 from .terms.contract import Term
 
@@ -39,22 +42,44 @@ class Hypothesis:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Begun:
-    """A pose solved in one frame, whose limbs were not looked for yet.
+class Sight:
+    """One frame, and what it is looked at with.
 
     Attributes
     ----------
-    state : before that frame. evidence, coarse, terms, expected : of that frame, as of `mend_limbs`.
+    model : pose library and detector. settings : terms and weights.
+    seen : what the frame shows. evidence : what it says, for the terms. coarse : in few pixels, to compare poses by.
+    """
+
+    model: TrackerModel
+    settings: TrackSettings
+    seen: Observation
+    evidence: Evidence
+    coarse: Coarse
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """How a frame is explained.
+
+    Attributes
+    ----------
+    state : of this frame, but that pose, velocity, trust and hypothesis are still those of the frame before.
+    terms : made for this frame (equation 3.14). expected : the pose that the motion so far leads to.
     solution : the pose. wrong : share of the person's pixels that it explains wrongly.
     """
 
     state: "TrackState"
-    evidence: Evidence
-    coarse: Coarse
-    terms: list[Term]
+    terms: Sequence[Term]
     expected: Pose
     solution: Solution[Pose]
     wrong: float
+
+    @property
+    def pose(self) -> Pose:
+        """The solution's."""
+        return self.solution.state
 
 
 @final
@@ -64,11 +89,13 @@ class Look:
 
     Attributes
     ----------
-    begun : the other reading. pose, trust, wrong : of the one that was followed in that frame.
+    sight, begun : that frame, and the other reading in it, its limbs not looked for yet.
+    pose, trust, wrong : of the reading that was followed in it.
     beside : odds (log) for the other reading by what else was known of it.
     """
 
-    begun: Begun
+    sight: Sight
+    begun: Fit
     pose: Pose
     trust: Floats
     wrong: float

@@ -11,34 +11,31 @@ from ..bodies.camera import DepthFrame
 from ..bodies.performer import DOFS, Performer, Pose, landmarks
 from ..bodies.surface import intrinsics
 from ..errors import UsageError
-from ..numerics.least_squares import Solution
-from ..numerics.neighbors import Neighbors
-from .frame.evidence import Evidence, evidence_of
+from .frame.evidence import evidence_of
 from .frame.observation import Observation
 from .limbs.certainty import astray, certainty_of, shown_and_denied, trust_of
 from .limbs.mend import mend_limbs
 from .limbs.offers import MUCH, offers_tried
-from .limbs.other_poses import Coarse, coarse_of, disagreement, left_over
+from .limbs.other_poses import coarse_of, disagreement, left_over
 from .limbs.pieces import CLAIMED, claimed
-from .limbs.rescue import moved_to, rescued, turned
-from .lost import LOST, UNPROVEN, is_lost, is_unproven
+from .limbs.rescue import rescued
+from .lost import UNPROVEN, is_lost, is_unproven
 from .measure.girth import FRAMES, Girth, learned
 from .model import TrackerModel
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
 from .person.pixels import person_of
-from .readings.facing import faces_otherwise, lies, unlikeliness
+from .readings.facing import lies
 from .readings.hypotheses import contested
 from .readings.pair import either
 from .readings.second import faced
 from .settings import TrackSettings
 from .stages import Stages
-from .starting.afresh import Afresh, better, watched
-from .state import EVERY, TrackState
-from .terms.contract import Term
-from .terms.objective import PAUSE, expected_pose, terms_of
+from .starting.afresh import Afresh, watched
+from .starting.look import look_for_body, taken_up
+from .state import EVERY, Fit, Sight, TrackState
+from .terms.objective import PAUSE, expected_pose, fitted
 from .terms.smooth import difference
-from .terms.solve import solve_pose
 
 __all__ = ["Estimate", "start", "step"]
 
@@ -82,6 +79,25 @@ class Estimate:
     restarts: int = 0
     settled: Floats | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What looking for limbs, and for the whole body from where it is, came to.
+
+    Attributes
+    ----------
+    fit : the best one. restarts : how many limbs were found anew.
+    busy : this frame was searched for something. unclaimed : a piece of the person has nothing of the body near it.
+    doubt : (16,) m, about each joint.
+    """
+
+    fit: Fit
+    restarts: int = 0
+    busy: bool = False
+    unclaimed: bool = False
+    doubt: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
 
 
 def start(
@@ -135,239 +151,122 @@ def step(
     standard deviations grow, and the flags say `empty`; where the body is not found they say `lost`.
     """
     clock = Stages()
-    frame = evened(frame)
+    state, seen, elapsed = _seen(settings, state, evened(frame))
+    clock.lap("foreground")
+    if state.evidence is None:
+        return _nobody(replace(state, searched=EVERY, looked=EVERY), elapsed, ("empty",), clock)
+    sight = Sight(model, settings, seen, state.evidence, coarse_of(state.evidence))
+    first, waits, recovered = state.pose is None, state.looked < EVERY, False
+    state = replace(state, looked=state.looked + 1)
+    ways: list[Pose] | None = None
+    if state.pose is None or state.lost:
+        # Between two looks a lost body is looked for where it was: a look takes as long as many frames.
+        found = state.pose
+        if not waits:
+            ways = look_for_body(sight, state)
+            found = ways[0] if ways else None
+            state = replace(state, searched=0, looked=1)
+        clock.lap("detect")
+        if found is None:
+            return _nobody(state, elapsed, ("lost",), clock)
+        recovered = not (first or waits)
+        state = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
+        elapsed = 0.0
+    fit = fitted(sight, state, expected_pose(state, settings, elapsed, sight.coarse), clock=clock)
+    search = _limbs_searched(sight, fit, elapsed, clock) if settings.search else _Search(fit)
+    fit, restarts = search.fit, search.restarts
+    searches = settings.search and model.detector is not None
+    if searches and is_lost(fit.state.wrong, fit.wrong) and not (recovered or waits):
+        ways = look_for_body(sight, fit.state)
+        fit = replace(fit, state=replace(fit.state, looked=1))
+        if ways and disagreement(fit.state.performer, ways[0], sight.coarse) < 0.8 * fit.wrong:
+            fresh = replace(fit.state, pose=ways[0], velocity=frozen(np.zeros(DOFS)))
+            fit, recovered = replace(fitted(sight, fresh, ways[0]), state=fit.state), True
+        clock.lap("detect")
+    afresh = fit.state.afresh
+    if afresh is not None and afresh.due:
+        anew = None
+        if afresh.doubted and not (recovered or is_lost(fit.state.wrong, fit.wrong)):
+            ways = look_for_body(sight, replace(fit.state, pose=None))
+            anew = taken_up(sight, fit, ways)
+        fit = replace(fit, state=replace(fit.state, afresh=afresh.later if afresh.doubted else None))
+        if anew is not None:
+            fit, elapsed, recovered = anew, 0.0, True
+        clock.lap("detect")
+    if settings.search and not is_lost(fit.state.wrong, fit.wrong):
+        mended = fit.solution
+        asked = (ways or []) if recovered or first else None
+        fit, turned_about = faced(sight, fit, elapsed, asked, busy=search.busy)
+        if turned_about:
+            elapsed, recovered = 0.0, True  # it did not move there
+        else:
+            restarts += fit.solution is not mended
+        clock.lap("facing")
+    if searches and first:
+        fit = replace(fit, state=replace(fit.state, afresh=Afresh()))
+    return _tracked(sight, fit, replace(search, restarts=restarts), elapsed, recovered, clock)
+
+
+def _seen(settings: TrackSettings, state: TrackState, frame: DepthFrame) -> tuple[TrackState, Observation, float]:
+    """The state with what is seen of room and person, without evidence where that is nobody; and s since the last."""
     scene = scene_of(frame) if state.scene is None else told_again(state.scene, frame)
     last = None if state.pose is None else state.pose.translation
     person, scene = person_of(scene, frame, last, settings.median)
     elapsed = frame.time - state.time if np.isfinite(state.time) else 0.0
-    state = replace(state, scene=scene, time=frame.time)
-    observation = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings), person.rim)
-    evidence = evidence_of(observation, settings) if person.found else None
-    state = replace(state, evidence=evidence, observation=None if evidence is None else observation)
-    clock.lap("foreground")
-    if evidence is None:
-        return _nobody(replace(state, searched=EVERY, looked=EVERY), elapsed, ("empty",), clock)
-    coarse = coarse_of(evidence)
-    first, recovered = state.pose is None, False
-    ways: list[Pose] = []
-    waits = state.looked < EVERY
-    state = replace(state, looked=state.looked + 1)
-    if state.pose is None or state.lost:
-        # Between two looks a lost body is looked for where it was: a look takes as long as many frames.
-        if not waits:
-            ways = _found(model, settings, state, observation, evidence, coarse)
-            state = replace(state, searched=0, looked=1)
-        clock.lap("detect")
-        if not (ways or (waits and state.pose is not None)):
-            return _nobody(state, elapsed, ("lost",), clock)
-        recovered = state.pose is not None and not waits
-        found = state.pose if waits else ways[0]
-        assert found is not None
-        state = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
-        elapsed = 0.0
-    assert state.pose is not None
-    expected = expected_pose(state, settings, elapsed, coarse)
-    terms = terms_of(model, settings, state, evidence, expected)
-    clock.lap("prior")
-    solution = solve_pose(state.performer, evidence, terms, expected, settings)
-    clock.lap("solve")
-    restarts, hypothesis, offered, busy = 0, None, False, False
-    doubt, wrong = np.zeros(16), disagreement(state.performer, solution.state, coarse)
+    seen = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings), person.rim)
+    evidence = evidence_of(seen, settings) if person.found else None
+    observation = None if evidence is None else seen
+    return replace(state, scene=scene, time=frame.time, evidence=evidence, observation=observation), seen, elapsed
+
+
+def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> _Search:
+    """Limbs that the frame shows elsewhere, and other poses of the whole where that explains little."""
+    state, coarse = fit.state, sight.coarse
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
-    left = left_over(state.performer, solution.state, coarse) if settings.search else None
-    unclaimed = left is not None and left.area > MUCH
-    doubtful = unclaimed or wrong > DOUBTFUL * state.wrong + 0.01
-    asks = model.detector is not None and state.searched >= EVERY and doubtful
-    if settings.search and asks:
-        solution, wrong, restarts, offered = offers_tried(
-            model, settings, state, observation, evidence, coarse, terms, solution, wrong
-        )
-        busy = True
+    left = left_over(state.performer, fit.pose, coarse)
+    unclaimed = left.area > MUCH
+    asks = sight.model.detector is not None and state.searched >= EVERY
+    asks = asks and (unclaimed or fit.wrong > DOUBTFUL * state.wrong + 0.01)
+    restarts, hypothesis, offered, busy, doubt = 0, None, False, asks, np.zeros(16)
+    if asks:
+        fit, restarts, offered = offers_tried(sight, fit)
         clock.lap("offers")
-    if left is not None and not offered:
-        solution, wrong, restarts, doubt, hypothesis = mend_limbs(
-            model, settings, state, evidence, coarse, terms, expected, solution, wrong, unclaimed
-        )
+    if not offered:
+        fit, restarts, doubt, hypothesis = mend_limbs(sight, fit, unclaimed)
         busy |= bool(restarts) or hypothesis is not None
         clock.lap("limbs")
         if left.area > CLAIMED and not restarts:
-            solution, wrong, restarts = claimed(settings, state, evidence, coarse, terms, solution, wrong, left)
-            state = replace(state, hypothesis=None) if restarts else state  # it left the piece over, too
+            fit, restarts = claimed(sight, fit, left)
+            if restarts:
+                fit = replace(fit, state=replace(fit.state, hypothesis=None))  # it left the piece over, too
             busy = True
             clock.lap("pieces")
-        if wrong > RESCUE * state.wrong + 0.03:
-            solution, wrong = rescued(model, settings, state, evidence, coarse, terms, solution, wrong)
+        if fit.wrong > RESCUE * state.wrong + 0.03:
+            fit = rescued(sight, fit)
             busy = True
             clock.lap("rescue")
-    if settings.search:
-        mended = solution
-        state, terms, solution, wrong = contested(
-            model, settings, state, evidence, coarse, terms, mended, wrong, elapsed, hypothesis
-        )
-        restarts += solution is not mended
-        clock.lap("hypothesis")
-    state = replace(state, searched=0 if asks else state.searched + 1)
-    if is_lost(state.wrong, wrong) and settings.search and model.detector is not None and not (recovered or waits):
-        ways = _found(model, settings, state, observation, evidence, coarse)
-        state = replace(state, looked=1)
-        if ways and disagreement(state.performer, ways[0], coarse) < 0.8 * wrong:
-            found = ways[0]
-            fresh = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)))
-            terms = terms_of(model, settings, fresh, evidence, found)
-            solution = solve_pose(state.performer, evidence, terms, found, settings)
-            wrong, recovered = disagreement(state.performer, solution.state, coarse), True
-        clock.lap("detect")
-    if state.afresh is not None and state.afresh.due:
-        anew = None
-        if state.afresh.doubted and not (recovered or is_lost(state.wrong, wrong)):
-            ways = _found(model, settings, replace(state, pose=None), observation, evidence, coarse)
-            anew = _taken_up(model, settings, state, evidence, coarse, solution, wrong, ways)
-        state = replace(state, afresh=state.afresh.later if state.afresh.doubted else None)
-        if anew is not None:
-            state, terms, solution, wrong = anew
-            elapsed, recovered = 0.0, True
-        clock.lap("detect")
-    if settings.search and not is_lost(state.wrong, wrong):
-        mended = solution
-        state, solution, wrong, turned_about = faced(
-            model,
-            settings,
-            state,
-            evidence,
-            coarse,
-            mended,
-            wrong,
-            elapsed,
-            ways if recovered or first else None,
-            busy=busy,
-        )
-        if turned_about:
-            elapsed, recovered = 0.0, True  # it did not move there
-        else:
-            restarts += solution is not mended
-        clock.lap("facing")
-    if settings.search and first and model.detector is not None:
-        state = replace(state, afresh=Afresh())
-    return _tracked(
-        model.database.search,
-        settings,
-        state,
-        observation,
-        evidence,
-        coarse,
-        solution,
-        wrong,
-        elapsed,
-        recovered,
-        restarts,
-        doubt,
-        unclaimed,
-        clock,
-    )
-
-
-def _found(
-    model: TrackerModel,
-    settings: TrackSettings,
-    state: TrackState,
-    observation: Observation,
-    evidence: Evidence,
-    coarse: Coarse,
-) -> list[Pose]:
-    """The pose that explains the frame best, of those the detector proposes and the last one; none = no body.
-
-    The best of those that face the other way comes second, if there is one.
-    """
-    from .detect.joints import Detection, detect, detected_lying
-    from .limbs.judge import JUDGED, judge
-    from .starting.first_pose import Candidate, candidates, lying
-    from .starting.settle import settled_readings
-
-    few = observation.as_fine_as(JUDGED)
-    tried = []
-    if state.pose is not None:
-        last = (state.pose, *turned(moved_to(state.performer, state.pose, evidence, coarse), 8))
-        tried += [Candidate(pose, judge(state.performer, pose, few).cost, "last") for pose in last]
-    detection = None
-    if model.detector is not None:
-        shown = DepthFrame(observation.camera, observation.depth, None, observation.time)
-        detection = detect(model.detector, shown)
-        tried += candidates(state.performer, detection, few, model.examples)
-
-    def refine(pose: Pose) -> tuple[Pose, float]:
-        trial = replace(state, pose=pose, before=None, trust=frozen(np.ones(DOFS - 6)))
-        terms = terms_of(model, settings, trial, evidence, pose)
-        solution = solve_pose(state.performer, evidence, terms, pose, settings)
-        return solution.state, disagreement(state.performer, solution.state, coarse)
-
-    def settled(tried: list[Candidate], detection: Detection | None) -> list[Candidate]:
-        tried = sorted(tried, key=lambda one: one.cost)
-        return settled_readings(state.performer, tried, few, coarse, model.limb_shapes, refine, detection)
-
-    ways = settled(tried, detection)
-    if model.detector is not None and (laid := lying(state.performer, few)):
-        # Whoever looks so may be upright all the same, the legs hidden, say: each search keeps the best of its own.
-        sideways = detected_lying(model.detector, shown)
-        laid += [way for one in sideways for way in candidates(state.performer, one, few, model.examples)]
-        ways += settled(laid, max(sideways, key=lambda one: float(one.confidence.sum()), default=None))
-        ways.sort(key=lambda way: way.cost)
-    if not ways or ways[0].cost > 1.5 * LOST:
-        return []
-    gone = float(state.hidden.min())
-    ways.sort(key=lambda way: unlikeliness(model.database.search, way.pose, way.cost, state.pose, gone))
-    best = ways[0].pose
-    return [best, *[way.pose for way in ways[1:] if faces_otherwise(best, way.pose)][:1]]
-
-
-def _taken_up(
-    model: TrackerModel,
-    settings: TrackSettings,
-    state: TrackState,
-    evidence: Evidence,
-    coarse: Coarse,
-    solution: Solution[Pose],
-    wrong: float,
-    ways: list[Pose],
-) -> tuple[TrackState, list[Term], Solution[Pose], float] | None:
-    """State, terms, solution and share explained wrongly of a search's best pose, if that is clearly better."""
-    if not ways:
-        return None
-    fresh = replace(state, pose=ways[0], velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
-    terms = terms_of(model, settings, fresh, evidence, ways[0])
-    found = solve_pose(state.performer, evidence, terms, ways[0], settings)
-    share = disagreement(state.performer, found.state, coarse)
-    if not better(model.database.search, solution.state, wrong, found.state, share):
-        return None
-    # What was usual, and what was learned of widths, was the other pose's.
-    girth = None if state.girth is None else Girth(state.girth.base)
-    body = state.performer if girth is None else girth.base
-    return replace(fresh, performer=body, girth=girth, wrong=share, hypothesis=None, afresh=None), terms, found, share
+    mended = fit.solution
+    fit = contested(sight, fit, elapsed, hypothesis)
+    restarts += fit.solution is not mended
+    clock.lap("hypothesis")
+    fit = replace(fit, state=replace(fit.state, searched=0 if asks else state.searched + 1))
+    return _Search(fit, restarts, busy, unclaimed, doubt)
 
 
 def _tracked(
-    search: Neighbors,
-    settings: TrackSettings,
-    state: TrackState,
-    observation: Observation,
-    evidence: Evidence,
-    coarse: Coarse,
-    solution: Solution[Pose],
-    wrong: float,
-    elapsed: float,
-    recovered: bool,
-    restarts: int,
-    doubt: Floats,
-    unclaimed: bool,
-    clock: Stages,
+    sight: Sight, fit: Fit, search: _Search, elapsed: float, recovered: bool, clock: Stages
 ) -> tuple[TrackState, Estimate]:
+    """What is known after a frame in which the body was followed, and how well: (34,) per second, (16,) m and flags."""
+    settings, seen, evidence, coarse = sight.settings, sight.seen, sight.evidence, sight.coarse
+    neighbors, state, solution, wrong = sight.model.database.search, fit.state, fit.solution, fit.wrong
     assert state.pose is not None
     performer, pose = state.performer, solution.state
     shown, denied = shown_and_denied(performer, pose, coarse, evidence.weight)
-    trust, seen = trust_of(shown)
-    doubt = np.hypot(doubt, astray(shown, denied, wrong, state.wrong))
+    trust, visible = trust_of(shown)
+    doubt = np.hypot(search.doubt, astray(shown, denied, wrong, state.wrong))
     doubt = np.hypot(doubt, either(state.sides.question, performer, pose))
-    hidden = np.where(seen, 0.0, state.hidden + elapsed)
+    hidden = np.where(visible, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     # Not who is seen for the first time, unless they lie.
     anew = recovered or (state.lost and (bool(np.isfinite(state.wrong)) or lies(pose)))
@@ -379,24 +278,24 @@ def _tracked(
         velocity = difference(pose, state.pose) / elapsed
         velocity[6:] *= np.minimum(1.0, 0.2 + trust)  # what is not seen is not known to go on moving
     before = None
-    if "color" in settings.terms and observation.intensity is not None:
+    if "color" in settings.terms and seen.intensity is not None:
         from ..bodies.performer import bone_frames
 
-        images = observation.intensity, observation.depth
-        before = bone_frames(performer, pose), *images, intrinsics(observation.camera)
+        images = seen.intensity, seen.depth
+        before = bone_frames(performer, pose), *images, intrinsics(seen.camera)
     girth = state.girth
     # A pose that was just found, or fits worse than usual, says little of widths.
-    sure = elapsed > 0.0 and not (lost or recovered or restarts or wrong > DOUBTFUL * state.wrong + 0.01)
+    sure = elapsed > 0.0 and not (lost or recovered or search.restarts or wrong > DOUBTFUL * state.wrong + 0.01)
     if girth is not None and girth.frames < FRAMES and sure:
         girth = learned(girth, performer, pose, evidence, coarse, settings)
         performer = girth.performer
         clock.lap("girth")
-    afresh = None if lost or state.afresh is None else watched(state.afresh, elapsed, search, pose, wrong, trust)
+    afresh = None if lost or state.afresh is None else watched(state.afresh, elapsed, neighbors, pose, wrong, trust)
     # A pose that fits worse than usual says little of what is usual, nor does the first one if it fits badly.
-    share = 0.1 if wrong < 1.2 * state.wrong and not unclaimed else 0.02
+    share = 0.1 if wrong < 1.2 * state.wrong and not search.unclaimed else 0.02
     running = min(wrong, UNPROVEN) if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
-    flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or restarts else ()))
-    flags += ("held",) if not seen.all() else ()
+    flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or search.restarts else ()))
+    flags += ("held",) if not visible.all() else ()
     assert state.scene is not None
     vouched = not lost and (state.scene.vouched or running < BODY)
     scene = replace(state.scene, vouched=vouched, stirred=0.0 if lost else state.scene.stirred)
@@ -424,14 +323,14 @@ def _tracked(
         landmarks(performer, pose),
         unsure,
         flags,
-        ~seen,
+        ~visible,
         solution.system.costs,
         solution.system.inliers,
         wrong,
         solution.converged,
         solution.iterations,
         covariance,
-        restarts + recovered,
+        search.restarts + recovered,
         std,
         clock.seconds,
     )

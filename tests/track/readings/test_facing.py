@@ -123,7 +123,9 @@ def test_of_two_readings_the_one_that_explains_more_is_left(ours, theirs, turns)
     facing, state = doubted(BODY, pose, other), TrackState(BODY, pose=pose, lost=False)
     taken, frames = None, 0
     while facing.question is not None and taken is None:
-        facing, taken = weighed(facing, state, pose, ours, 0.0, Neighbors(np.empty((0, 28))), Follow(begin, finished))
+        facing, taken = weighed(
+            facing, state, pose, ours, 0.0, Neighbors(np.empty((0, 28))), Follow(None, begin, finished)
+        )
         frames += 1
         assert frames < 60
     assert (taken is not None) == turns
@@ -131,14 +133,14 @@ def test_of_two_readings_the_one_that_explains_more_is_left(ours, theirs, turns)
     assert looks == (MOST if ours == theirs else looks) <= MOST
     assert frames >= 2 * len(calls)  # not looked at in every frame
     if taken is not None:
-        assert taken[1] == theirs
-        assert faces_otherwise(taken[0].state, pose)
+        assert taken.wrong == theirs
+        assert faces_otherwise(taken.pose, pose)
 
 
 @pytest.mark.parametrize(("new", "ahead", "turns"), [(False, True, True), (True, True, False), (True, False, True)])
 def test_a_little_that_speaks_for_the_back_of_somebody_new_is_not_enough(new, ahead, turns):
     pose = standing((0.0, 0.1, 3.0)) if ahead else about_face(BODY, standing((0.0, 0.1, 3.0)))
-    follow = Follow(lambda twin, expected: begun_at(twin, expected, 0.18), finished)
+    follow = Follow(None, lambda twin, expected: begun_at(twin, expected, 0.18), finished)
     facing, taken = doubted(BODY, pose, None, new=new), None
     state = TrackState(BODY, pose=pose, lost=False)
     while facing.question is not None and taken is None:
@@ -179,7 +181,7 @@ def test_who_bends_as_nobody_does_is_asked_now_and_then_though_nobody_walks_back
     pose = standing((0.0, 0.1, 3.0))
     search = Neighbors(np.repeat(pose.joints[None] + bent, 5, axis=0))
     state, facing, opened = TrackState(BODY, pose=pose, lost=False), Facing(), []
-    follow = Follow(lambda twin, expected: begun_at(twin, expected, 0.5), finished)  # explains less
+    follow = Follow(None, lambda twin, expected: begun_at(twin, expected, 0.5), finished)  # explains less
     for frame in range(120):
         before = facing.question
         facing, taken = weighed(walked(facing, 0.0, DT), state, pose, 0.2, 0.0, search, follow)

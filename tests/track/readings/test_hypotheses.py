@@ -23,9 +23,8 @@ from motionmend.track.model import TrackerModel
 from motionmend.track.readings.hypotheses import GAIN, LASTS, MOST, apart, asked, contested
 from motionmend.track.settings import settings_of
 from motionmend.track.starting.reach import reach
-from motionmend.track.state import Hypothesis, TrackState
-from motionmend.track.terms.objective import terms_of
-from motionmend.track.terms.solve import solve_pose
+from motionmend.track.state import Fit, Hypothesis, Sight, TrackState
+from motionmend.track.terms.objective import fitted, terms_of
 
 BODY = anatomy.average()
 DT = 1.0 / 30.0
@@ -48,23 +47,23 @@ def library():
     return TrackerModel(PoseDatabase(poses, np.full(len(poses), len(poses) - 1)))
 
 
+def sight_of(depth, time):
+    seen = Observation(KINECT, depth, np.isnan(depth), time)
+    evidence = evidence_of(seen, DEFAULT)
+    return Sight(library(), DEFAULT, seen, evidence, coarse_of(evidence))
+
+
 def contest(shown, taken, other, frames, gained=0.0):
     """The pose that is followed after each frame, and the hypotheses, `taken` being what the solution would be."""
     state = TrackState(BODY, None, taken, hypothesis=Hypothesis(other, gained))
     followed, hypotheses = [], []
     for t in range(frames):
         depth = sensed(render(BODY, shown, KINECT).depth, KINECT, 3, t)
-        evidence = evidence_of(Observation(KINECT, depth, np.isnan(depth), t * DT), DEFAULT)
-        coarse = coarse_of(evidence)
-        terms = terms_of(library(), DEFAULT, state, evidence, state.pose)
-        solution = solve_pose(BODY, evidence, terms, state.pose, DEFAULT)
-        wrong = disagreement(BODY, solution.state, coarse)
-        state, terms, solution, wrong = contested(
-            library(), DEFAULT, state, evidence, coarse, terms, solution, wrong, DT, None
-        )
-        assert wrong == disagreement(BODY, solution.state, coarse)
-        state = replace(state, pose=solution.state, velocity=frozen(np.zeros(DOFS)))
-        followed.append(solution.state)
+        sight = sight_of(depth, t * DT)
+        fit = contested(sight, fitted(sight, state, state.pose), DT, None)
+        assert fit.wrong == disagreement(BODY, fit.pose, sight.coarse)
+        state = replace(fit.state, pose=fit.pose, velocity=frozen(np.zeros(DOFS)))
+        followed.append(fit.pose)
         hypotheses.append(state.hypothesis)
     return followed, hypotheses
 
@@ -100,17 +99,16 @@ def test_two_poses_that_have_become_one_are_one():
 
 def test_a_pose_that_lost_is_a_hypothesis_only_if_it_is_another_and_only_while_time_is_known():
     depth = render(BODY, HANGING, KINECT).depth
-    evidence = evidence_of(Observation(KINECT, depth, np.isnan(depth), 0.0), DEFAULT)
-    coarse = coarse_of(evidence)
+    sight = sight_of(depth, 0.0)
     state = TrackState(BODY, None, HANGING, hypothesis=Hypothesis(raised(HANGING, 0.3), 0.01))
-    terms = terms_of(library(), DEFAULT, state, evidence, HANGING)
+    terms = terms_of(library(), DEFAULT, state, sight.evidence, HANGING)
     solution = Solution(HANGING, System(np.eye(DOFS), np.zeros(DOFS), {}, {}, 0.0), 1, True)
     for hypothesis, kept in (
         (None, False),
         (Hypothesis(HANGING, 0.01), False),
         (Hypothesis(raised(HANGING), 0.01), True),
     ):
-        after, *_ = contested(library(), DEFAULT, state, evidence, coarse, terms, solution, 0.0, 0.0, hypothesis)
+        after = contested(sight, Fit(state, terms, HANGING, solution, 0.0), 0.0, hypothesis).state
         assert (after.hypothesis is not None) == kept
         if kept:
             np.testing.assert_array_equal(landmarks(BODY, after.hypothesis.pose), landmarks(BODY, hypothesis.pose))

@@ -98,12 +98,12 @@ def test_each_pair_is_asked_for_in_its_turn_and_again_after_a_second(ours, their
     search = Neighbors(np.repeat(pose.joints[None] + 1.5 * BENT, 5, axis=0))  # bent, and neither is stranger
     asked, looks, verdicts = [], 0, 0
 
-    def finish(begun):
+    def finish(sight, begun):
         nonlocal looks
         looks += 1
-        return begun.solution, np.zeros(28), begun.wrong
+        return begun, np.zeros(28)
 
-    follow = Follow(lambda twin, expected: begun_at(twin, expected, theirs), finish)
+    follow = Follow(None, lambda twin, expected: begun_at(twin, expected, theirs), finish)
     sides = Sides()
     for frame in range(300):
         before = sides

@@ -24,7 +24,7 @@ def looking(question, pose, ours, theirs, began=None):
             began.append(expected)
         return begun_at(twin, expected, theirs)
 
-    return looked_at(question, state, pose, ours, NOBODY, Follow(begin, finished), one=lambda *_: False)
+    return looked_at(question, state, pose, ours, NOBODY, Follow(None, begin, finished), one=lambda *_: False)
 
 
 @given(busy=st.lists(st.booleans(), min_size=120, max_size=120))
@@ -71,4 +71,4 @@ def test_a_reading_that_is_taken_is_solved_in_the_frame_in_which_it_is():
         if taken is not None:
             break
     assert taken is not None
-    np.testing.assert_allclose(taken[0].state.translation - began[0].translation, place - places[0], atol=1e-9)
+    np.testing.assert_allclose(taken.pose.translation - began[0].translation, place - places[0], atol=1e-9)

@@ -127,13 +127,13 @@ def test_only_what_is_clearly_better_and_likely_right_is_taken():
 
 def test_who_is_lost_is_looked_for_in_one_frame_of_four_and_found_when_they_are_back(model, monkeypatch):
     """A look takes as long as many frames: something that no pose explains had one in every frame or two."""
-    looks, found = [], tracker._found
+    looks, found = [], tracker.look_for_body
 
     def spied(*args):
         looks.append(args)
         return found(*args)
 
-    monkeypatch.setattr(tracker, "_found", spied)
+    monkeypatch.setattr(tracker, "look_for_body", spied)
     poses = walk(40, 30.0)
     shown = list(seen(poses))
     rows, columns = np.mgrid[: KINECT.height, : KINECT.width]

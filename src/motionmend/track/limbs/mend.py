@@ -7,18 +7,13 @@ import numpy as np
 
 from ...arrays import Floats
 from ...bodies.performer import Performer, Pose, landmarks
-from ...numerics.least_squares import Solution
-from ..frame.evidence import Evidence
-from ..model import TrackerModel
 from ..readings.hypotheses import GAIN, STEP
-from ..settings import TrackSettings
-from ..state import Hypothesis, TrackState
-from ..terms.contract import Term
+from ..state import Fit, Hypothesis, Sight
+from ..terms.objective import refined
 from ..terms.prior import said_against, strangeness
 from ..terms.smooth import about
-from ..terms.solve import solve_pose
 from .certainty import DENIED, ENOUGH, shown_and_denied
-from .other_poses import SEARCHED, Coarse, Limb, Searched, disagreement, draws, limb_places, limb_search, with_limb
+from .other_poses import SEARCHED, Limb, Searched, draws, limb_places, limb_search, with_limb
 
 STRANGE = 1.0  # share of the pixels that one unit of the prior's cost weighs
 ALIKE = 0.006  # share of the pixels by which two poses of a limb are hardly told apart
@@ -51,44 +46,27 @@ class _Look:
     most: float
 
 
-def mend_limbs(
-    model: TrackerModel,
-    settings: TrackSettings,
-    state: TrackState,
-    evidence: Evidence,
-    coarse: Coarse,
-    terms: list[Term],
-    expected: Pose,
-    solution: Solution[Pose],
-    wrong: float,
-    unclaimed: bool = False,
-) -> tuple[Solution[Pose], float, int, Floats, Hypothesis | None]:
+def mend_limbs(sight: Sight, fit: Fit, unclaimed: bool = False) -> tuple[Fit, int, Floats, Hypothesis | None]:
     """Look for each limb among poses of the library and about where it is.
 
     Parameters
     ----------
-    model : the library of poses and the detector.
-    settings : of the tracker.
-    state : after the frame before.
-    evidence : what the frame says.
-    coarse : the frame on the raster that poses are judged on.
-    terms : made for this frame.
-    expected : the pose that the motion so far leads to.
-    solution, wrong : of the whole body, and the share of the person's pixels that it explains wrongly.
+    sight, fit : the frame, and how it is explained so far.
     unclaimed : a piece of the person has nothing of the body near it.
 
     Returns
     -------
-    The solution, a better one if there is, and its share; how many limbs were
-    moved; (16,) m, the doubt about each joint; and the pose that lost against it, if frames to come may say otherwise.
+    The fit, a better one if there is; how many limbs were moved; (16,) m, the doubt about each joint; and the pose
+    that lost against it, if frames to come may say otherwise.
     """
+    state, coarse, expected = fit.state, sight.coarse, fit.expected
     performer = state.performer
     doubt = np.zeros(16)
-    shown, denied = shown_and_denied(performer, solution.state, coarse, evidence.weight)
+    shown, denied = shown_and_denied(performer, fit.pose, coarse, sight.evidence.weight)
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
-    worse, much = unclaimed or wrong >= SUSPECT * usual + 0.01, unclaimed or wrong >= SUSPECT * usual + 0.025
-    pose, place = solution.state, landmarks(performer, expected)
-    mean, form = said_against(terms)
+    worse, much = (unclaimed or fit.wrong >= SUSPECT * usual + least for least in (0.01, 0.025))
+    pose, place = fit.pose, landmarks(performer, expected)
+    mean, form = said_against(fit.terms)
     form = STRANGE * form
     looks: list[_Look] = []
     for number, limb in enumerate(SEARCHED):
@@ -99,7 +77,7 @@ def mend_limbs(
         if not (hidden or due or (worse and against > DENIED)):
             continue
         now = np.stack((pose.joints[limb.columns], expected.joints[limb.columns]))
-        candidates = np.concatenate((now, model.limb_shapes[number]))
+        candidates = np.concatenate((now, sight.model.limb_shapes[number]))
         found = limb_search(performer, pose, limb, candidates, coarse, mean=mean, form=form)
         here = float(found.costs[0])  # as the search counts, which leaves no margin about the limb
         looks.append(_Look(number, pose, _elite(candidates, found), found.price, here, here - 0.5 * GAIN))
@@ -119,18 +97,16 @@ def mend_limbs(
     moved, hypothesis = 0, None
     for _, number, way in sorted(better, key=lambda one: one[0])[:TRIED]:
         limb = SEARCHED[number]
-        begun = about(terms, with_limb(expected, limb, way.joints[limb.columns]))
-        trial = solve_pose(performer, evidence, begun, way, settings, 5)
-        after = disagreement(performer, trial.state, coarse)
-        odd = STRANGE * (strangeness(terms, trial.state) - strangeness(terms, solution.state))
-        leap = np.linalg.norm(landmarks(performer, trial.state) - place, axis=1)[limb.landmarks].mean()
-        gain = wrong - after - odd
+        trial = refined(sight, fit, way, about(fit.terms, with_limb(expected, limb, way.joints[limb.columns])))
+        odd = STRANGE * (strangeness(fit.terms, trial.pose) - strangeness(fit.terms, fit.pose))
+        leap = np.linalg.norm(landmarks(performer, trial.pose) - place, axis=1)[limb.landmarks].mean()
+        gain = fit.wrong - trial.wrong - odd
         if gain > GAIN * (1.0 + (leap / STEP) ** 2):
-            hypothesis = Hypothesis(solution.state, -gain)
-            solution, wrong, moved = trial, after, moved + 1
+            hypothesis = Hypothesis(fit.pose, -gain)
+            fit, moved = trial, moved + 1
         elif gain > WORTH:
-            hypothesis = Hypothesis(trial.state, gain)
-    return solution, wrong, moved, doubt, hypothesis
+            hypothesis = Hypothesis(trial.pose, gain)
+    return fit, moved, doubt, hypothesis
 
 
 def _elite(candidates: Floats, found: Searched) -> Floats:

@@ -7,20 +7,15 @@ import numpy as np
 from ...arrays import Floats
 from ...bodies.camera import DepthFrame
 from ...bodies.performer import Performer, Pose, landmarks
-from ...numerics.least_squares import Solution
 from ..detect.joints import Detector, detect
-from ..frame.evidence import Evidence
 from ..frame.observation import Observation
-from ..model import TrackerModel
 from ..readings.hypotheses import apart, asked
-from ..settings import TrackSettings
 from ..starting.settle import limb_hints
-from ..state import TrackState
-from ..terms.contract import Term
-from ..terms.solve import solve_pose
+from ..state import Fit, Sight
+from ..terms.objective import refined
 from .judge import JUDGED, Verdict, judge
 from .mend import DRAWS
-from .other_poses import LIMBS, Coarse, disagreement, limb_costs, limb_search, with_limb
+from .other_poses import LIMBS, Coarse, limb_costs, limb_search, with_limb
 
 UNEXPLAINED = 0.006  # m^2, about a hand: with less the frame raises no question
 MUCH = 0.02  # m^2, half a forearm: with more a limb is not where the pose has it
@@ -28,39 +23,26 @@ APART = 0.12  # m, a joint detected nearer to where the pose has it says nothing
 PIXELS = 450  # of the person the detector looks at: it is asked for a place to begin from, no more
 
 
-def offers_tried(
-    model: TrackerModel,
-    settings: TrackSettings,
-    state: TrackState,
-    seen: Observation,
-    evidence: Evidence,
-    coarse: Coarse,
-    terms: list[Term],
-    solution: Solution[Pose],
-    wrong: float,
-) -> tuple[Solution[Pose], float, int, bool]:
-    """The best of the solution and what Gauss-Newton makes of limbs where the detector sees them.
+def offers_tried(sight: Sight, fit: Fit) -> tuple[Fit, int, bool]:
+    """The best of the fit and what Gauss-Newton makes of limbs where the detector sees them.
 
     Parameters
     ----------
-    model : has a detector.
-    settings, state : of the tracker, after the frame before.
-    seen, evidence, coarse, terms : what the frame says, and the terms made for it.
-    solution, wrong : of the frame, and the share of the person's pixels that it explains wrongly.
+    sight, fit : the frame, whose model has a detector, and how it is explained so far.
 
     Returns
     -------
-    The solution and its share, how many limbs were moved, and whether there were any offers.
+    The fit, how many limbs were moved, and whether there were any offers.
     """
+    model, performer = sight.model, fit.state.performer
     assert model.detector is not None
-    offers = limb_offers(model.detector, state.performer, solution.state, seen, coarse, model.limb_shapes)
+    offers = limb_offers(model.detector, performer, fit.pose, sight.seen, sight.coarse, model.limb_shapes)
     moved = 0
     for offer in offers:
-        trial = solve_pose(state.performer, evidence, terms, offer, settings, 5)
-        after = disagreement(state.performer, trial.state, coarse)
-        if after < wrong - asked(apart(state.performer, trial.state, solution.state)):
-            solution, wrong, moved = trial, after, moved + 1
-    return solution, wrong, moved, bool(offers)
+        trial = refined(sight, fit, offer, fit.terms)
+        if trial.wrong < fit.wrong - asked(apart(performer, trial.pose, fit.pose)):
+            fit, moved = trial, moved + 1
+    return fit, moved, bool(offers)
 
 
 def limb_offers(

@@ -4,17 +4,13 @@ import numpy as np
 
 from ...arrays import Floats
 from ...bodies.performer import LANDMARKS, Performer, Pose, landmarks
-from ...numerics.least_squares import Solution
-from ..frame.evidence import Evidence
 from ..readings.hypotheses import GAIN
-from ..settings import TrackSettings
 from ..starting.reach import reach
-from ..state import TrackState
-from ..terms.contract import Term
+from ..state import Fit, Sight
+from ..terms.objective import refined
 from ..terms.prior import strangeness
 from ..terms.smooth import about
-from ..terms.solve import solve_pose
-from .other_poses import LIMBS, Coarse, LeftOver, Limb, disagreement, disagreements, left_over
+from .other_poses import LIMBS, Coarse, LeftOver, Limb, disagreements, left_over
 
 CLAIMED = 0.012  # m^2 left over, from where on a limb is laid into it
 LEAST = 0.006  # m^2, about a hand: a smaller piece is none, and one that shrinks by less is not claimed
@@ -25,43 +21,32 @@ NEAR = 0.03  # share of the pixels that a pose may explain less before it is ref
 STAYS = 0.3  # weight of where the other joints are, beside 1 of the limb's end
 
 
-def claimed(
-    settings: TrackSettings,
-    state: TrackState,
-    evidence: Evidence,
-    coarse: Coarse,
-    terms: list[Term],
-    solution: Solution[Pose],
-    wrong: float,
-    left: LeftOver,
-) -> tuple[Solution[Pose], float, int]:
-    """The solution, or one whose limb is in the largest piece that the solution leaves over, if it explains more.
+def claimed(sight: Sight, fit: Fit, left: LeftOver) -> tuple[Fit, int]:
+    """The fit, or one whose limb is in the largest piece that it leaves over, if that explains more.
 
     Noise leaves no piece as large as a hand over; so a limb may leap for it as far as it must.
 
     Parameters
     ----------
-    settings, state : of the tracker, after the frame before.
-    evidence, coarse, terms : what the frame says, and the terms made for it.
-    solution, wrong : of the frame, and the share of the person's pixels that it explains wrongly.
-    left : what of the person it leaves over.
+    sight, fit : the frame, and how it is explained so far.
+    left : what of the person that leaves over.
 
     Returns
     -------
-    The solution and its share, and how many limbs were moved.
+    The fit, and how many limbs were moved.
     """
-    performer = state.performer
-    ways = laid_in(performer, solution.state, coarse, left)
-    if not ways or ways[0][1] > wrong + NEAR:
-        return solution, wrong, 0
+    performer, coarse, terms = fit.state.performer, sight.coarse, fit.terms
+    ways = laid_in(performer, fit.pose, coarse, left)
+    if not ways or ways[0][1] > fit.wrong + NEAR:
+        return fit, 0
     way, moved = ways[0][0], 0
-    least = wrong - GAIN + strangeness(terms, solution.state)
+    least = fit.wrong - GAIN + strangeness(terms, fit.pose)
     for some in (terms, about(terms, way)):  # from where the body was expected, and from here
-        trial = solve_pose(performer, evidence, some, way, settings, 5)
-        after, odd = disagreement(performer, trial.state, coarse), strangeness(terms, trial.state)
-        if after + odd < least and left_over(performer, trial.state, coarse).area < left.area - LEAST:
-            solution, wrong, least, moved = trial, after, after + odd, 1
-    return solution, wrong, moved
+        trial = refined(sight, fit, way, some)
+        odd = strangeness(terms, trial.pose)
+        if trial.wrong + odd < least and left_over(performer, trial.pose, coarse).area < left.area - LEAST:
+            fit, least, moved = trial, trial.wrong + odd, 1
+    return fit, moved
 
 
 def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[tuple[Pose, float]]:

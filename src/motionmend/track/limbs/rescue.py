@@ -3,59 +3,38 @@
 import numpy as np
 
 from ...bodies.performer import Performer, Pose, rotation
-from ...numerics.least_squares import Solution
 from ..frame.evidence import Evidence, listed, middle
-from ..model import TrackerModel
-from ..settings import TrackSettings
-from ..state import TrackState
-from ..terms.contract import Term
+from ..state import Fit, Sight
+from ..terms.objective import refined
 from ..terms.smooth import about
-from ..terms.solve import solve_pose
-from .other_poses import Coarse, cast_parts, disagreement, disagreements
+from .other_poses import Coarse, cast_parts, disagreements
 
 TURNS = (-40.0, -20.0, 20.0, 40.0)  # degrees about the vertical: a fast turn between two frames
 GAIN = 0.01  # share of the pixels that another pose must explain better
 
 
-def rescued(
-    model: TrackerModel,
-    settings: TrackSettings,
-    state: TrackState,
-    evidence: Evidence,
-    coarse: Coarse,
-    terms: list[Term],
-    solution: Solution[Pose],
-    wrong: float,
-) -> tuple[Solution[Pose], float]:
-    """The solution, or what Gauss-Newton makes of the likeliest other beginning, and its share explained wrongly.
+def rescued(sight: Sight, fit: Fit) -> Fit:
+    """The fit, or what Gauss-Newton makes of the likeliest other beginning.
 
     Other beginnings are the pose before, moved to where the person is and turned about the vertical, and what followed
     the library's nearest poses.
 
     Parameters
     ----------
-    model : the library of poses.
-    settings : of the tracker.
-    state : after the frame before; it has a pose.
-    evidence, coarse : what the frame says, and its coarse raster.
-    terms : made for this frame.
-    solution : that does not explain the frame.
-    wrong : share of the person's pixels it explains wrongly, 0 to 1.
+    sight : the frame.
+    fit : that does not explain it; its state has a pose.
     """
-    performer = state.performer
-    assert state.pose is not None
-    here = [solution.state, moved_to(performer, solution.state, evidence, coarse), state.pose]
+    performer, before, database, coarse = fit.state.performer, fit.state.pose, sight.model.database, sight.coarse
+    assert before is not None
+    here = [fit.pose, moved_to(performer, fit.pose, sight.evidence, coarse), before]
     tried = [*here[1:], *(about_vertical(pose, degrees) for pose in here[:2] for degrees in TURNS)]
-    if len(model.database):
-        index, _ = model.database.search.nearest(state.pose.joints, 24)
-        ahead = model.database.following(index[::3], 2)[:, -1]
-        tried += [Pose(here[1].translation, here[1].root, model.database.joints[i]) for i in ahead]
+    if len(database):
+        index, _ = database.search.nearest(before.joints, 24)
+        ahead = database.following(index[::3], 2)[:, -1]
+        tried += [Pose(here[1].translation, here[1].root, database.joints[i]) for i in ahead]
     likeliest = tried[int(np.argmin(disagreements(performer, tried, coarse)))]
-    trial = solve_pose(
-        performer, evidence, about(terms, likeliest), likeliest, settings, max(settings.iterations // 2, 1)
-    )
-    after = disagreement(performer, trial.state, coarse)
-    return (trial, after) if after < wrong - GAIN else (solution, wrong)
+    trial = refined(sight, fit, likeliest, about(fit.terms, likeliest), max(sight.settings.iterations // 2, 1))
+    return trial if trial.wrong < fit.wrong - GAIN else fit
 
 
 def about_vertical(pose: Pose, degrees: float) -> Pose:

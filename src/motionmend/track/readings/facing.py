@@ -13,8 +13,8 @@ from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ...numerics.neighbors import Neighbors
 from ..database import strange
 from ..starting.first_pose import poses_to
-from ..state import Facing, Question, TrackState
-from .pair import EVERY, IMAGE, LATER, STRANGE, Follow, Taken, due, looked_at
+from ..state import Facing, Fit, Question, TrackState
+from .pair import EVERY, IMAGE, LATER, STRANGE, Follow, due, looked_at
 
 FRONT = 1.5  # odds that somebody who was not seen before faces the camera
 UPRIGHT = 0.5  # of a body's long axis up or down, below which it lies
@@ -86,7 +86,7 @@ def weighed(
     follow: Follow,
     *,
     busy: bool = False,
-) -> tuple[Facing, Taken | None]:
+) -> tuple[Facing, Fit | None]:
     """One more frame of the question.
 
     Parameters
@@ -98,7 +98,7 @@ def weighed(
 
     Returns
     -------
-    What is known now; and the solution of the other reading, with its share, when that is to be followed from here.
+    What is known now; and the fit of the other reading, when that is to be followed from here.
     """
     question = facing.question
     if question is None:

@@ -13,18 +13,11 @@ import numpy as np
 
 from ...arrays import frozen
 from ...bodies.performer import Performer, Pose, landmarks
-from ...numerics.least_squares import Solution
-from ..frame.evidence import Evidence
 from ..limbs.certainty import shown_and_denied, trust_of
-from ..limbs.other_poses import Coarse, disagreement
-from ..model import TrackerModel
-from ..settings import TrackSettings
-from ..state import Hypothesis, TrackState
-from ..terms.contract import Term
-from ..terms.objective import PAUSE, expected_pose, terms_of
+from ..state import Fit, Hypothesis, Sight, TrackState
+from ..terms.objective import PAUSE, expected_pose, fitted
 from ..terms.prior import strangeness
 from ..terms.smooth import difference
-from ..terms.solve import solve_pose
 
 GAIN = 0.008  # share of the person's pixels that another pose must explain better
 STEP = 0.2  # m, by which an arm or leg may leap for twice that gain
@@ -48,71 +41,47 @@ def apart(performer: Performer, pose: Pose, other: Pose) -> float:
     return float(np.sort(gap)[-2:].mean())
 
 
-def contested(
-    model: TrackerModel,
-    settings: TrackSettings,
-    state: TrackState,
-    evidence: Evidence,
-    coarse: Coarse,
-    terms: list[Term],
-    solution: Solution[Pose],
-    wrong: float,
-    elapsed: float,
-    fresh: Hypothesis | None,
-) -> tuple[TrackState, list[Term], Solution[Pose], float]:
-    """The other pose of the frame before against this frame's solution: what is followed from here, and what beside it.
+def contested(sight: Sight, fit: Fit, elapsed: float, fresh: Hypothesis | None) -> Fit:
+    """The other pose of the frame before against this frame's fit: what is followed from here, and what beside it.
 
     Parameters
     ----------
-    model, settings : of the tracker.
-    state : of this frame, but that pose, velocity, trust and hypothesis are still those of the frame before.
-    evidence, coarse, terms : what the frame says, its coarse raster, the terms made for the solution.
-    solution, wrong : of this frame, and the share of the person's pixels that it explains wrongly.
+    sight, fit : the frame, and how it is explained so far.
     elapsed : s since the frame before.
     fresh : one that this frame suggests, its pose of this frame; None as a rule.
 
     Returns
     -------
-    State, terms, solution and share. If the hypothesis is taken the state's pose and velocity are what its own were.
+    The fit. If the hypothesis is taken the state's pose and velocity are what its own were.
     """
-    old = state.hypothesis
+    state, old = fit.state, fit.state.hypothesis
     if old is not None and 0.0 < elapsed < PAUSE:
         twin = replace(state, pose=old.pose, velocity=old.velocity, trust=old.trust, before=None)
-        expected = expected_pose(twin, settings, elapsed, coarse)
-        others = terms_of(model, settings, twin, evidence, expected)
-        found = solve_pose(state.performer, evidence, others, expected, settings, STEPS)
-        share = disagreement(state.performer, found.state, coarse)
-        odd = strangeness(others, found.state) - strangeness(terms, solution.state)
-        gained = FADES * old.gained + wrong - share - odd
-        gap = apart(state.performer, found.state, solution.state)
+        other = fitted(sight, twin, expected_pose(twin, sight.settings, elapsed, sight.coarse), STEPS)
+        odd = strangeness(other.terms, other.pose) - strangeness(fit.terms, fit.pose)
+        gained = FADES * old.gained + fit.wrong - other.wrong - odd
+        gap = apart(state.performer, other.pose, fit.pose)
         if gap > ONE and gained > asked(gap):
-            given_up = _followed(state, solution.state, state.pose, -0.5 * gained, 0, elapsed, evidence, coarse)
-            return replace(twin, before=state.before, hypothesis=given_up), others, found, share
+            given_up = _followed(sight, state, fit.pose, state.pose, -0.5 * gained, 0, elapsed)
+            return replace(other, state=replace(twin, before=state.before, hypothesis=given_up))
         stays = gap > ONE and gained > LEAST and old.frames + 1 < LASTS
-        known = _followed(state, found.state, old.pose, gained, old.frames + 1, elapsed, evidence, coarse)
+        known = _followed(sight, state, other.pose, old.pose, gained, old.frames + 1, elapsed)
         state = replace(state, hypothesis=known if stays else None)
     else:
         state = replace(state, hypothesis=None)
     better = state.hypothesis is None or (fresh is not None and fresh.gained > max(state.hypothesis.gained, 0.0))
-    if fresh is not None and better and apart(state.performer, fresh.pose, solution.state) > OWN:
-        shown, _ = shown_and_denied(state.performer, fresh.pose, coarse, evidence.weight)
+    if fresh is not None and better and apart(state.performer, fresh.pose, fit.pose) > OWN:
+        shown, _ = shown_and_denied(state.performer, fresh.pose, sight.coarse, sight.evidence.weight)
         state = replace(state, hypothesis=replace(fresh, trust=frozen(trust_of(shown)[0])))
-    return state, terms, solution, wrong
+    return replace(fit, state=state)
 
 
 def _followed(
-    state: TrackState,
-    pose: Pose,
-    last: Pose | None,
-    gained: float,
-    frames: int,
-    elapsed: float,
-    evidence: Evidence,
-    coarse: Coarse,
+    sight: Sight, state: TrackState, pose: Pose, last: Pose | None, gained: float, frames: int, elapsed: float
 ) -> Hypothesis:
     """A hypothesis with what this frame shows of it and how it has moved since the frame before."""
     assert last is not None
-    shown, _ = shown_and_denied(state.performer, pose, coarse, evidence.weight)
+    shown, _ = shown_and_denied(state.performer, pose, sight.coarse, sight.evidence.weight)
     trust = trust_of(shown)[0]
     velocity = difference(pose, last) / elapsed
     velocity[6:] *= np.minimum(1.0, 0.2 + trust)

@@ -20,9 +20,9 @@ from ..database import strange
 from ..limbs.other_poses import LIMBS, Limb
 from ..starting.first_pose import poses_to
 from ..starting.reach import reach
-from ..state import Question, Sides, TrackState
+from ..state import Fit, Question, Sides, TrackState
 from .hypotheses import ONE, apart
-from .pair import IMAGE, LATER, STRANGE, Follow, Taken, due, looked_at
+from .pair import IMAGE, LATER, STRANGE, Follow, due, looked_at
 
 NEAR, APART = 0.12, 0.20  # m, across the line of sight, and in space
 SOON = 0.1  # s, after which it is looked at again whether arms that may cross are bent as nobody's
@@ -120,7 +120,7 @@ def sides_weighed(
     follow: Follow,
     *,
     busy: bool = False,
-) -> tuple[Sides, Taken | None]:
+) -> tuple[Sides, Fit | None]:
     """One more frame of the question.
 
     Parameters
@@ -132,7 +132,7 @@ def sides_weighed(
 
     Returns
     -------
-    What is known now; and the solution of the other reading, with its share, when that is to be followed from here.
+    What is known now; and the fit of the other reading, when that is to be followed from here.
     """
     if not len(search.samples):
         return sides, None  # what tells is how people bend

@@ -8,16 +8,15 @@ frames' turns, so that none takes long: its pose is solved in the first, and its
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
 
 from ...arrays import Floats, frozen
 from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
-from ...numerics.least_squares import Solution
 from ...numerics.neighbors import Neighbors
 from ..database import strange
-from ..state import Begun, Look, Question, TrackState
+from ..state import Fit, Look, Question, Sight, TrackState
 
 EVERY = 3  # frames from one look at the other reading to the next
 PATIENCE = 3  # frames more that a look waits for one in which nothing else is searched for
@@ -30,9 +29,6 @@ LATER = 1.0  # s after which it is asked again of a body that bends strangely
 RARE = 4.0  # log odds that what was only suspected is not so: one in fifty
 _EVERYWHERE = frozen(np.ones(DOFS - 6))
 
-Taken: TypeAlias = tuple[Solution[Pose], float]
-"""The other reading's solution, and the share of pixels that it explains wrongly."""
-
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -41,12 +37,13 @@ class Follow:
 
     Attributes
     ----------
-    begin : state and the pose to begin at, to what is solved.
-    finish : with its limbs looked for: solution, trust (28,), share of pixels explained wrongly.
+    sight : this frame. begin : state and the pose to begin at, to how the frame is explained.
+    finish : of that frame, with its limbs looked for, and how well each joint coordinate (28,) is shown.
     """
 
-    begin: Callable[[TrackState, Pose], Begun]
-    finish: Callable[[Begun], tuple[Solution[Pose], Floats, float]]
+    sight: Sight
+    begin: Callable[[TrackState, Pose], Fit]
+    finish: Callable[[Sight, Fit], tuple[Fit, Floats]]
 
 
 def due(question: Question, busy: bool) -> bool:
@@ -65,7 +62,7 @@ def looked_at(
     beside: float = 0.0,
     counted: Floats = _EVERYWHERE,
     one: Callable[[Pose, Pose], bool],
-) -> tuple[Question | None, Taken | None]:
+) -> tuple[Question | None, Fit | None]:
     """Half a look at the other reading.
 
     Parameters
@@ -85,19 +82,26 @@ def looked_at(
     if look is None:
         twin = replace(state, trust=question.trust, wrong=question.wrong, before=None)
         begun = follow.begin(twin, question.moved(pose.translation))
-        return replace(question, look=Look(begun, pose, state.trust, wrong, beside), frames=0), None
-    other, trust, share = follow.finish(look.begun)
-    score = IMAGE * (look.wrong - share) + look.beside
+        return replace(question, look=Look(follow.sight, begun, pose, state.trust, wrong, beside), frames=0), None
+    other, trust = follow.finish(look.sight, look.begun)
+    score = IMAGE * (look.wrong - other.wrong) + look.beside
     if len(search.samples):
-        ours, theirs = strange(search, look.pose, look.trust, counted), strange(search, other.state, trust, counted)
+        ours, theirs = strange(search, look.pose, look.trust, counted), strange(search, other.pose, trust, counted)
         score += STRANGE * (ours - theirs)
     odds, looks = FADES * question.odds + score, question.looks + 1
-    if one(look.pose, other.state):
+    if one(look.pose, other.pose):
         return None, None
-    seen = replace(question, pose=other.state, place=look.pose.translation, trust=frozen(trust), wrong=share, look=None)
+    seen = replace(
+        question,
+        pose=other.pose,
+        place=look.pose.translation,
+        trust=frozen(trust),
+        wrong=other.wrong,
+        look=None,
+    )
     if looks >= LEAST and odds + question.prior > SURE:
-        now = follow.begin(replace(state, trust=seen.trust, wrong=share, before=None), seen.moved(pose.translation))
-        return None, (now.solution, now.wrong)
+        twin = replace(state, trust=seen.trust, wrong=seen.wrong, before=None)
+        return None, follow.begin(twin, seen.moved(pose.translation))
     if looks >= MOST or (looks >= LEAST and odds + question.prior < -SURE):
         return None, None
     return replace(seen, odds=odds, looks=looks, frames=question.frames + 1), None

@@ -1,19 +1,24 @@
-"""What one frame's pose is to minimise, and where the search for it begins (equation 3.14)."""
+"""What one frame's pose is to minimise (equation 3.14), where the search for it begins, and where it ends."""
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...bodies.performer import DOFS, Pose, advance
 from ..frame.evidence import Evidence
-from ..limbs.other_poses import Coarse, disagreements
+from ..limbs.other_poses import Coarse, disagreement, disagreements
 from ..model import TrackerModel
 from ..settings import TrackSettings
-from ..state import TrackState
+from ..stages import Stages
+from ..state import Fit, Sight, TrackState
 from .contract import Term
 from .edge import EdgeTerm
 from .freespace import FreespaceTerm
 from .limits import limits_term
 from .prior import prior_term
 from .smooth import SmoothTerm
+from .solve import solve_pose
 from .surface import SurfaceTerm
 
 PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
@@ -68,3 +73,39 @@ def expected_pose(state: TrackState, settings: TrackSettings, elapsed: float, co
     shares, handicaps = (settings.velocity, 0.0, 1.0), (0.0, 0.01, 0.01)
     ways = [advance(state.performer, state.pose, share * elapsed * state.velocity) for share in shares]
     return ways[int(np.argmin(disagreements(state.performer, ways, coarse) + handicaps))]
+
+
+def fitted(
+    sight: Sight, state: TrackState, expected: Pose, iterations: int | None = None, clock: Stages | None = None
+) -> Fit:
+    """The pose that explains a frame best, as the settings' terms have it, near where the body is expected.
+
+    Parameters
+    ----------
+    sight : the frame.
+    state : after the frame before; it has a pose.
+    expected : to begin at, and that smoothness draws to.
+    iterations : of Gauss-Newton, at most; the settings' when None.
+    clock : is told when the terms are made, and when they are solved.
+    """
+    terms = terms_of(sight.model, sight.settings, state, sight.evidence, expected)
+    if clock is not None:
+        clock.lap("prior")
+    solution = solve_pose(state.performer, sight.evidence, terms, expected, sight.settings, iterations)
+    if clock is not None:
+        clock.lap("solve")
+    return Fit(state, terms, expected, solution, disagreement(state.performer, solution.state, sight.coarse))
+
+
+def refined(sight: Sight, fit: Fit, pose: Pose, terms: Sequence[Term], iterations: int = 5) -> Fit:
+    """The same frame explained from another beginning.
+
+    Parameters
+    ----------
+    sight, fit : the frame, and how it is explained so far.
+    pose : to begin at. terms : the frame's, or those about another pose (`smooth.about`).
+    iterations : of Gauss-Newton, at most.
+    """
+    performer = fit.state.performer
+    solution = solve_pose(performer, sight.evidence, terms, pose, sight.settings, iterations)
+    return replace(fit, solution=solution, wrong=disagreement(performer, solution.state, sight.coarse))
