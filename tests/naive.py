@@ -298,10 +298,12 @@ def beam_of_histories(case, width, recent):
         best = {}
         for score, modes, rejects, turns, states in kept:
             last = modes[-1] if modes else 0
-            after_outlier = turns[-1] in ("anywhere", "held") if turns else None
+            after_outlier = turns[-1] == "out" if turns else None
             for mode, kind in history_turns(case, t, last, after_outlier):
                 after, gained = history_step(case, states, t, last, mode, kind, after_outlier)
-                turn = kind if kind != "in" else "calm" if mode == 0 else "lively"
+                turn = (
+                    "out" if kind != "in" else "calm" if mode == 0 else "lively"
+                )  # either kind of outlier is one turn
                 latest = (*turns, turn)[-recent:] if seen else turns
                 if latest not in best or score + gained > best[latest][0]:
                     best[latest] = (score + gained, (*modes, mode), (*rejects, kind != "in"), latest, after)

@@ -124,7 +124,7 @@ def rotation_vector(rotations: Floats) -> Floats:
     """The vectors (..., 3), shorter than pi, that turn as rotations (..., 3, 3) do."""
     from scipy.spatial.transform import Rotation
 
-    rotations = np.asarray(rotations, dtype=np.float64)
+    rotations = np.array(rotations, dtype=np.float64)  # a copy: older SciPy wants to be able to write
     return np.asarray(Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_rotvec().reshape(rotations.shape[:-1]))
 
 

@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import shortest_path
 
 from ..arrays import Floats, Ints, Singles, frozen
@@ -213,7 +212,8 @@ def _share(body: Anatomy, varied: Floats) -> Floats:
 def _bones_away(body: Anatomy) -> Floats:
     """(J, B) bones between a joint and the nearer end of each bone; as many as there are joints where none lead."""
     count = len(body.names)
-    bones = coo_array((np.ones(len(body.bones)), (body.bones[:, 0], body.bones[:, 1])), shape=(count, count))
+    bones = np.zeros((count, count))
+    bones[body.bones[:, 0], body.bones[:, 1]] = 1.0
     away = np.minimum(shortest_path(bones, directed=False, unweighted=True), float(count))
     return np.asarray(np.minimum(away[:, body.bones[:, 0]], away[:, body.bones[:, 1]]))
 

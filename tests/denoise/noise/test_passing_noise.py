@@ -33,14 +33,19 @@ def _middles(frames, first=0.4, last=0.7):
     return (t > first + away) & (t < last - away), (t < first - away) | (t > last + away)
 
 
-@given(SEEDS, st.sampled_from([0.0, 0.1, 0.2]), st.sampled_from([60, 240]), st.sampled_from([0.5, 1.0, 5.0]))
-@settings(max_examples=30)
-def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(seed, share, frames, noise):
-    rng = np.random.default_rng(seed)
-    walk = _walk(rng, frames)
-    found = loudness(walk + noise * rng.normal(size=walk.shape) + _outliers(rng, walk.shape, share), FPS)
-    assert np.mean(np.abs(np.log(found)) < 0.1) > (0.7 if share else 0.99)
-    assert np.abs(np.log(found)).max() < np.log(2.0)
+@pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
+@pytest.mark.parametrize("frames", [60, 240])
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.2])
+def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(share, frames, noise):
+    calm = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        walk = _walk(rng, frames)
+        found = loudness(walk + noise * rng.normal(size=walk.shape) + _outliers(rng, walk.shape, share), FPS)
+        calm.append(np.mean(np.abs(np.log(found)) < 0.1))
+        assert np.abs(np.log(found)).max() < np.log(2.0)
+    assert np.mean(calm) > (0.95 if share else 0.99)
+    assert np.min(calm) > (0.6 if share else 0.9)
 
 
 @given(SEEDS, st.sampled_from([0.0, 0.05]), st.sampled_from([30.0, 120.0]))

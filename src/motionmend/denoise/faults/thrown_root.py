@@ -70,7 +70,7 @@ def _surprises(place: Floats) -> Floats:
 
 
 def closes(place: Floats, start: int, stop: int, run_up: int) -> bool:
-    """True if a path goes on after a stretch much as it came, and not within it.
+    """True if a path goes on after a stretch much as it came, or leaps back by as much as away, and not within it.
 
     Parameters
     ----------
@@ -86,4 +86,6 @@ def closes(place: Floats, start: int, stop: int, run_up: int) -> bool:
     way = np.mean(speeds, axis=0)
     missed = place[first] - place[last] - way * (first - last)
     leaps = [place[start] - place[last] - way, place[stop] - place[stop - 1] - way]
-    return bool(np.linalg.norm(missed) < CLOSES * min(np.linalg.norm(leap) for leap in leaps))
+    # Who turns or jumps meanwhile comes out elsewhere than straight ahead; what was put aside comes back by as much.
+    least = min(np.linalg.norm(missed), np.linalg.norm(leaps[0] + leaps[1]))
+    return bool(least < CLOSES * min(np.linalg.norm(leap) for leap in leaps))
