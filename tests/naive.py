@@ -301,9 +301,8 @@ def beam_of_histories(case, width, recent):
             after_outlier = turns[-1] == "out" if turns else None
             for mode, kind in history_turns(case, t, last, after_outlier):
                 after, gained = history_step(case, states, t, last, mode, kind, after_outlier)
-                turn = (
-                    "out" if kind != "in" else "calm" if mode == 0 else "lively"
-                )  # either kind of outlier is one turn
+                # either kind of outlier is one turn
+                turn = "out" if kind != "in" else "calm" if mode == 0 else "lively"
                 latest = (*turns, turn)[-recent:] if seen else turns
                 if latest not in best or score + gained > best[latest][0]:
                     best[latest] = (score + gained, (*modes, mode), (*rejects, kind != "in"), latest, after)

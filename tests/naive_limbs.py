@@ -58,12 +58,13 @@ def limb_places(performer, pose, limb, candidates):
 
 
 def shown_and_denied(seen, free, rendered, bones, fit, count):
-    """Pixels of each bone that are seen where they are rendered, and that are not; `bones` (H, W), -1 = none."""
+    """Pixels of each bone seen where they are rendered, not there, and unknown; `bones` (H, W), -1 = none."""
     with np.errstate(invalid="ignore"):
         apart = seen - rendered
         shown = (bones >= 0) & (np.abs(apart) < fit)
         denied = (bones >= 0) & ((apart > fit) | free)
-    return [np.bincount(bones[where], minlength=count) for where in (shown, denied)]
+    unknown = (bones >= 0) & np.isnan(seen) & ~free
+    return [np.bincount(bones[where], minlength=count) for where in (shown, denied, unknown)]
 
 
 def width_systems(points, directions, residuals, bones, frames, scale, trust):

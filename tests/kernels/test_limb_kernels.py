@@ -122,11 +122,11 @@ def test_pixels_are_counted_for_their_bones(rng):
     seen = picture.depth + rng.normal(0, 0.08, picture.depth.shape).astype(np.float32)
     seen[rng.random(seen.shape) < 0.2] = np.nan
     free = np.isnan(seen) & (rng.random(seen.shape) < 0.5)
-    shown, denied = np.zeros((2, len(BONES)))
-    limbs.shown_and_denied(seen, free, picture.depth, picture.solid, BODY.solids.arrays[0], 0.05, shown, denied)
+    counts = np.zeros((3, len(BONES)))
+    limbs.shown_and_denied(seen, free, picture.depth, picture.solid, BODY.solids.arrays[0], 0.05, *counts)
     wanted = naive.shown_and_denied(seen, free, picture.depth, picture.bones, np.float32(0.05), len(BONES))
-    np.testing.assert_array_equal(shown, wanted[0])
-    np.testing.assert_array_equal(denied, wanted[1])
+    np.testing.assert_array_equal(counts, wanted)
+    assert (counts.sum(axis=1) > 20).all()
 
 
 def test_widths_are_told_by_the_matches_of_both_ways(rng):

@@ -69,9 +69,8 @@ def test_runners_go_28_percent_further_at_4_percent_more_steps():
 @settings(max_examples=10)
 @given(st.sampled_from(["walk", "run"]), st.floats(0.7, 1.5), st.floats(1.4, 2.0))
 def test_a_cycle_is_periodic_and_its_standing_leg_reaches_the_floor(gait, pace, height):
-    speed = (
-        pace * (1.35 if gait == "walk" else 3.0) * np.sqrt(height / 1.75)
-    )  # as brisk for who is small as for who is tall
+    # as brisk for who is small as for who is tall
+    speed = pace * (1.35 if gait == "walk" else 3.0) * np.sqrt(height / 1.75)
     c, b = cycle(gait, round(speed, 2), round(height, 2)), build(round(height, 2))
     assert c.length == pytest.approx(round(speed, 2) * c.time)
     np.testing.assert_allclose(c(np.array([0.0, 0.3])), c(np.array([1.0, -0.7])), atol=1e-9)

@@ -315,7 +315,7 @@ def test_a_limb_out_of_sight_is_held_and_less_and_less_sure():
     evidence = evidence_of(observation, settings)
     terms = terms_of(model, settings, state, evidence, pose)
     solution = solve_pose(BODY, evidence, terms, pose, settings)
-    share, _ = shown_and_denied(BODY, solution.state, coarse_of(evidence), evidence.weight)
+    share, *_ = shown_and_denied(BODY, solution.state, coarse_of(evidence), evidence.weight)
     _, visible = trust_of(share)
     assert not visible[wrist]
     assert visible[LANDMARKS.index("l_wrist")]

@@ -373,15 +373,16 @@ def shown_and_denied(
     fit: float,
     shown: Floats,
     denied: Floats,
+    unknown: Floats,
 ) -> None:
-    """Pixels of each bone that are seen where they are rendered, and of each that are not there.
+    """Pixels of each bone that are seen where they are rendered, that are not there, and of which nothing is known.
 
     Parameters
     ----------
     seen, free, rendered, solid : (H, W) as above; solid -1 = nothing rendered.
     carriers : (P,) the bone of each solid.
     fit : m, closer than this is seen there; where nobody is, or what is seen is farther away, it is not there.
-    shown, denied : (B,), added to.
+    shown, denied, unknown : (B,), added to.
     """
     for row in range(seen.shape[0]):
         for column in range(seen.shape[1]):
@@ -393,3 +394,5 @@ def shown_and_denied(
                 shown[carriers[s]] += 1.0
             if apart > fit or free[row, column]:
                 denied[carriers[s]] += 1.0
+            elif np.isnan(apart):
+                unknown[carriers[s]] += 1.0

@@ -80,7 +80,7 @@ def likeliest_history(
     then_in = log(1.0 - outlier_follow)
     then_out = log(outlier_follow * (1.0 - outlier_held) * outlier_density)
     then_held = log(outlier_follow * outlier_held)
-    # A turn is 0 calm, 1 an outlier of either kind, 2 livelier: told apart, kinds of outliers crowd out jumps that stay.
+    # A turn is 0 calm, 1 an outlier, 2 livelier; kinds of outliers, were they told apart, crowd out jumps that stay
     mask = (1 << (2 * RECENT)) - 1
     kept, begun = 1, False
     for g in range(coordinates):

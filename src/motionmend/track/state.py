@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from ..arrays import Floats, Singles, frozen
-from ..bodies.performer import DOFS, Performer, Pose
+from ..bodies.performer import BONES, DOFS, Performer, Pose
 from ..numerics.least_squares import Solution
 from .frame.evidence import Evidence
 from .frame.observation import Observation
@@ -183,6 +183,8 @@ class TrackState:
     hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
     found : s since the body was found anew after it had been lost.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
+    misread : log odds that the body is followed wrongly, a running mean since it was found; NaN before.
+    bare : (15,) share of each bone that should be seen and is not, a running mean; NaN before.
     searched : frames since limbs were last looked for by the detector.
     looked : frames since the whole body was looked for that was lost, or never found.
     facing : what is known of front and back. sides : of left and right.
@@ -204,6 +206,8 @@ class TrackState:
     lost: bool = True
     found: float = float("inf")
     wrong: float = float("nan")
+    misread: float = float("nan")
+    bare: Floats = field(default_factory=lambda: frozen(np.full(len(BONES), np.nan)))
     searched: int = 0
     looked: int = EVERY
     facing: Facing = field(default_factory=Facing)

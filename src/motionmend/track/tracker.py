@@ -13,7 +13,7 @@ from ..bodies.surface import intrinsics
 from ..errors import UsageError
 from .frame.evidence import evidence_of
 from .frame.observation import Observation
-from .limbs.certainty import astray, certainty_of, shown_and_denied, trust_of
+from .limbs.certainty import astray, bare_of, certainty_of, shown_and_denied, trust_of
 from .limbs.mend import mend_limbs
 from .limbs.offers import MUCH, offers_tried
 from .limbs.other_poses import coarse_of, disagreement, left_over
@@ -21,6 +21,7 @@ from .limbs.pieces import CLAIMED, claimed
 from .limbs.rescue import rescued
 from .lost import UNPROVEN, is_lost, is_unproven
 from .measure.girth import FRAMES, Girth, learned
+from .misread import held, misread, odds_misread
 from .model import TrackerModel
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
@@ -262,10 +263,13 @@ def _tracked(
     neighbors, state, solution, wrong = sight.model.database.search, fit.state, fit.solution, fit.wrong
     assert state.pose is not None
     performer, pose = state.performer, solution.state
-    shown, denied = shown_and_denied(performer, pose, coarse, evidence.weight)
+    shown, denied, unknown = shown_and_denied(performer, pose, coarse, evidence.weight)
     trust, visible = trust_of(shown)
-    doubt = np.hypot(search.doubt, astray(shown, denied, wrong, state.wrong))
-    doubt = np.hypot(doubt, either(state.sides.question, performer, pose))
+    odds, bare = (float("nan"), np.full(len(shown), np.nan)) if recovered else (state.misread, state.bare)
+    odds = held(odds, odds_misread(neighbors, pose, wrong, trust), elapsed)
+    bare = bare_of(bare, shown, denied, unknown, elapsed)
+    doubt = np.hypot(search.doubt, astray(shown, denied, bare, wrong, state.wrong))
+    doubt = np.sqrt(doubt**2 + either(state.sides.question, performer, pose) ** 2 + misread(odds) ** 2)
     hidden = np.where(visible, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     # Not who is seen for the first time, unless they lie.
@@ -312,6 +316,8 @@ def _tracked(
         lost=lost,
         found=found,
         wrong=state.wrong if refuted else running,
+        misread=odds,
+        bare=frozen(bare),
         hypothesis=None if lost or recovered else state.hypothesis,
         before=before,
     )

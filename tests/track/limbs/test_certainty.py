@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motionmend.bodies.performer import BONES
-from motionmend.track.limbs.certainty import NOBODYS, astray
+from motionmend.track.limbs.certainty import NOBODYS, astray, bare_of
 
 SHARES = st.floats(0.0, 1.0)
 SHOWN = np.full(len(BONES), 40.0)
@@ -14,7 +14,7 @@ SHOWN = np.full(len(BONES), 40.0)
 @given(SHARES, SHARES, SHARES)
 def test_the_more_is_explained_wrongly_the_less_sure(usual, one, other):
     nothing = np.zeros(len(BONES))
-    less, more = (astray(SHOWN, nothing, wrong, usual) for wrong in sorted((one, other)))
+    less, more = (astray(SHOWN, nothing, nothing, wrong, usual) for wrong in sorted((one, other)))
     assert (more >= less).all()
     assert (less >= 0.0).all()
 
@@ -22,13 +22,42 @@ def test_the_more_is_explained_wrongly_the_less_sure(usual, one, other):
 @given(SHARES)
 def test_what_is_usual_excuses_little_of_the_body_but_not_a_third(usual):
     nothing = np.zeros(len(BONES))
-    assert not astray(SHOWN, nothing, min(usual, NOBODYS), usual).any()
-    assert (astray(SHOWN, nothing, 0.45, usual) > 0.1).all()
-    np.testing.assert_array_equal(astray(SHOWN, nothing, usual, np.nan), astray(SHOWN, nothing, usual, usual))
+    assert not astray(SHOWN, nothing, nothing, min(usual, NOBODYS), usual).any()
+    assert (astray(SHOWN, nothing, nothing, 0.45, usual) > 0.1).all()
+    np.testing.assert_array_equal(
+        astray(SHOWN, nothing, nothing, usual, np.nan), astray(SHOWN, nothing, nothing, usual, usual)
+    )
 
 
 def test_a_limb_that_is_not_there_is_in_doubt_alone():
     denied = np.where([bone.startswith("l_forearm") for bone in BONES], 60.0, 0.0)
-    found = astray(np.where(denied > 0, 0.0, SHOWN), denied, 0.1, 0.1)
+    found = astray(np.where(denied > 0, 0.0, SHOWN), denied, np.zeros(len(BONES)), 0.1, 0.1)
     assert 0 < np.count_nonzero(found) < 4
     assert found.max() > 0.2
+
+
+def bare(arm, unknown, before, elapsed):
+    """Of an arm of 40 samples, so many of which lie where nothing is measured."""
+    nothing = np.zeros(len(BONES))
+    return bare_of(before, np.where(arm, 40.0 - unknown, SHOWN), nothing, np.where(arm, unknown, 0.0), elapsed)
+
+
+def test_a_limb_that_mostly_lies_where_nothing_is_measured_is_in_doubt_if_it_goes_on():
+    """Arms behind the back were laid into the sensor's shadow and the outline's lost pixels: no pixel denied them."""
+    nothing, never = np.zeros(len(BONES)), np.full(len(BONES), np.nan)
+    arm = np.array([bone.startswith("l_forearm") for bone in BONES])
+
+    def doubt(share):
+        return astray(SHOWN, nothing, share, 0.1, 0.1)
+
+    assert 0.05 < doubt(bare(arm, 26.0, never, 0.0)).max() < 0.1
+    assert 0 < np.count_nonzero(doubt(bare(arm, 26.0, never, 0.0))) < 4
+    assert not doubt(bare(arm, 12.0, never, 0.0)).any()
+    share = bare(arm, 8.0, never, 0.0)
+    doubts = []
+    for _ in range(30):
+        share = bare(arm, 26.0, share, 1 / 30)
+        doubts.append(doubt(share).max())
+    assert doubts[0] == 0.0
+    assert doubts[3] < 0.05 < doubts[-1]
+    assert (np.diff(doubts) >= 0.0).all()

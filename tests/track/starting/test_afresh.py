@@ -15,9 +15,10 @@ from motionmend.numerics.neighbors import Neighbors
 from motionmend.track import tracker
 from motionmend.track.detect.joints import fit_detector
 from motionmend.track.measure import first_seconds as measure
+from motionmend.track.misread import odds_misread
 from motionmend.track.readings.facing import about_face
 from motionmend.track.settings import settings_of
-from motionmend.track.starting.afresh import DOUBTED, FIRST, LAST, Afresh, better, odds_misread, watched
+from motionmend.track.starting.afresh import DOUBTED, FIRST, LAST, Afresh, better, watched
 from motionmend.track.tracker import start, step
 from walkers import BODY, DT, column, library, off, walk, walking
 

@@ -22,9 +22,10 @@ import numpy as np
 from ...arrays import Bools, Floats, frozen
 from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
 from ...numerics.least_squares import Solution
-from ..limbs.certainty import astray, certainty_of, shown_and_denied, trust_of
+from ..limbs.certainty import astray, bare_of, certainty_of, shown_and_denied, trust_of
 from ..limbs.other_poses import LIMBS, coarse_of, disagreements, with_limb
 from ..lost import is_lost
+from ..misread import held, misread, odds_misread
 from ..model import TrackerModel
 from ..readings.left_right import strange_legs
 from ..readings.pair import either
@@ -303,9 +304,11 @@ def _stepped(
             costs += np.array(of_legs)[:, [0, 0, 0, 1, 2]]  # with an arm of the other the legs are the same
     if is_lost(here.state.wrong, wrong):
         return None
-    shown, denied = shown_and_denied(body, pose, coarse, evidence.weight)
+    shown, denied, unknown = shown_and_denied(body, pose, coarse, evidence.weight)
     trust, seen = trust_of(shown)
     hidden = np.where(seen, 0.0, at.hidden + elapsed)
+    bare = bare_of(at.bare, shown, denied, unknown, elapsed)
+    odds = held(at.misread, odds_misread(model.database.search, pose, wrong, trust), elapsed)
     velocity = difference(pose, at.pose) / elapsed
     velocity[6:] *= np.minimum(1.0, 0.2 + trust)
     after = replace(
@@ -316,8 +319,11 @@ def _stepped(
         trust=frozen(trust),
         hidden=frozen(hidden),
         facing=at.facing,
+        misread=odds,
+        bare=frozen(bare),
     )
-    doubt, readings = astray(shown, denied, wrong, here.state.wrong), either(at.facing.question, body, pose)
+    doubt = np.hypot(astray(shown, denied, bare, wrong, here.state.wrong), misread(odds))
+    readings = either(at.facing.question, body, pose)
     return after, Back(solution, wrong, ~seen, hidden, doubt, readings, apart, costs)
 
 

@@ -17,22 +17,30 @@ CLUMP = 25.0  # neighbouring residuals err together: so many of them tell as muc
 SHAPE = 0.006  # m, by which every surface differs from the model's
 STRAY = 0.20  # m/s, how fast a joint that is not seen may leave where the prior holds it
 DENIED = 0.3  # share of a bone's samples that noise and clothes deny
+BARE = 0.31  # share that is denied or unknown of a forearm that is there: outlines are lost, and noise makes holes
 LIMB, BODY = 0.4, 0.8  # m, where all of a limb or of the body is denied
+UNSHOWN, AT_MOST = 0.8, 0.09  # m, where nothing of a forearm is shown that should be, if it were not at most so much
+LINGERS = 0.3  # s, over about which it is not: noise takes an outline's pixels for a frame or two
 NOBODYS = 0.3  # share of pixels explained wrongly, above which a pose is in doubt, whatever is usual
 REACH = 0.25  # m, about as far as it gets
 _PARENTS = PARENTS.tolist()
+_FOREARMS = [BONES.index(bone) for bone in ("l_forearm", "r_forearm")]  # legs stand out from the rest, arms lie on it
 _BONE_OF = np.repeat(np.arange(len(BONES)), np.diff(FIRST))  # of each joint coordinate
 
 
-def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> tuple[Floats, Floats]:
-    """Standard samples of each bone (B,) that are seen where the pose puts them, and (B,) that are not there.
+def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: float) -> tuple[Floats, Floats, Floats]:
+    """Standard samples of each bone (B,) that are seen where the pose puts them, (B,) not there, and (B,) unknown.
 
-    A sample is denied where nobody is, or the person is farther away; what hides behind something is neither.
+    A sample is denied where nobody is, or the person is farther away, and unknown where nothing is measured; what hides
+    behind something is none of them.
     """
     depth, solid = cast_parts(performer, pose, coarse)
-    shown, denied = np.zeros((2, len(BONES)))
-    limbs.shown_and_denied(coarse.seen, coarse.free, depth, solid, performer.solids.arrays[0], FIT, shown, denied)
-    return shown * weight * COARSE**2, denied * weight * COARSE**2
+    shown, denied, unknown = np.zeros((3, len(BONES)))
+    limbs.shown_and_denied(
+        coarse.seen, coarse.free, depth, solid, performer.solids.arrays[0], FIT, shown, denied, unknown
+    )
+    standard = weight * COARSE**2
+    return shown * standard, denied * standard, unknown * standard
 
 
 def trust_of(share: Floats) -> tuple[Floats, Bools]:
@@ -47,18 +55,32 @@ def trust_of(share: Floats) -> tuple[Floats, Bools]:
     return own[_BONE_OF], own[LANDMARK_BONES] > 0.2
 
 
-def astray(shown: Floats, denied: Floats, wrong: float, usual: float) -> Floats:
+def bare_of(before: Floats, shown: Floats, denied: Floats, unknown: Floats, elapsed: float) -> Floats:
+    """(B,) share of each bone that should be seen and is denied or unknown, a running mean.
+
+    Parameters
+    ----------
+    before : (B,) as of the frame before; NaN = of none. elapsed : s, since then.
+    shown, denied, unknown : (B,) standard samples, see `shown_and_denied`.
+    """
+    now = (denied + unknown) / (shown + denied + unknown + ENOUGH)
+    return np.where(np.isfinite(before), before + (now - before) * (1.0 - np.exp(-elapsed / LINGERS)), now)
+
+
+def astray(shown: Floats, denied: Floats, bare: Floats, wrong: float, usual: float) -> Floats:
     """(16,) m, how far joints may be from a pose that the frame denies.
 
     Parameters
     ----------
-    shown, denied : (B,) standard samples, see `shown_and_denied`.
+    shown, denied : (B,) standard samples, see `shown_and_denied`. bare : (B,) of `bare_of`.
     wrong, usual : share of all pixels explained wrongly, now and as a rule (NaN = not known yet).
     """
     share = denied / (shown + denied + ENOUGH)
-    lower = np.maximum(share - DENIED, 0.0)[LANDMARK_BONES]
+    lower = LIMB * np.maximum(share - DENIED, 0.0)
+    unshown = np.minimum(UNSHOWN * np.maximum(bare[_FOREARMS] - BARE, 0.0), AT_MOST)
+    lower[_FOREARMS] = np.maximum(lower[_FOREARMS], unshown)
     base = wrong if not np.isfinite(usual) else usual
-    return np.asarray(LIMB * lower + BODY * max(wrong - min(1.15 * base + 0.01, NOBODYS), 0.0))
+    return np.asarray(lower[LANDMARK_BONES] + BODY * max(wrong - min(1.15 * base + 0.01, NOBODYS), 0.0))
 
 
 def certainty_of(

@@ -62,7 +62,7 @@ def mend_limbs(sight: Sight, fit: Fit, unclaimed: bool = False) -> tuple[Fit, in
     state, coarse, expected = fit.state, sight.coarse, fit.expected
     performer = state.performer
     doubt = np.zeros(16)
-    shown, denied = shown_and_denied(performer, fit.pose, coarse, sight.evidence.weight)
+    shown, denied, _ = shown_and_denied(performer, fit.pose, coarse, sight.evidence.weight)
     usual = state.wrong if np.isfinite(state.wrong) else 0.0
     worse, much = (unclaimed or fit.wrong >= SUSPECT * usual + least for least in (0.01, 0.025))
     pose, place = fit.pose, landmarks(performer, expected)

@@ -71,7 +71,7 @@ def contested(sight: Sight, fit: Fit, elapsed: float, fresh: Hypothesis | None) 
         state = replace(state, hypothesis=None)
     better = state.hypothesis is None or (fresh is not None and fresh.gained > max(state.hypothesis.gained, 0.0))
     if fresh is not None and better and apart(state.performer, fresh.pose, fit.pose) > OWN:
-        shown, _ = shown_and_denied(state.performer, fresh.pose, sight.coarse, sight.evidence.weight)
+        shown, *_ = shown_and_denied(state.performer, fresh.pose, sight.coarse, sight.evidence.weight)
         state = replace(state, hypothesis=replace(fresh, trust=frozen(trust_of(shown)[0])))
     return replace(fit, state=state)
 
@@ -81,7 +81,7 @@ def _followed(
 ) -> Hypothesis:
     """A hypothesis with what this frame shows of it and how it has moved since the frame before."""
     assert last is not None
-    shown, _ = shown_and_denied(state.performer, pose, sight.coarse, sight.evidence.weight)
+    shown, *_ = shown_and_denied(state.performer, pose, sight.coarse, sight.evidence.weight)
     trust = trust_of(shown)[0]
     velocity = difference(pose, last) / elapsed
     velocity[6:] *= np.minimum(1.0, 0.2 + trust)

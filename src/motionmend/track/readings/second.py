@@ -72,5 +72,5 @@ def faced(
 def _finished(sight: Sight, begun: Fit) -> tuple[Fit, Floats]:
     """The fit with its limbs looked for, and how well it shows each joint coordinate (28,)."""
     found, *_ = mend_limbs(sight, begun)
-    shown, _ = shown_and_denied(begun.state.performer, found.pose, sight.coarse, sight.evidence.weight)
+    shown, *_ = shown_and_denied(begun.state.performer, found.pose, sight.coarse, sight.evidence.weight)
     return found, trust_of(shown)[0]

@@ -9,18 +9,14 @@ tell it, whatever is usual; and half a second later the body is mostly found.
 from dataclasses import dataclass, replace
 from typing import final
 
-import numpy as np
-
 from ...arrays import Floats
-from ...bodies.performer import DOFS, Pose
+from ...bodies.performer import Pose
 from ...numerics.neighbors import Neighbors
-from ..database import strange
+from ..misread import odds_misread
 
-BY_IMAGE, BY_BEND, BEFORE = 24.0, 20.0, -14.5  # log odds of a share of pixels, of a radian, and before anything is seen
 DOUBTED = 3.25  # log odds, in the mean of all frames since the start, above which the body is looked for
 FIRST, LAST = 0.5, 4.0  # s since the start, of the first look and, each twice as late as the one before, the last one
 CLEARLY = 3.0  # log odds by which another pose has to be better; and it has to be right more likely than not
-_EVERYWHERE = np.ones(DOFS - 6)
 
 
 @final
@@ -65,19 +61,6 @@ def watched(afresh: Afresh, elapsed: float, search: Neighbors, pose: Pose, wrong
     """
     odds = afresh.odds + odds_misread(search, pose, wrong, trust)
     return replace(afresh, odds=odds, frames=afresh.frames + 1, time=afresh.time + elapsed)
-
-
-def odds_misread(search: Neighbors, pose: Pose, wrong: float, trust: Floats = _EVERYWHERE) -> float:
-    """Log odds that a body is followed wrongly; minus infinity where nothing is known of how people bend.
-
-    Parameters
-    ----------
-    search : poses of the library. pose : followed. wrong : share of pixels that it explains wrongly.
-    trust : (28,) how well each joint coordinate is shown, 0 to 1.
-    """
-    if not len(search.samples):
-        return -float("inf")
-    return BY_IMAGE * wrong + BY_BEND * strange(search, pose, trust) + BEFORE
 
 
 def better(search: Neighbors, pose: Pose, wrong: float, other: Pose, share: float) -> bool:
