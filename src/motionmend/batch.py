@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from .errors import MotionMendError, UsageError, interrupt_in
+from .errors import MotionMendError, UsageError, interrupt_in, one_line
 from .processes import BLAS_VARIABLES, Crew
 
 AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
@@ -273,7 +273,7 @@ def failure(error: Exception) -> Failure:
     if interrupt is not None:
         raise interrupt
     kind = type(error).__name__
-    line = " ".join(str(error).split())
+    line = one_line(str(error))
     if not isinstance(error, MotionMendError):
         line = f"unexpected {kind}: {line}" if line else f"unexpected {kind}"
     return Failure(kind, line, traceback.format_exc())
@@ -330,7 +330,7 @@ def _spread(
                         attempts[index] = 1  # it may have died with another's worker: alone it shows
                         suspects.append(index)
                         continue
-                    line = " ".join(str(error).split())
+                    line = one_line(str(error))
                     result = Failure(type(error).__name__, f"{type(error).__name__}: {line}", "")
                 finish(index, result)
             for index in sorted(lost):
@@ -355,7 +355,7 @@ def _dask(address: str) -> Iterator[tuple[Executor, int]]:
     try:
         client = distributed.Client(address, timeout=5)
     except (OSError, ValueError) as error:
-        line = " ".join(str(error).split())
+        line = one_line(str(error))
         raise UsageError(f"no Dask scheduler answers at {address} ({line}): start `dask scheduler`") from None
     with client:
         slots = sum(client.nthreads().values())

@@ -41,6 +41,16 @@ def few(names: Sequence[str], most: int = 4) -> str:
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
+def one_line(text: str) -> str:
+    """A message on one line, though a file's name in it holds a line's end; its other blanks stay, as in names.
+
+    Parameters
+    ----------
+    text : of any number of lines.
+    """
+    return " ".join(filter(None, map(str.strip, text.splitlines())))
+
+
 def interrupt_in(error: BaseException) -> KeyboardInterrupt | None:
     """Ctrl-C that came upon compiled code, which hands it on as the cause of an error of its own; None if it was none.
 

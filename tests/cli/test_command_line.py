@@ -258,3 +258,40 @@ def test_a_name_that_the_encoding_lacks_is_spelt(tmp_path: Path) -> None:
 def test_a_name_of_two_lines_still_fails_in_one(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["inspect", str(tmp_path / "two\nlines.bvh")]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_what_is_said_of_a_name_of_two_lines_stays_one(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    clip = tmp_path / "two  blanks\nand a line.bvh"
+    write(clip, samples.clip("walk", seconds=1))
+    assert main(["denoise", str(clip), "--method", "gaussian", "-o", str(tmp_path / "out.bvh")]) == 0
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) >= 2
+    assert all("two  blanks and a line.bvh" in line for line in said)
+
+
+def test_blanks_in_a_name_stay_and_it_is_named_once(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    clip = tmp_path / "two  blanks.bvh"
+    clip.write_text("HIERARCHY\nROOT")
+    assert main(["inspect", str(clip)]) == 1
+    assert capsys.readouterr().err.count("two  blanks.bvh") == 1
+    assert main(["denoise", str(clip), "-m", str(tmp_path / "no  such.mend"), "-o", str(tmp_path / "out.bvh")]) == 1
+    assert "no  such.mend" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell that closes streams")
+@pytest.mark.parametrize("closed", ["2>&-", "<&- >&- 2>&-"])
+def test_streams_that_the_caller_closed_cost_no_output(closed: str, tmp_path: Path) -> None:
+    """What is opened next had their numbers, and processes that were started had another's line for their errors."""
+    takes = tmp_path / "takes"
+    takes.mkdir()
+    for name in ("a.bvh", "b.bvh"):
+        write(takes / name, samples.clip("walk", seconds=0.5))
+    command = f'"{sys.executable}" -m motionmend denoise takes -o out --method gaussian --jobs 2 {closed}'
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, timeout=60, check=False)
+    assert done.returncode == 0
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
+        "a.bvh",
+        "a.mend.json",
+        "b.bvh",
+        "b.mend.json",
+    ]

@@ -105,3 +105,28 @@ def test_a_table_s_deviations_are_missed_in_a_c3d(cli: Command, library: Path, t
         ran = cli(command, tmp_path / "in.csv", "-o", tmp_path / f"{command}.c3d", "--json")
         assert any("lacks deviations" in one for one in json.loads(ran.out)["warnings"])
         assert "lacks deviations" in ran.err
+
+
+def test_that_a_file_may_be_cut_off_is_a_warning_and_no_guess(cli: Command, tmp_path: Path) -> None:
+    rng, joints = np.random.default_rng(0), 25  # as KIMORE has a second Kinect's: x, y, z, state for each, no titles
+    places = rng.normal(size=(1, joints, 3)) + 0.1 * np.sin(np.arange(40) / 10)[:, None, None]
+    rows = np.concatenate([places, np.full((40, joints, 1), 2.0)], axis=2).reshape(40, -1)
+    text = "".join(",".join(f"{value:.6g}" for value in row) + ",\n" for row in rows)
+    (tmp_path / "whole.csv").write_text(text)
+    cut = tmp_path / "cut.csv"
+    cut.write_text(text[:-300])
+    ran = [
+        cli(*words, "--json")
+        for words in (
+            ("inspect", cut),
+            ("denoise", cut, "--method", "gaussian", "-o", tmp_path / "clean.csv"),
+            ("corrupt", cut, "-o", tmp_path / "spoilt.csv"),
+            ("compare", tmp_path / "whole.csv", cut),
+        )
+    ]
+    assert [one.code for one in ran] == [0] * 4
+    for one in ran:
+        said = json.loads(one.out)
+        assert any("the file is cut off" in warning for warning in said["warnings"])
+        assert not any("cut off" in guess for guess in said["guesses"])
+    assert any("cut off" in warning for warning in json.loads((tmp_path / "clean.mend.json").read_text())["warnings"])

@@ -71,6 +71,7 @@ BROKEN_ASF = {
     "circle": (lambda t: t.replace("    hip leg\n", "").replace("leg foot", "leg foot\nfoot leg"), "connect"),
     "no order": (lambda t: t.replace("order TX TY TZ RX RY RZ", ""), "root's order"),
     "unit": (lambda t: t.replace("length 0.45", "length 0"), "unit of length above 0"),
+    "hardly a unit": (lambda t: t.replace("length 0.45", "length 1e-320"), "unit of length above 0"),
 }
 
 

@@ -64,3 +64,16 @@ def test_a_leap_of_one_number_alone_stays_with_it() -> None:
     found, said = one_person([[Body("a", one)] for one in person], np.arange(FRAMES) / 30)
     assert (found == 0).all()
     assert said == ()
+
+
+@pytest.mark.filterwarnings("error")
+def test_places_beyond_all_bounds_tell_nothing_and_nothing_is_printed_of_them(tmp_path: Path) -> None:
+    places = standing(AZURE32, 4)
+    spoilt = places.copy()
+    spoilt[1, 3], spoilt[2, 4] = 1e297, np.inf
+    path = azure(tmp_path / "a.json", {1: spoilt}, [0, 33_333, 66_667, 100_000])
+    found = read_postures(path).positions
+    assert not np.isfinite(found[[1, 2], [3, 4]]).any()
+    kept = np.isfinite(found).all(axis=2)
+    assert kept.sum() == kept.size - 2
+    np.testing.assert_allclose(found[kept], places[kept], atol=1e-6)

@@ -1,5 +1,6 @@
 """The command line: `main` reads the arguments, runs one command and turns every failure into one line."""
 
+import os
 import signal
 import sys
 import traceback
@@ -10,7 +11,7 @@ from inspect import cleandoc
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, Any
 
-from ..errors import MotionMendError, UsageError, interrupt_in
+from ..errors import MotionMendError, UsageError, interrupt_in, one_line
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -62,6 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if argv is None:
         signal.signal(signal.SIGTERM, _terminate)
+        _open_closed_streams()
         for stream in (sys.stdout, sys.stderr):  # a name that a pipe's encoding lacks is spelt, not a failure
             if isinstance(stream, TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")
@@ -74,7 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = TERMINATED if isinstance(interrupt, Terminated) else INTERRUPTED
         return _say(f"interrupted: what was finished stays{resume}", code)
     except BrokenPipeError:  # the reader of a pipe left, as `head` does: nobody is there to be told
-        sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w", encoding="utf-8")  # noqa: SIM115
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
         return FAILED
     except (MotionMendError, OSError) as error:
         if "--debug" in arguments:
@@ -141,6 +143,18 @@ def _add(app: "App", command: Callable[..., int], name: str) -> None:
     app.command(command, name=name, help="\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs))
 
 
+def _open_closed_streams() -> None:
+    """Let a standard stream that the caller closed lead nowhere: what is opened next would take its number, and what
+    is meant for people, or for another process that inherits the stream, would go there."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
 def _terminate(_signal: int, _frame: object) -> None:
     raise Terminated
 
@@ -153,5 +167,5 @@ def _line(error: Exception) -> str:
 
 
 def _say(line: str, code: int) -> int:
-    print(f"motionmend: {' '.join(line.split())}", file=sys.stderr)
+    print(f"motionmend: {one_line(line)}", file=sys.stderr)
     return code

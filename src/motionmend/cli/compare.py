@@ -85,20 +85,20 @@ def judge(pair: Pair, /, *, fps: float | None, skeleton: Path | None) -> Done:
     from ..bodies.motion import Motion
     from ..evaluate import compare, compare_skeletons
     from ..io import read
-    from .compare_joints import holds_joints, judge_joints, told
+    from .compare_joints import doubts_of, holds_joints, judge_joints, told
 
     if holds_joints(pair.truth) or holds_joints(pair.other):
         return judge_joints(pair.truth, pair.other, fps=fps, skeleton=skeleton)
     truth = read(pair.truth, fps=fps, skeleton=skeleton)
     other = read(pair.other, fps=fps, skeleton=skeleton)
-    guesses = tuple(dict.fromkeys((*truth.guesses, *other.guesses)))
     if isinstance(truth, Motion) and isinstance(other, Motion) and _mean_other_things(truth, other):
-        return told(pair.truth, pair.other, compare_skeletons(truth, other).to_json(), guesses)
+        return told(pair.truth, pair.other, compare_skeletons(truth, other).to_json(), truth, other)
     found = compare(truth, other).to_json()
-    facts = {"input": pair.other, "truth": pair.truth, **found, "guesses": guesses}
+    warnings, guesses = doubts_of((pair.truth, truth), (pair.other, other))
     unknown = found["unknown"]
-    said = (f"{counted(len(unknown), 'marker')} unknown to the truth left out: {few(unknown)}",) if unknown else ()
-    return Done(facts, _table(facts), warnings=said, guesses=guesses)
+    warnings += (f"{counted(len(unknown), 'marker')} unknown to the truth left out: {few(unknown)}",) if unknown else ()
+    facts = {"input": pair.other, "truth": pair.truth, **found, "warnings": warnings, "guesses": guesses}
+    return Done(facts, _table(facts), warnings=warnings, guesses=guesses)
 
 
 def _mean_other_things(truth: "Motion", other: "Motion") -> bool:

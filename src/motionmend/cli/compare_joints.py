@@ -9,6 +9,7 @@ from .inputs import ending
 from .output import Done
 
 if TYPE_CHECKING:
+    from ..bodies.motion import Markers, Motion
     from ..bodies.postures import Postures
 
 SENSORS = (".skl", ".skeleton", ".gz", ".mat", ".json")  # endings that only recordings of joints have
@@ -57,16 +58,31 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path 
     else:
         true = _read(truth, fps)
         judged = _of_angles(other, fps, skeleton, true.names) if angles[1] else _read(other, fps)
-    guesses = tuple(dict.fromkeys((*true.guesses, *judged.guesses)))
     align = any(angles) or any(_kind(path) in _TRUTHS for path in (truth, other))
-    return told(truth, other, compare_joints(true, judged, align=align).to_json(), guesses)
+    return told(truth, other, compare_joints(true, judged, align=align).to_json(), true, judged)
 
 
-def told(truth: Path, other: Path, found: Mapping[str, Any], guesses: tuple[str, ...]) -> Done:
+def doubts_of(*files: "tuple[Path, Postures | Motion | Markers]") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What may be wrong with each of the files read, after its name, and what was supposed of all."""
+    from ..io.sensor_source import doubts_in, warnings_of
+
+    doubts: list[str] = []
+    guesses: list[str] = []
+    for path, held in files:
+        found, supposed = doubts_in(held.guesses)
+        doubts += [f"{path.name}: {one}" for one in (*warnings_of(held.source), *found)]
+        guesses += supposed
+    return tuple(dict.fromkeys(doubts)), tuple(dict.fromkeys(guesses))
+
+
+def told(
+    truth: Path, other: Path, found: Mapping[str, Any], true: "Postures | Motion", judged: "Postures | Motion"
+) -> Done:
     """What was found of joints in two files, for people and programs: under the names that every comparison has."""
+    warnings, guesses = doubts_of((truth, true), (other, judged))
     unknown = {"rms_deg": None, "foot_skate_cm_s": {"truth": None, "other": None}}
-    facts = {"input": other, "truth": truth, **unknown, **found, "guesses": guesses}
-    return Done(facts, _table(facts), guesses=guesses)
+    facts = {"input": other, "truth": truth, **unknown, **found, "warnings": warnings, "guesses": guesses}
+    return Done(facts, _table(facts), warnings=warnings, guesses=guesses)
 
 
 def _kind(path: Path) -> str:

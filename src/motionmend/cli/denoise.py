@@ -195,11 +195,13 @@ class Repair:
         from ..io import write
         from ..io.atomic import atomic
         from ..io.conversion import not_in
+        from ..io.sensor_source import doubts_in
         from ..io.table import as_written
 
         start = perf_counter()
         told = as_written(repaired) if job.target.suffix.lower() == ".csv" else repaired
-        warnings = (*repaired.warnings, *hardly_known(repaired), *not_in(job.target.suffix.lower(), recording))
+        doubts, guesses = doubts_in(recording.guesses)
+        warnings = (*doubts, *repaired.warnings, *hardly_known(repaired), *not_in(job.target.suffix.lower(), recording))
         sidecars = (".mend.json", *((".report.html",) if self.report else ()))
         with job.together(*sidecars), ExitStack() as whole:
             if self.report:
@@ -208,7 +210,7 @@ class Repair:
             write(job.target, repaired.recording, repaired=repaired)
             seconds = {**seconds, "write": perf_counter() - start}
             seconds["total"] = sum(seconds.values())
-            facts = self._facts(job, recording, told, warnings)
+            facts = self._facts(job, recording, told, warnings, guesses)
             write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         counts = repaired.counts()
         latency = self._latency(recording.fps)
@@ -222,11 +224,11 @@ class Repair:
             "latency_s": latency,
             "counts": counts,
             "warnings": warnings,
-            "guesses": recording.guesses,
+            "guesses": guesses,
         }
         late = "" if latency is None else f", given out {latency:.2f} s late"
         line = f"{job.source}: {counted(recording.frames, 'frame')}, {_summed(counts)}{late}: {job.target}"
-        return Done(said, line=line, warnings=warnings, guesses=recording.guesses)
+        return Done(said, line=line, warnings=warnings, guesses=guesses)
 
     def _latency(self, fps: float) -> float | None:
         """Seconds after which a frame was given out at the latest; None where all are at the end."""
@@ -235,7 +237,12 @@ class Repair:
         return None if self.lag is None else round(FixedLag(self.lag).latency(fps), 6)
 
     def _facts(
-        self, job: Job, recording: "Motion | Markers", repaired: "Repaired[Any]", warnings: tuple[str, ...]
+        self,
+        job: Job,
+        recording: "Motion | Markers",
+        repaired: "Repaired[Any]",
+        warnings: tuple[str, ...],
+        guesses: tuple[str, ...],
     ) -> dict[str, Any]:
         from .provenance import numbering, provenance
 
@@ -260,7 +267,7 @@ class Repair:
             "latency_s": self._latency(recording.fps),
             **provenance(repaired),
             "warnings": warnings,
-            "guesses": recording.guesses,
+            "guesses": guesses,
         }
 
     def _write_report(self, page: Path, recording: "Motion | Markers", repaired: "Repaired[Any]") -> None:

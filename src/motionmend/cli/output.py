@@ -1,6 +1,7 @@
 """How a command goes through its inputs and tells what came of each."""
 
 import re
+import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ..batch import Failure, Outcome, Task, run
+from ..errors import one_line
 from .inputs import Refusal, place_among
 from .options import Working
 from .speech import json_line, progress, say
@@ -112,16 +114,16 @@ def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool, al
     Where a message begins with the file that it was held against (`also`), that one is at fault.
     """
     if debug and failure.traceback:
-        say(failure.traceback.rstrip())
+        print(failure.traceback.rstrip(), file=sys.stderr, flush=True)
     # A bare word, as of a folder, may stand in any message.
     plain = not path.suffix and len(path.parts) == 1
     begins = r"\A" if plain else r"(?<![\w./-])"
-    named = re.search(rf"{begins}{re.escape(str(path))}(?![\w-])", failure.message) is not None
-    named = named or (also is not None and failure.message.startswith(f"{also}: "))
-    message = failure.message if named else f"{path}: {failure.message}"
-    say(f"motionmend: {' '.join(message.splitlines())}")  # a file's name may hold a line's end
+    message, name = one_line(failure.message), one_line(str(path))
+    named = re.search(rf"{begins}{re.escape(name)}(?![\w-])", message) is not None
+    named = named or (also is not None and message.startswith(one_line(f"{also}: ")))
+    say(f"motionmend: {message if named else f'{name}: {message}'}")
     if as_json:
-        print(json_line({"input": str(path), "error": failure.message.removeprefix(f"{path}: ")}), flush=True)
+        print(json_line({"input": str(path), "error": message.removeprefix(f"{name}: ")}), flush=True)
 
 
 def tell_guesses(guesses: Mapping[str, Sequence[Path]]) -> None:

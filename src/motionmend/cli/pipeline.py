@@ -260,8 +260,10 @@ class Chain:
     ) -> None:
         """The file beside the output; appears with it."""
         from ..io.atomic import atomic
+        from ..io.sensor_source import doubts_in
         from .provenance import numbering, provenance
 
+        doubts, guesses = doubts_in(guesses)
         facts = {
             "version": __version__,
             "input": take.job.source.name,
@@ -273,7 +275,7 @@ class Chain:
             "fps": fps,
             **({} if recording is None else numbering(recording)),
             **({} if repaired is None else provenance(repaired)),
-            "warnings": _warnings(steps),
+            "warnings": (*doubts, *_warnings(steps)),
             "guesses": guesses,
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
         }
@@ -369,7 +371,11 @@ def _said(
     guesses: tuple[str, ...],
     seconds: dict[str, float],
 ) -> Done:
+    from ..io.sensor_source import doubts_in
+
     seconds = {**seconds, "total": sum(seconds.values())}
+    doubts, guesses = doubts_in(guesses)
+    warnings = (*doubts, *_warnings(steps))
     names = [step.name for step in steps]
     facts = {
         "input": take.job.source,
@@ -379,11 +385,11 @@ def _said(
         "frames": frames,
         "seconds": seconds,
         "counts": {} if repaired is None else repaired.counts(),
-        "warnings": _warnings(steps),
+        "warnings": warnings,
         "guesses": guesses,
     }
     line = f"{take.job.source}: {counted(frames, 'frame')}, {' and '.join(names) or 'nothing'} done: {take.job.target}"
-    return Done(facts, line=line, warnings=_warnings(steps), guesses=guesses)
+    return Done(facts, line=line, warnings=warnings, guesses=guesses)
 
 
 def _source(take: Take) -> Path:

@@ -8,10 +8,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ..errors import one_line
+
 
 def say(line: str) -> None:
-    """A line for the person in front of the terminal."""
-    print(line, file=sys.stderr, flush=True)
+    """A line for the person in front of the terminal; it stays one whatever the names in it hold."""
+    print(one_line(line), file=sys.stderr, flush=True)
 
 
 def json_line(facts: Mapping[str, Any]) -> str:

@@ -191,7 +191,7 @@ def parse_asf(text: str, path: Path) -> Asf:
         parents=tuple(parents.values()),
     )
     length = _floats(units.get("length", ["1"]), 1, path, 0, "length")[0]
-    if length <= 0:
+    if length < 1.0 / LARGEST:
         raise FileError(f"{path}: wanted a unit of length above 0 under :units, came {length:g}; correct it")
     return _with_unit(asf, length)
 

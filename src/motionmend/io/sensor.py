@@ -14,7 +14,7 @@ from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
 from .kinect_titles import columns_of, columns_without_titles
 from .number_rows import numbers_of, split_cells
-from .sensor_source import SensorSource, even_times, with_absent
+from .sensor_source import SensorSource, doubts_in, even_times, with_absent
 
 SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
 _TURNED = 1e-3  # off 1 that the norm of a quaternion in a text may be
@@ -177,8 +177,7 @@ def _of_trc(file: Path, fps: float | None) -> Postures:
 
 def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
     """With a source; that a file may be cut off, or its times do not rise, is a warning and no guess."""
-    cut = tuple(guess for guess in postures.guesses if "cut off" in guess or "goes back" in guess)
-    rest = tuple(guess for guess in postures.guesses if guess not in cut)
+    cut, rest = doubts_in(postures.guesses)
     steps = np.diff(postures.times)
     if len(steps) and not (steps > 0).any():
         times, said = even_times(postures.frames, fps, why="the times do not rise")

@@ -21,6 +21,12 @@ class SensorSource:
     warnings: tuple[str, ...] = ()
 
 
+def doubts_in(guesses: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The sentences that say that a file may not be whole, or not in order, which are warnings; and the rest."""
+    doubts = tuple(guess for guess in guesses if "cut off" in guess or "goes back" in guess)
+    return doubts, tuple(guess for guess in guesses if guess not in doubts)
+
+
 def warnings_of(source: object) -> tuple[str, ...]:
     """What is wrong with the file that a recording came from, or was noted of it since, one sentence each."""
     return tuple(getattr(source, "warnings", ()))

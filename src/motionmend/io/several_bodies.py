@@ -159,7 +159,8 @@ def _owners(
 
 def _step(before: Floats, now: Floats) -> float:
     """m, how far the middle joint went; infinite where none is in both."""
-    steps = np.linalg.norm(now - before, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # damage; what is not finite tells nothing
+        steps = np.linalg.norm(now - before, axis=1)
     some = steps[np.isfinite(steps)]
     return float(np.median(some)) if len(some) else np.inf
 

@@ -75,23 +75,16 @@ def read_utd_depth(path: str | os.PathLike[str]) -> DepthRecording:
 
 
 def _volume(path: Path, name: str) -> np.ndarray[Any, Any]:
-    from scipy.io import loadmat
+    from .mat5 import MatError, variables
 
     try:
-        held = loadmat(path, variable_names=[_VARIABLE])
-    except NotImplementedError:
-        raise FileError(f"{name}: a MATLAB 7.3 file; save it with -v7 to have it read") from None
+        held = next((one for one in variables(path) if one.name == _VARIABLE), None)
+        if held is None:
+            raise FileError(f"{name}: wanted {_WANTED}, there is no {_VARIABLE} in it; give the *_depth.mat")
+        if not held.numeric or 0 in held.shape:
+            raise FileError(f"{name}: wanted {_VARIABLE} as numbers, came {held.kind} {held.shape}")
+        return held.numbers()
     except OSError as failure:
-        if failure.strerror is not None:  # the system's; a reader's own says that bytes lack
-            raise FileError(f"{name}: wanted {_WANTED}, cannot open it: {failure.strerror}; check the path") from None
-        raise FileError(f"{name}: wanted {_WANTED}, it is cut off ({failure}); get a complete copy") from None
-    except Exception:  # scipy raises whatever a damaged stream leads to: zlib.error, ValueError, TypeError, ...
-        raise FileError(
-            f"{name}: wanted {_WANTED}, this is no MATLAB file or it is cut off or damaged; get a complete copy"
-        ) from None
-    if _VARIABLE not in held:
-        raise FileError(f"{name}: wanted {_WANTED}, there is no {_VARIABLE} in it; give the *_depth.mat")
-    volume = held[_VARIABLE]
-    if not isinstance(volume, np.ndarray) or volume.dtype.kind not in "uif" or not volume.size:
-        raise FileError(f"{name}: wanted {_VARIABLE} as numbers, came {getattr(volume, 'dtype', type(volume))}")
-    return volume
+        raise FileError(f"{name}: wanted {_WANTED}, cannot open it: {failure.strerror}; check the path") from None
+    except MatError as why:
+        raise FileError(f"{name}: wanted {_WANTED}, cannot read it: {why}; get a complete copy") from None

@@ -14,7 +14,6 @@ from ..bodies.postures import Postures
 from ..errors import FileError
 from .sensor_source import SensorSource, even_times, with_absent
 
-_NUMBERS = ("double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 WANTED = "a UTD-MHAD skeleton with d_skel (20, 3, frames)"
 
 
@@ -30,24 +29,20 @@ def read_utdmhad(path: str | os.PathLike[str], fps: float | None = None) -> Post
     ------
     FileError : not there, damaged, or without a skeleton.
     """
-    from scipy.io import loadmat, whosmat
+    from .mat5 import MatError, variables
 
     try:
-        held = {name: (shape, kind) for name, shape, kind in whosmat(path)}
-        shape, kind = held.get("d_skel", ((), ""))
-        axes = _frames_first(shape) if kind in _NUMBERS else None
-        if axes is None:  # unread: of what is damaged, cells above all, scipy reads beyond the end of memory
-            came = f"d_skel {shape} of {kind}" if kind else "no d_skel"
+        held = next((one for one in variables(path) if one.name == "d_skel"), None)
+        axes = None if held is None else _frames_first(held.shape)
+        if held is None or axes is None or not held.numeric:
+            came = "no d_skel" if held is None else f"d_skel {held.shape} of {held.kind}"
             raise FileError(f"{path}: wanted {WANTED}, came {came}; check the file")
-        values = loadmat(path, variable_names=["d_skel"])["d_skel"]
-    except FileError:
-        raise
-    except FileNotFoundError:
-        raise FileError(f"{path}: wanted {WANTED}, there is no such file; check the path") from None
-    except Exception as why:  # scipy raises whatever a damaged file makes it stumble over
+        values = held.numbers()
+    except OSError as error:
+        what = "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot open it: {error.strerror}"
+        raise FileError(f"{path}: wanted {WANTED}, {what}; check the path") from None
+    except MatError as why:
         raise FileError(f"{path}: wanted {WANTED}, cannot read it: {why}; get a complete copy") from None
-    if np.iscomplexobj(values) or values.shape != shape:
-        raise FileError(f"{path}: wanted {WANTED}, came {values.shape} of {values.dtype}; get a complete copy")
     positions = with_absent(np.atleast_3d(values).transpose(axes).astype(np.float64), None)
     times, guesses = even_times(len(positions), fps)
     return Postures(
@@ -64,9 +59,9 @@ def _frames_first(shape: tuple[int, ...]) -> tuple[int, int, int] | None:
 
 def variables_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
     """Names of what a MATLAB file holds; none when it cannot be read."""
-    from scipy.io import whosmat
+    from .mat5 import MatError, variables
 
     try:
-        return tuple(name for name, _, _ in whosmat(path))
-    except Exception:  # scipy raises whatever a damaged file makes it stumble over
+        return tuple(one.name for one in variables(path))
+    except (OSError, MatError):
         return ()
