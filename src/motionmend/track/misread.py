@@ -15,7 +15,7 @@ from .database import strange
 BY_IMAGE, BY_BEND, BEFORE = 24.0, 20.0, -14.5  # log odds of a share of pixels, of a radian, and before anything is seen
 HELD = 0.5  # s, over about which they are the mean: who bends strangely for a moment does not so for long
 FLAT = 0.5  # of these odds: frames that follow each other err alike
-OFF = 0.09  # m, deviation of a limb's joint of a body that surely is followed wrongly
+OFF = 0.10  # m, deviation of a limb's joint of a body that surely is followed wrongly
 _EVERYWHERE = frozen(np.ones(DOFS - 6))
 # Of a body read wrongly the trunk is where it is seen: left and right of it change over, and limbs.
 _SHARE = frozen([0.4 if name in ("pelvis", "chest", "neck", "head") else 1.0 for name in LANDMARKS])
