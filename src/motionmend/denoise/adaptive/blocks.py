@@ -17,6 +17,7 @@ from ..bases.support import missed_by
 from ..channels.pieces import blocks
 from ..gaps.likeliest import Process
 from ..library.local_prior import Neighbourhood, Prior, local_prior
+from ..noise.lasting import Lasting
 from .rounds import Adapted, adapt
 
 Item = TypeVar("Item")
@@ -69,6 +70,7 @@ def mend_channels(
     trying: bool = False,
     rounded: Callable[[slice], Floats] | None = None,
     joints: Ints | None = None,
+    lasting: Lasting | None = None,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -87,6 +89,7 @@ def mend_channels(
     trying : True gives `tried` too.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
     joints : (C,) which columns are angles of one joint, as `adapt` has them.
+    lasting : noise that lasts; None = it is new in every frame.
 
     Returns
     -------
@@ -115,6 +118,7 @@ def mend_channels(
             own_leaps=own_leaps,
             rounding=open_by,
             joints=joints,
+            lasting=lasting,
         )
 
     places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))

@@ -43,6 +43,7 @@ from ..library.local_prior import Prior, neighbourhood
 from ..library.markers import MarkerLibrary
 from ..noise.barely_moving import most_bends
 from ..noise.digits import rounding, shaken
+from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_noise
 from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
 from ..outcome import brought_back, repaired_recording
 from ..outliers.as_pose import smoother_as_pose
@@ -353,6 +354,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
         joints = joints_of(recording.skeleton, channels.columns)
     rounded = rounding(recording, channels.columns)
+    usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
+    lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
     mended = partial(
         mend_channels,
         values,
@@ -363,6 +366,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         own_leaps=own_leaps,
         rounded=rounded,
         joints=joints,
+        lasting=lasting,
     )
 
     def unmoved(found: Mended) -> Unmoving:
@@ -377,7 +381,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         seen = values if rounded is None else shaken(values, rounded)
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
         gappy = not np.isfinite(values).all()
-        first = mended(Prior(first_bends(seen, recording.fps, longest), None), deviations=False, trying=gappy)
+        first = mended(Prior(first_bends(seen, recording.fps, longest, lasting), None), deviations=False, trying=gappy)
         rest = unmoved(first)
         return _calmed(_own_prior(kept_still(first, rest), recording, known.fps), seen, first, recording), rest
 

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import binary_dilation, maximum_filter1d
 
 from ...arrays import Bools, Bytes, Floats, Ints
 from ...numerics.coupled import lone_step_variance, smooth_coupled
@@ -23,8 +24,10 @@ from ..gaps.never_seen import never_seen
 from ..gaps.shares import fillings, mixed, shares, unsure
 from ..library.local_prior import Prior
 from ..noise.kept_distances import noise_by_distances
+from ..noise.lasting import Lasting
 from ..noise.level import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
 from ..noise.passing import loudness, without_floor
+from ..noise.rattling import rattles
 from ..outliers.bursts import long_runs
 from ..outliers.moved_away import moved_away
 from ..outliers.poles import bends_of
@@ -47,6 +50,9 @@ BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller cou
 STILL = 0.1  # times that where it was seen how little a channel moves
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
+ALSO_SHAKES = 2.0  # degrees, of a second difference
+ROUGHER = 4.0  # times as rough as without such angles a body moves, at least, that rattles with them
+ALSO = 6  # frames before and after a pose in which no more is believed to rattle
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
@@ -99,10 +105,11 @@ def adapt(
     process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
-    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
+    as_pose: Callable[..., Bools] | None = None,
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
     joints: Ints | None = None,
+    lasting: Lasting | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
 
@@ -121,17 +128,24 @@ def adapt(
     own_leaps : of the same, what leaps like the recording itself: `own_jumps.own_jumps`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
+    lasting : noise that lasts; None = it is new in every frame.
     """
     channels = measured.shape[1]
-    present = np.isfinite(measured)
     nowhere, leaps = np.zeros(measured.shape, dtype=bool), np.zeros(measured.shape)
     vouched = nowhere if vouched is None else vouched
+    rattle = _but_for_poses(rattles(measured, fps, together), measured, vouched, as_pose)
+    shaken = rattle > 0
+    if prior.bases is not None and not prior.own:  # clips tell more of what is missing than such samples do
+        measured, rattle = np.where(shaken, np.nan, measured), np.zeros(measured.shape)
+    present = np.isfinite(measured)
     calm = _calm(prior, fps)
     filled = np.where(present, measured, 0.0)
     loud = loudness(measured, fps, together, joints)
     level, rate = first_noise(measured, loud), np.full(channels, FIRST_RATE)
-    louder = without_floor(loud, level, together)
+    louder = np.maximum(without_floor(loud, level, together), rattle / level)
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
+    if lasting is not None:
+        least = np.sqrt(np.square(least) + lasting.in_band)
     noise = np.maximum(level * louder, least)
     stays = FIRST_HELD ** (30.0 / fps)  # a slip lasts for a time, whatever the rate
     follow = 1.0 - (1.0 - FIRST_RATE) * (1.0 - stays)
@@ -206,13 +220,15 @@ def adapt(
             kept = np.square(next_noise(np.sqrt(kept), worth * kept, worth, misread=0.0))
             square, freedom = square + tells * kept, freedom + tells
         level = next_noise(level, square, freedom)
-        louder = without_floor(loud, level, together)
+        louder = np.maximum(without_floor(loud, level, together), rattle / level)
         noise = np.maximum(level * louder, least)
         rate = next_rate(outlier, present, rate if turn > 1 else None)
     assert values is not None
     unseen = (np.diag(calm) * liveliness * doubt).mean(axis=0)
     if together == 1:
         values, variance = _with_dynamics(measured, outlier, values, variance, process, noise, fps)
+    if lasting is not None:
+        variance = lasting.left_by(variance)
     variance = _doubted(
         overlooked(measured, values, outlier, noise) * variance,
         np.square(noise),
@@ -234,7 +250,7 @@ def adapt(
     return Adapted(
         values,
         variance,
-        outlier,
+        outlier | shaken,  # next to nothing is left of these either
         level * np.sqrt(np.square(louder).mean(axis=0)),
         rate,
         told,
@@ -243,6 +259,26 @@ def adapt(
         leaps,
         steps,
     )
+
+
+def _bends(values: Floats) -> Floats:
+    """(T, C) second differences about each frame, 0 at the ends."""
+    return np.pad(np.diff(values, n=2, axis=0), ((1, 1), (0, 0)))
+
+
+def _but_for_poses(rattle: Floats, measured: Floats, vouched: Bools, as_pose: Callable[..., Bools] | None) -> Floats:
+    """(T, C) of `rattles`, but not where only angles rattle and the body does not."""
+    shaken = rattle > 0
+    if as_pose is None or not shaken.any():
+        return rattle
+    # a thigh that shakes about itself is undone by the foot: what shakes in the same frames is looked at with it
+    shaking = maximum_filter1d(np.abs(np.nan_to_num(_bends(measured))), 5, axis=0) > ALSO_SHAKES
+    still = np.zeros(shaken.shape, dtype=np.bool_)
+    for moved in (shaken, shaken | (shaking & shaken.any(axis=1, keepdims=True))):
+        still |= as_pose(measured, moved, bridged(np.where(moved, np.nan, measured)), rougher=ROUGHER)
+    still |= (still & shaken).any(axis=1, keepdims=True)  # of angles that undo each other none is replaced alone
+    of_body = binary_dilation(still | vouched, np.ones((2 * ALSO + 1, 1), dtype=np.bool_))
+    return np.where(of_body, 0.0, rattle)
 
 
 def _doubted(

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import Floats
 from ..library.exemplars import typical_bends
+from .lasting import Lasting
 
 QUIET = 0.3  # quantile of differences that outliers hardly reach
 _QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
@@ -19,7 +20,9 @@ LONGEST_OF_ANGLES, LONGEST_OF_MARKERS = 0.07, 0.15
 COUPLED = 0.9  # of the correlations that a recording's own few frames show
 
 
-def first_bends(measured: Floats, fps: float, longest: float = LONGEST_OF_ANGLES) -> Floats:
+def first_bends(
+    measured: Floats, fps: float, longest: float = LONGEST_OF_ANGLES, lasting: Lasting | None = None
+) -> Floats:
     """(C, C) diagonal: variance of the second differences of the motion beneath noise and outliers.
 
     Steps of variance q and white noise of variance r give second differences of k (2 k² + 1) / 3 q + 6 r over k frames,
@@ -31,6 +34,7 @@ def first_bends(measured: Floats, fps: float, longest: float = LONGEST_OF_ANGLES
     measured : (T, C) in channel units, NaN = missing. A channel that tells nothing takes the median of the others.
     fps : Hz.
     longest : s, lag beyond which none is asked.
+    lasting : noise that lasts; None = it is new in every frame.
     """
     longest = min(longest * fps, len(measured) / 32)
     lags = [1, 2]
@@ -40,6 +44,8 @@ def first_bends(measured: Floats, fps: float, longest: float = LONGEST_OF_ANGLES
     found = np.array([_lagged(measured, lag) for lag in lags])
     once, twice, third = found[0], found[1], _quiet_variance(measured, partial(np.diff, n=3))
     noise = np.where(twice < GROWS * once, np.minimum(once, twice), np.clip(0.75 * third - 1.5 * once, 0.0, None))
+    if lasting is not None:
+        noise = np.maximum(noise, [lasting.of_bends(lag) for lag in lags])
     shortest = ((found - noise > MOSTLY_MOTION * found) | (over > longest)).argmax(axis=0)
     steps = np.maximum(found - noise, LEAST_SHARE * found) / (over * (2 * over**2 + 1) / 3)
     bends = steps[shortest, np.arange(measured.shape[1])]

@@ -1,0 +1,135 @@
+"""Noise that lasts: each frame's is much that of the frame before, and passes for motion unless it is told."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Floats
+
+ORDER = 4  # of the differences that are asked: motion hardly shows in them, over short lags
+_OF_WHITE = 70.0  # variance of fourth differences of white noise of variance one
+_SHARES = np.array([70.0, -112.0, 56.0, -16.0, 2.0])  # of its correlations over 0 to 4 lags
+QUIET = 0.3  # quantile of differences that outliers hardly reach
+_QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
+LONGEST = 0.15  # s, lag beyond which motion is sure to show
+# Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: noise that is new in every
+# frame nothing, what lasts up to 1, smooth motion 3 and more, the more the longer the lag. Noise and motion together
+# pass through 1 on their way up.
+LEAST_GROWTH, MOST_GROWTH, RISES = 0.6, 1.6, 0.3
+# Degrees or cm, squared, a second, by which clean recordings wander as if by such noise.
+USUAL_OF_ANGLES, USUAL_OF_MARKERS = 10.0, 0.2
+FEWEST_FRAMES, FEWEST_LAGS = 64, 3
+FLAT = 1.5  # Hz; of what changes more slowly nothing tells noise from motion
+_EDGE = np.pi - 1e-6
+_STAYS = np.concatenate([np.linspace(0.3, 0.9, 61), 1.0 - np.geomspace(0.09, 0.005, 40)])
+_NOTHING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Lasting:
+    """Noise of which each frame keeps a share of the one before (an autoregression of first order).
+
+    Frequencies are in radians a frame.
+
+    Attributes
+    ----------
+    variance : (C,) of the noise, channel units squared; 0 where it is not known to last.
+    stays : share that is kept from one frame to the next.
+    lowest : frequency down to which it was told from motion.
+    flat : frequency below which it is taken to be as strong as there.
+    """
+
+    variance: Floats
+    stays: float
+    lowest: float
+    flat: float
+
+    @property
+    def in_band(self) -> Floats:
+        """(C,) variance of white noise that is as strong at `lowest`."""
+        return np.asarray(self.variance * self._density(self.lowest))
+
+    def of_bends(self, lag: int) -> Floats:
+        """(C,) variance of its second differences over so many frames."""
+        kept = self.stays**lag
+        return np.asarray(self.variance * (6.0 - 8.0 * kept + 2.0 * kept**2))
+
+    def left_by(self, variance: Floats) -> Floats:
+        """(T, C) variance of errors where a smoother that takes the noise for white, as `in_band`, states (T, C).
+
+        It lets through what lies below some frequency, and there noise that lasts is stronger.
+        """
+        white = self.in_band
+        known = white > 0
+        edge = np.pi * np.minimum(variance / np.where(known, white, 1.0), 1.0)
+        beyond = np.maximum(self._below(edge) - self._below(np.asarray(self.flat)), 0.0)
+        passed = self.variance * (beyond + self._density(self.flat) * np.minimum(self.flat, edge) / np.pi)
+        return np.where(known, np.maximum(variance, passed), variance)
+
+    def _density(self, frequency: float) -> float:
+        """Spectral density of such noise of variance one; that of white noise is one."""
+        return float((1.0 - self.stays**2) / (1.0 - 2.0 * self.stays * np.cos(frequency) + self.stays**2))
+
+    def _below(self, frequency: Floats) -> Floats:
+        """Share of its variance below a frequency."""
+        rises = (1.0 + self.stays) / (1.0 - self.stays)
+        return np.asarray(2.0 / np.pi * np.arctan(rises * np.tan(0.5 * np.minimum(frequency, _EDGE))))
+
+
+def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
+    """Tell noise that lasts from noise that does not, and from motion.
+
+    Parameters
+    ----------
+    measured : (T, C) in channel units, NaN = missing.
+    fps : Hz.
+    usual : channel units squared a second, as `USUAL_OF_ANGLES`.
+
+    Returns
+    -------
+    None where noise is new in every frame, or motion hides it.
+
+    Notes
+    -----
+    Fourth differences over one, two, four frames and so on are asked, as long as they grow as noise lets them. How
+    loud it is is told by those of neighbouring frames, which motion reaches last; what clean recordings show as well
+    is taken off.
+    """
+    if len(measured) < FEWEST_FRAMES:
+        return None
+    lags = [1, 2, 4]
+    while 2 * lags[-1] <= min(LONGEST * fps, len(measured) / 16):
+        lags.append(2 * lags[-1])
+    found = np.array([_variance(measured, lag) for lag in lags])
+    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
+    if not asked.any():
+        return None
+    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
+    as_noise = growth <= np.minimum(MOST_GROWTH, np.append(growth[0], growth[:-1]) + RISES)
+    told = 1 + int(np.argmin(np.append(as_noise, [False])))
+    if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
+        return None
+    kept = _STAYS[:, None] ** np.array(lags[:told])
+    expected = np.polynomial.polynomial.polyval(kept, _SHARES) / _OF_WHITE
+    apart = np.log(np.median(found[:told, asked] / found[0, asked], axis=1)) - np.log(expected / expected[:, :1])
+    best = int(np.square(apart).sum(axis=1).argmin())
+    stays = float(_STAYS[best])
+    variance = np.zeros(measured.shape[1])
+    variance[asked] = found[0, asked] / expected[best, 0]
+    wanders = found[0] * _OF_WHITE / 20.0 * fps
+    variance *= np.where(asked, np.clip(1.0 - usual / np.maximum(wanders, _NOTHING), 0.0, None), 0.0)
+    lowest = np.pi / lags[told - 1]
+    return Lasting(variance, stays, lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
+
+
+def _variance(measured: Floats, lag: int) -> Floats:
+    """(C,) variance of white noise by the low quantile of fourth differences over a lag; NaN where there are none."""
+    found = np.full(measured.shape[1], np.nan)
+    for c in range(measured.shape[1]):
+        differences = measured[:, c]
+        for _ in range(ORDER):
+            differences = differences[lag:] - differences[:-lag]
+        size = np.abs(differences[np.isfinite(differences)])
+        if size.size:
+            found[c] = (np.quantile(size, QUIET) / _QUIET_NORMAL) ** 2 / _OF_WHITE
+    return found
