@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import binary_dilation, maximum_filter1d
+from scipy.ndimage import binary_dilation, binary_propagation, maximum_filter1d
 
 from ...arrays import Bools, Bytes, Floats, Ints
 from ...numerics.coupled import lone_step_variance, smooth_coupled
@@ -51,7 +51,6 @@ STILL = 0.1  # times that where it was seen how little a channel moves
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 ALSO_SHAKES = 2.0  # degrees, of a second difference
-ROUGHER = 4.0  # times as rough as without such angles a body moves, at least, that rattles with them
 ALSO = 6  # frames before and after a pose in which no more is believed to rattle
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
@@ -105,7 +104,7 @@ def adapt(
     process: Process | None = None,
     together: int = 1,
     vouched: Bools | None = None,
-    as_pose: Callable[..., Bools] | None = None,
+    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
     joints: Ints | None = None,
@@ -266,7 +265,9 @@ def _bends(values: Floats) -> Floats:
     return np.pad(np.diff(values, n=2, axis=0), ((1, 1), (0, 0)))
 
 
-def _but_for_poses(rattle: Floats, measured: Floats, vouched: Bools, as_pose: Callable[..., Bools] | None) -> Floats:
+def _but_for_poses(
+    rattle: Floats, measured: Floats, vouched: Bools, as_pose: Callable[[Floats, Bools, Floats], Bools] | None
+) -> Floats:
     """(T, C) of `rattles`, but not where only angles rattle and the body does not."""
     shaken = rattle > 0
     if as_pose is None or not shaken.any():
@@ -275,10 +276,12 @@ def _but_for_poses(rattle: Floats, measured: Floats, vouched: Bools, as_pose: Ca
     shaking = maximum_filter1d(np.abs(np.nan_to_num(_bends(measured))), 5, axis=0) > ALSO_SHAKES
     still = np.zeros(shaken.shape, dtype=np.bool_)
     for moved in (shaken, shaken | (shaking & shaken.any(axis=1, keepdims=True))):
-        still |= as_pose(measured, moved, bridged(np.where(moved, np.nan, measured)), rougher=ROUGHER)
-    still |= (still & shaken).any(axis=1, keepdims=True)  # of angles that undo each other none is replaced alone
-    of_body = binary_dilation(still | vouched, np.ones((2 * ALSO + 1, 1), dtype=np.bool_))
-    return np.where(of_body, 0.0, rattle)
+        still |= as_pose(measured, moved, bridged(np.where(moved, np.nan, measured)))
+    of_body = shaken & binary_dilation(still | vouched, np.ones((2 * ALSO + 1, 1), dtype=np.bool_))
+    # What rattles together is replaced together, or not at all: of a chain of which half is left the end goes astray.
+    left, some = (np.asarray(one.any(axis=1)) for one in (of_body, shaken))
+    whole = np.asarray(binary_propagation(left, mask=some))
+    return np.where(whole[:, None], 0.0, rattle)
 
 
 def _doubted(

@@ -19,9 +19,7 @@ ONE_SIDED = 2  # frames at either end, where smoothness tells little
 LEVER = 0.06  # m from a joint's axis, where its turns are looked at
 
 
-def smoother_as_pose(
-    measured: Floats, outlier: Bools, values: Floats, skeleton: Skeleton, columns: Ints, rougher: float = 1.0
-) -> Bools:
+def smoother_as_pose(measured: Floats, outlier: Bools, values: Floats, skeleton: Skeleton, columns: Ints) -> Bools:
     """Rejected samples without which the body would move less smoothly.
 
     Parameters
@@ -31,7 +29,6 @@ def smoother_as_pose(
     values : (T, C) the repair of an earlier round.
     skeleton : of the motion.
     columns : (C,) rows of the skeleton, -1 = a channel it does not have.
-    rougher : times as rough (squares of bends) as the body moves without them, up to which samples are no outliers.
 
     Returns
     -------
@@ -52,22 +49,19 @@ def smoother_as_pose(
         label = together[later : len(together) - 2 + later]
         for cost, bend in zip(costs, (with_them, without), strict=True):
             cost += np.bincount(label.ravel(), bend.ravel(), count)
-    better = costs[0] < rougher * costs[1]
+    better = costs[0] < costs[1]
     better[0] = False  # of what is not moved
     better[np.unique(together[[*range(ONE_SIDED), *range(-ONE_SIDED, 0)]])] = False
     joints = _joints_of(better[together[:, skeleton.dof_joint]] & rejected, skeleton)
     owner = np.where(columns >= 0, skeleton.dof_joint[columns], -1)
     # of what hangs together some may be outliers all the same; the other angles of a joint were measured with it
-    kept = np.where(outlier & joints[:, owner], measured, values)
-    joints &= _needed(joints, kept, values, owner, skeleton, columns, rougher)
+    joints &= _needed(joints, np.where(outlier & joints[:, owner], measured, values), values, owner, skeleton, columns)
     found = np.zeros_like(outlier)
     found[:, ours] = joints[:, owner[ours]]
     return found
 
 
-def _needed(
-    joints: Bools, measured: Floats, values: Floats, owner: Ints, skeleton: Skeleton, columns: Ints, rougher: float
-) -> Bools:
+def _needed(joints: Bools, measured: Floats, values: Floats, owner: Ints, skeleton: Skeleton, columns: Ints) -> Bools:
     """Joints (T, J) without whose own samples, all others kept, the body would move less smoothly."""
     needed = np.zeros_like(joints)
     for joint in np.flatnonzero(joints.any(axis=0)):
@@ -76,10 +70,10 @@ def _needed(
         left = kept.copy()
         left[:, 2] = np.where(owner == joint, values[frames], kept[:, 2])
         first = 5 * np.arange(len(frames))[:, None] + np.arange(3)
-        with_them, without = (
+        costs = (
             _bends(some.reshape(-1, len(columns)), skeleton, columns)[first].sum(axis=(1, 2)) for some in (kept, left)
         )
-        needed[frames, joint] = with_them <= rougher * without
+        needed[frames, joint] = np.less_equal(*costs)
     return needed
 
 
