@@ -51,6 +51,7 @@ STILL = 0.1  # times that where it was seen how little a channel moves
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
 ALSO_SHAKES = 2.0  # degrees, of a second difference
+ENDS = 3  # frames that are put before and after a recording, to tell whether the body goes along at its ends
 ALSO = 6  # frames before and after a pose in which no more is believed to rattle
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
@@ -275,12 +276,14 @@ def _but_for_poses(
     # a thigh that shakes about itself is undone by the foot: what shakes in the same frames is looked at with it
     shaking = maximum_filter1d(np.abs(np.nan_to_num(_bends(measured))), 5, axis=0) > ALSO_SHAKES
     still = np.zeros(shaken.shape, dtype=np.bool_)
+    longer = np.pad(measured, ((ENDS, ENDS), (0, 0)), mode="edge")  # else nothing tells at an end
     for moved in (shaken, shaken | (shaking & shaken.any(axis=1, keepdims=True))):
-        still |= as_pose(measured, moved, bridged(np.where(moved, np.nan, measured)))
+        some = np.pad(moved, ((ENDS, ENDS), (0, 0)))
+        still |= as_pose(longer, some, bridged(np.where(some, np.nan, longer)))[ENDS:-ENDS]
     of_body = shaken & binary_dilation(still | vouched, np.ones((2 * ALSO + 1, 1), dtype=np.bool_))
     # What rattles together is replaced together, or not at all: of a chain of which half is left the end goes astray.
-    left, some = (np.asarray(one.any(axis=1)) for one in (of_body, shaken))
-    whole = np.asarray(binary_propagation(left, mask=some))
+    left, within = (np.asarray(one.any(axis=1)) for one in (of_body, shaken))
+    whole = np.asarray(binary_propagation(left, mask=within))
     return np.where(whole[:, None], 0.0, rattle)
 
 

@@ -51,9 +51,7 @@ def rattles(measured: Floats, fps: float, together: int = 1) -> Floats:
         near = binary_dilation(binary_propagation(sure, mask=maybe), iterations=longest // 2)
         for (run,) in find_objects(label(near)[0]):
             where = run.start + np.flatnonzero(large[run, c])
-            first, end = int(where[0]) + 2 - BESIDE, int(where[-1]) + 1 + BESIDE
-            if first < 0 or end > len(measured):  # at an end nothing tells whether the body goes along
-                continue
+            first, end = max(int(where[0]) + 2 - BESIDE, 0), int(where[-1]) + 1 + BESIDE
             some = measured[first:end, c]
             second, fourth = _told(some, 2, _SECOND), _told(some, 4, _FOURTH)
             if fourth > max(WHITE * second, least[c]):
