@@ -107,3 +107,18 @@ def test_other_versions_say_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "a.mat").write_bytes(struct.pack("<5i", 0, 1, 1, 0, 2).ljust(200, b"\0"))
     with pytest.raises(MatError, match="version 5 to 7"):
         variables(tmp_path / "a.mat")
+
+
+def test_what_unpacks_to_more_than_its_shape_promises_is_not_unpacked(tmp_path: Path) -> None:
+    """Ten megabytes of zeros for six numbers, in ten kilobytes."""
+
+    def element(kind: int, body: bytes) -> bytes:
+        return struct.pack("<II", kind, len(body)) + body + bytes(-len(body) % 8)
+
+    inside = element(6, struct.pack("<II", 6, 0)) + element(5, struct.pack("<2i", 2, 3)) + element(1, b"d")
+    packed = zlib.compress(element(14, inside + element(9, bytes(10_000_000))))
+    whole = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 15, len(packed)) + packed
+    (tmp_path / "a.mat").write_bytes(whole)
+    (only,) = variables(tmp_path / "a.mat")
+    with pytest.raises(MatError, match="more than its shape promises"):
+        only.numbers()

@@ -20,7 +20,6 @@ from motionmend.bodies.postures import Postures
 from motionmend.errors import FileError, UsageError
 from motionmend.io.joint_table import write_joint_table
 from motionmend.io.sensor import SENSOR_ENDINGS, kind_of, looks_like_sensor, read_postures
-from motionmend.io.sensor_source import warnings_of
 from motionmend.io.uiprmd import joints_in_room, read_uiprmd_markers
 
 TICK = 330_000  # 100 ns, the second Kinect's usual step
@@ -281,7 +280,7 @@ def test_times_of_a_table_that_do_not_rise_are_told(
 ) -> None:
     found = read_postures(joints_over_time(tmp_path / "a.csv", times, standing(KINECT25, 3)))
     np.testing.assert_allclose(found.times, kept)
-    warned = warnings_of(found.source)
+    warned = found.warnings
     assert warned == () if said is None else any(said in one for one in warned)
 
 
@@ -297,7 +296,7 @@ def test_joints_of_a_table_that_are_at_the_sensor_are_missing(tmp_path: Path) ->
 def what_is_said_of(path: Path) -> tuple[str, ...]:
     """Why a file is refused, or what it is warned of."""
     try:
-        return warnings_of(read_postures(path).source)
+        return read_postures(path).warnings
     except FileError as error:
         return (str(error),) if path.name in str(error) else ()
 
@@ -334,7 +333,7 @@ def test_a_rate_that_is_given_is_used_or_said_not_to_be(tmp_path: Path, kind: st
 def test_a_file_that_was_cut_off_is_refused_or_carries_a_warning(tmp_path: Path, kind: str, share: float) -> None:
     path = whole_files(tmp_path)[kind]
     assert read_postures(path).frames == 9
-    assert warnings_of(read_postures(path).source) == ()
+    assert read_postures(path).warnings == ()
     raw = path.read_bytes()
     path.write_bytes(raw[: int(share * len(raw))])
     said = what_is_said_of(path)

@@ -12,7 +12,6 @@ from sensor_files import azure, standing, table
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UTDMHAD20
 from motionmend.errors import FileError
 from motionmend.io.sensor import looks_like_sensor, read_postures
-from motionmend.io.sensor_source import warnings_of
 
 PLACES = standing(KINECT25, 8).round(6)
 STATES = np.random.default_rng(1).integers(1, 3, PLACES.shape[:2])
@@ -201,7 +200,7 @@ def test_azure_confidences_may_have_any_key(tmp_path: Path, key: str) -> None:
 def test_times_of_azure_bodies_that_do_not_rise_are_not_given_out(tmp_path: Path) -> None:
     found = read_postures(azure(tmp_path / "a.json", {1: standing(AZURE32, 3)}, [66_667, 33_333, 0]))
     np.testing.assert_allclose(found.times, [0, 1 / 30, 2 / 30])
-    assert any("do not rise: took 30 Hz" in one for one in warnings_of(found.source))
+    assert any("do not rise: took 30 Hz" in one for one in found.warnings)
 
 
 def test_a_time_that_an_azure_frame_lacks_is_interpolated_and_said(tmp_path: Path) -> None:
@@ -209,7 +208,7 @@ def test_a_time_that_an_azure_frame_lacks_is_interpolated_and_said(tmp_path: Pat
     path.write_text(path.read_text("utf-8").replace("400000", "null"), "utf-8")
     found = read_postures(path)
     np.testing.assert_allclose(found.times, [0.0, 0.2, 0.4, 0.6])
-    assert any("interpolated" in one for one in warnings_of(found.source))
+    assert any("interpolated" in one for one in found.warnings)
 
 
 def test_high_confidence_in_a_table_of_azure_kinects_is_tracked(tmp_path: Path) -> None:

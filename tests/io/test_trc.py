@@ -206,8 +206,8 @@ def test_every_cut_is_noticed_or_said(tmp_path: Path) -> None:
         with pytest.raises(FileError):
             read_trc(written(tmp_path, whole[:size]))
     for size in range(last_cell, len(whole)):
-        assert any("no line break" in guess for guess in read_trc(written(tmp_path, whole[:size])).guesses)
-    assert not any("no line break" in guess for guess in read_trc(written(tmp_path, whole)).guesses)
+        assert any("no line break" in said for said in read_trc(written(tmp_path, whole[:size])).warnings)
+    assert not any("no line break" in said for said in read_trc(written(tmp_path, whole)).warnings)
 
 
 @settings(max_examples=150)

@@ -1,5 +1,6 @@
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -10,6 +11,7 @@ from motionmend.bodies.skeleton import Skeleton, positions
 from motionmend.errors import FileError, UsageError
 from motionmend.report import html_report
 from motionmend.report.packed import unpack, unpack_bytes
+from motionmend.report.tables import warnings_card
 
 EVIL = '</script><img src=x onerror="window.hacked=1">{{data}}<!--&amp;'
 
@@ -266,3 +268,13 @@ def test_the_subject_all_markers_share_takes_no_room_in_the_tables(tmp_path, sub
     places = np.random.default_rng(0).normal(size=(20, 2, 3))
     page = page_of(tmp_path, [("take", Markers(names, places, 60.0))])
     assert all(f">{name}</button>" in page.text for name in shown)
+
+
+def test_what_may_be_wrong_with_a_file_stands_among_the_warnings_once_with_its_names():
+    doubted = replace(arm(), warnings=("the file is <cut off>",))
+    _, repaired = spoilt(doubted)
+    card = warnings_card([("one", doubted), ("other", doubted)], repaired)
+    assert card.count("the file is &lt;cut off&gt;") == 1
+    assert "one, other" in card
+    assert "one &lt;gap&gt;" in card
+    assert warnings_card([("clean", arm())], None) == ""

@@ -23,6 +23,7 @@ class Motion:
     fps : frames per second, Hz.
     source : what the file's own writer needs to give back everything that is not motion; opaque outside `io`.
     guesses : one sentence for each thing the file did not say and the reader supposed.
+    warnings : one sentence for each thing that may be wrong with the file.
     """
 
     skeleton: Skeleton
@@ -30,6 +31,7 @@ class Motion:
     fps: float
     source: Any = None
     guesses: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "q", frozen(self.q))
@@ -84,7 +86,7 @@ class Markers:
     fps : frames per second, Hz.
     residuals : (T, M) m, the capture system's own residual, -1 = missing; None where the format has none.
     up : (3,) unit vector against gravity.
-    source, guesses : as in `Motion`.
+    source, guesses, warnings : as in `Motion`.
     """
 
     names: tuple[str, ...]
@@ -94,6 +96,7 @@ class Markers:
     up: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     source: Any = None
     guesses: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", tuple(self.names))

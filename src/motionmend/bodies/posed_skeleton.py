@@ -59,7 +59,7 @@ def motion_of(postures: Postures, fps: float | None = None) -> Motion:
     moved, turns = given_way(skeleton, places, turns_of(skeleton, places, rate))
     motion = Motion(skeleton, _angles(skeleton, moved, turns), rate)
     said += (*_beside(motion, places), *_lasting(motion, postures.times))
-    return replace(motion, guesses=(*postures.guesses, *said))
+    return replace(motion, guesses=(*postures.guesses, *said), warnings=postures.warnings)
 
 
 def _hanging_together(postures: Postures) -> tuple[tuple[str, ...], Floats, tuple[str, ...]]:

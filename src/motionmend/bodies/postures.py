@@ -24,7 +24,7 @@ class Postures:
     state : (T, J) 2 tracked, 1 inferred, 0 not tracked; None where the source does not say.
     std : (T, J) m, standard deviation of each joint's position (one coordinate); None = not known.
     reliability : (T, J) in [0, 1]; None = not known.
-    source, guesses : as in `Motion`.
+    source, guesses, warnings : as in `Motion`.
     """
 
     names: tuple[str, ...]
@@ -35,6 +35,7 @@ class Postures:
     reliability: Floats | None = None
     source: Any = None
     guesses: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", tuple(self.names))

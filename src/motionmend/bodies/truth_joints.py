@@ -67,10 +67,24 @@ def joints_of_markers(markers: Markers) -> Postures:
         if all(name in plain for name in names.split())
     }
     if len(places) < _FEWEST:
-        return Postures(markers.names, markers.positions, times, source=markers.source, guesses=markers.guesses)
+        return Postures(
+            markers.names,
+            markers.positions,
+            times,
+            source=markers.source,
+            guesses=markers.guesses,
+            warnings=markers.warnings,
+        )
     middle = np.stack([markers.positions[:, rows].mean(axis=1) for rows in places.values()], axis=1)
     said = f"joints are taken from markers on the skin: {', '.join(places)}"
-    return Postures(tuple(places), middle, times, source=markers.source, guesses=(*markers.guesses, said))
+    return Postures(
+        tuple(places),
+        middle,
+        times,
+        source=markers.source,
+        guesses=(*markers.guesses, said),
+        warnings=markers.warnings,
+    )
 
 
 def joints_of_motion(motion: Motion) -> Postures:
@@ -80,7 +94,12 @@ def joints_of_motion(motion: Motion) -> Postures:
     if {"lhumerus", "lfemur"} <= {name.lower() for name in names}:
         names = tuple(_BONES.get(name.lower(), name) or f"{name} bone" for name in names)
     return Postures(
-        _distinct(names), places, np.arange(motion.frames) / motion.fps, source=motion.source, guesses=motion.guesses
+        _distinct(names),
+        places,
+        np.arange(motion.frames) / motion.fps,
+        source=motion.source,
+        guesses=motion.guesses,
+        warnings=motion.warnings,
     )
 
 

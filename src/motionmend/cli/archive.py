@@ -66,7 +66,7 @@ class Alike:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Clips by kind and channels, in the order met, and what was guessed of which."""
+    """Clips by kind and channels, in the order met, and what was guessed or doubted of which."""
 
     groups: dict[tuple[str, ...], Alike]
     guesses: dict[str, tuple[Path, ...]]
@@ -122,7 +122,8 @@ def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
     found = Survey({}, {})
     for item, clip in _clips(chunk, reading, failures):
         one = sketch(clip)
-        found = found + Survey({one.common: Alike(one, (item,))}, dict.fromkeys(clip.guesses, (item.path,)))
+        told: dict[str, tuple[Path, ...]] = dict.fromkeys((*clip.warnings, *clip.guesses), (item.path,))
+        found = found + Survey({one.common: Alike(one, (item,))}, told)
     return Part(found if found.groups else None, tuple(failures))
 
 

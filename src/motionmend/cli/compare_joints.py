@@ -64,15 +64,8 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path 
 
 def doubts_of(*files: "tuple[Path, Postures | Motion | Markers]") -> tuple[tuple[str, ...], tuple[str, ...]]:
     """What may be wrong with each of the files read, after its name, and what was supposed of all."""
-    from ..io.sensor_source import doubts_in, warnings_of
-
-    doubts: list[str] = []
-    guesses: list[str] = []
-    for path, held in files:
-        found, supposed = doubts_in(held.guesses)
-        doubts += [f"{path.name}: {one}" for one in (*warnings_of(held.source), *found)]
-        guesses += supposed
-    return tuple(dict.fromkeys(doubts)), tuple(dict.fromkeys(guesses))
+    doubts = dict.fromkeys(f"{path.name}: {one}" for path, held in files for one in held.warnings)
+    return tuple(doubts), tuple(dict.fromkeys(one for _, held in files for one in held.guesses))
 
 
 def told(
@@ -127,16 +120,16 @@ def _of_angles(path: Path, fps: float | None, skeleton: Path | None, names: Sequ
     times = np.arange(motion.frames) / motion.fps
     own = np.flatnonzero(same_names(motion.skeleton.names, names) >= 0)
     if 2 * len(own) <= len(names):
-        return Postures(LANDMARKS, motion_landmarks(motion), times, guesses=motion.guesses)
+        return Postures(LANDMARKS, motion_landmarks(motion), times, guesses=motion.guesses, warnings=motion.warnings)
     found, at = tuple(motion.skeleton.names[j] for j in own), positions(motion.skeleton, motion.q)[:, own]
     if len(own) < len(names):
         try:
             more = motion_landmarks(motion)
         except MismatchError:
-            return Postures(found, at, times, guesses=motion.guesses)
+            return Postures(found, at, times, guesses=motion.guesses, warnings=motion.warnings)
         rest = [k for k, name in enumerate(LANDMARKS) if name not in found]
         found, at = (*found, *(LANDMARKS[k] for k in rest)), np.concatenate([at, more[:, rest]], axis=1)
-    return Postures(found, at, times, guesses=motion.guesses)
+    return Postures(found, at, times, guesses=motion.guesses, warnings=motion.warnings)
 
 
 def _table(facts: Mapping[str, Any]) -> str:

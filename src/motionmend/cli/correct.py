@@ -154,7 +154,6 @@ class Correction:
 
     def __call__(self, job: Job, /) -> Done:
         from ..io.sensor import read_postures
-        from ..io.sensor_source import warnings_of
 
         assert self.model is not None
         start = perf_counter()
@@ -165,8 +164,7 @@ class Correction:
         corrected = empty_where_empty(sensor, corrected)
         refuse_nobody(job.source, corrected)
         seconds = {"startup": self.startup, "read": was_read - start, "correct": perf_counter() - was_read}
-        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source))))
-        return self._save(job, sensor, corrected, warnings, seconds)
+        return self._save(job, sensor, corrected, told_of(sensor, corrected), seconds)
 
     def _ahead(self, sensor: "Postures") -> int | None:
         """Frames after each that it is corrected from; None for all."""
@@ -370,6 +368,11 @@ def _spread(values: Any, names: tuple[str, ...], present: Any) -> dict[str, dict
     known = present & np.isfinite(values)
     each = {name: of(values[known[:, k], k]) for k, name in enumerate(names)}
     return {"all": of(values[known]), **each}
+
+
+def told_of(sensor: "Postures", corrected: "Postures") -> tuple[str, ...]:
+    """What may be wrong with a sensor's file, and what was noted while it was corrected, each once."""
+    return tuple(dict.fromkeys((*sensor.warnings, *getattr(corrected.source, "warnings", ()))))
 
 
 def rate_of(sensor: "Postures", given: float | None = None) -> float:

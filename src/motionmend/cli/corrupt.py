@@ -109,13 +109,12 @@ class Spoil:
         from ..evaluate import corrupt
         from ..io import read, write
         from ..io.conversion import not_in
-        from ..io.sensor_source import doubts_in
         from .findings import labels
         from .provenance import numbering
 
         clean: Any = read(job.source, fps=self.fps, skeleton=self.skeleton)
         moving = isinstance(clean, Motion)
-        warnings, guesses = doubts_in(clean.guesses)
+        warnings: tuple[str, ...] = clean.warnings
         warnings += () if moving or self.noise <= MOST_NOISE else (_in_metres(self.noise),)
         warnings += not_in(job.target.suffix.lower(), clean)
         spoilt = corrupt(
@@ -155,7 +154,7 @@ class Spoil:
                     "counts": counts,
                     "outlier_runs": _runs_by_name(names, spoilt.outlier),
                     "missing_runs": _runs_by_name(names, spoilt.missing),
-                    "guesses": guesses,
+                    "guesses": clean.guesses,
                 },
             )
         facts: dict[str, Any] = {
@@ -164,11 +163,11 @@ class Spoil:
             "frames": clean.frames,
             "counts": counts,
             "warnings": warnings,
-            "guesses": guesses,
+            "guesses": clean.guesses,
         }
         samples = counted(counts["samples"], "sample")
         share = f"{counted(counts['outliers'], 'outlier')}, {counts['missing']} missing of {samples}"
-        return Done(facts, line=f"{job.source}: {share}: {job.target}", warnings=warnings, guesses=guesses)
+        return Done(facts, line=f"{job.source}: {share}: {job.target}", warnings=warnings, guesses=clean.guesses)
 
 
 def _in_metres(noise: float) -> str:

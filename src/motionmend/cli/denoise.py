@@ -195,13 +195,12 @@ class Repair:
         from ..io import write
         from ..io.atomic import atomic
         from ..io.conversion import not_in
-        from ..io.sensor_source import doubts_in
         from ..io.table import as_written
 
         start = perf_counter()
         told = as_written(repaired) if job.target.suffix.lower() == ".csv" else repaired
-        doubts, guesses = doubts_in(recording.guesses)
-        warnings = (*doubts, *repaired.warnings, *hardly_known(repaired), *not_in(job.target.suffix.lower(), recording))
+        lost = not_in(job.target.suffix.lower(), recording)
+        warnings = (*recording.warnings, *repaired.warnings, *hardly_known(repaired), *lost)
         sidecars = (".mend.json", *((".report.html",) if self.report else ()))
         with job.together(*sidecars), ExitStack() as whole:
             if self.report:
@@ -210,7 +209,7 @@ class Repair:
             write(job.target, repaired.recording, repaired=repaired)
             seconds = {**seconds, "write": perf_counter() - start}
             seconds["total"] = sum(seconds.values())
-            facts = self._facts(job, recording, told, warnings, guesses)
+            facts = self._facts(job, recording, told, warnings)
             write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         counts = repaired.counts()
         latency = self._latency(recording.fps)
@@ -224,11 +223,11 @@ class Repair:
             "latency_s": latency,
             "counts": counts,
             "warnings": warnings,
-            "guesses": guesses,
+            "guesses": recording.guesses,
         }
         late = "" if latency is None else f", given out {latency:.2f} s late"
         line = f"{job.source}: {counted(recording.frames, 'frame')}, {_summed(counts)}{late}: {job.target}"
-        return Done(said, line=line, warnings=warnings, guesses=guesses)
+        return Done(said, line=line, warnings=warnings, guesses=recording.guesses)
 
     def _latency(self, fps: float) -> float | None:
         """Seconds after which a frame was given out at the latest; None where all are at the end."""
@@ -242,7 +241,6 @@ class Repair:
         recording: "Motion | Markers",
         repaired: "Repaired[Any]",
         warnings: tuple[str, ...],
-        guesses: tuple[str, ...],
     ) -> dict[str, Any]:
         from .provenance import numbering, provenance
 
@@ -267,7 +265,7 @@ class Repair:
             "latency_s": self._latency(recording.fps),
             **provenance(repaired),
             "warnings": warnings,
-            "guesses": guesses,
+            "guesses": recording.guesses,
         }
 
     def _write_report(self, page: Path, recording: "Motion | Markers", repaired: "Repaired[Any]") -> None:

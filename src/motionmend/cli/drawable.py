@@ -9,6 +9,7 @@ from ..batch import Failure
 from ..errors import MotionMendError
 from .inputs import Refusal, gather
 from .output import tell_failure, tell_guesses
+from .speech import say
 
 if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion
@@ -65,6 +66,8 @@ def read_drawable(
         except MotionMendError as error:
             failures.append(failed(one.path, error, debug=debug, as_json=as_json))
             continue
+        for warning in found[-1].recording.warnings:
+            say(f"warning ({one.path}): {warning}")
         for guess in found[-1].recording.guesses:
             guesses.setdefault(guess, []).append(one.path)
     tell_guesses(guesses)
@@ -91,7 +94,10 @@ def _read(path: Path, fps: float | None, skeleton: Path | None) -> "tuple[Motion
     postures = read_postures(path, fps=fps)
     rate = postures.fps if postures.frames > 1 and postures.fps > 0 else USUAL_FPS
     up, _ = up_of(postures.names, postures.positions)
-    return Markers(postures.names, postures.positions, rate, up=up, guesses=postures.guesses), postures
+    drawn = Markers(
+        postures.names, postures.positions, rate, up=up, guesses=postures.guesses, warnings=postures.warnings
+    )
+    return drawn, postures
 
 
 def _meant(path: Path) -> bool:

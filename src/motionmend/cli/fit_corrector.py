@@ -131,7 +131,7 @@ def _read(
         elif outcome.value is not None:
             found.append(_Found(outcome.item, outcome.value))
             for file, read in ((outcome.item.sensor, outcome.value.sensor), (outcome.item.truth, outcome.value.truth)):
-                for guess in read.guesses:
+                for guess in (*read.warnings, *read.guesses):
                     guesses.setdefault(guess, []).append(file)
     return found, failures, guesses
 

@@ -72,7 +72,7 @@ def tracker(
             tell_failure(outcome.item.path, outcome.failure, as_json=False, debug=working.debug)
             continue
         motions.append(outcome.value)
-        for guess in outcome.value.guesses:
+        for guess in (*outcome.value.warnings, *outcome.value.guesses):
             guesses.setdefault(guess, []).append(outcome.item.path)
     tell_guesses(guesses)
     if not motions:

@@ -116,7 +116,6 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
 
     from ..bodies.motion import Motion
     from ..io import read
-    from ..io.sensor_source import doubts_in
     from .findings import FAST_MARKER, jumps, labels, leaps, listed, missing_shares, suspicions
     from .provenance import numbering
 
@@ -129,7 +128,6 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
         else leaps(recording.names, recording.positions, times, FAST_MARKER)
     )
     share = 1.0 - float(recording.present.mean()) if recording.present.size else 0.0
-    doubts, guesses = doubts_in(recording.guesses)
     facts: dict[str, Any] = {
         "input": path,
         "kind": "motion" if moving else "markers",
@@ -146,10 +144,10 @@ def _recording(path: Path, fps: float | None, skeleton: Path | None) -> Done:
         "missing": missing_shares(recording),
         "jumps": listed(jumped),
         "suspicious": [{"name": s.name, "what": s.what, "detail": s.detail} for s in suspicions(recording)],
-        "warnings": [*doubts, *_warnings(recording.frames, share, jumped if moving else ())],
-        "guesses": guesses,
+        "warnings": [*recording.warnings, *_warnings(recording.frames, share, jumped if moving else ())],
+        "guesses": recording.guesses,
     }
-    return Done(facts, _table(facts), guesses=guesses)
+    return Done(facts, _table(facts), guesses=recording.guesses)
 
 
 def _warnings(frames: int, share_missing: float, jumped: "Sequence[Jump]") -> list[str]:

@@ -68,7 +68,6 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
     """
     from ..io.joint_table import read_joint_table
     from ..io.sensor import kind_of, read_postures
-    from ..io.sensor_source import warnings_of
     from ..io.truth import read_truth
     from .findings import leaps, listed
 
@@ -82,7 +81,7 @@ def joint_facts(path: Path, fps: float | None) -> dict[str, Any]:
     present = postures.present
     share = 1.0 - present.mean(axis=0) if postures.frames else np.zeros(len(postures.names))
     beside = [name for name in ("std", "reliability", "state") if getattr(postures, name) is not None]
-    warnings = [*warnings_of(postures.source), *_lapses(postures.times)]
+    warnings = [*postures.warnings, *_lapses(postures.times)]
     nobody = int((~present.any(axis=1)).sum())
     if nobody:
         warnings.append(f"{counted(nobody, 'frame')} without any joint")

@@ -181,8 +181,7 @@ class Chain:
         from ..bodies.posed_skeleton import motion_of
         from ..io.conversion import not_in
         from ..io.sensor import read_postures
-        from ..io.sensor_source import warnings_of
-        from .correct import empty_where_empty, rate_of, refuse_nobody, refuse_other_units
+        from .correct import empty_where_empty, rate_of, refuse_nobody, refuse_other_units, told_of
 
         assert self.correction is not None
         assert self.correction.model is not None
@@ -195,7 +194,7 @@ class Chain:
         refuse_nobody(take.job.source, corrected)
         result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
         lost = not_in(take.job.target.suffix.lower(), corrected)
-        warnings = tuple(dict.fromkeys((*warnings_of(sensor.source), *warnings_of(corrected.source), *lost)))
+        warnings = tuple(dict.fromkeys((*told_of(sensor, corrected), *lost)))
         step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
         return result, step, sensor.guesses, was_read - start
 
@@ -206,22 +205,19 @@ class Chain:
         from ..io import write
         from ..io.conversion import not_in
 
-        repaired = None
+        repaired, doubts = None, () if steps else recording.warnings  # a step before has told them
         lost = not_in(take.job.target.suffix.lower(), recording)
         if self.repair is not None:
             repaired, step = _repaired(self.repair, recording, made=bool(steps))
             step = replace(step, warnings=(*step.warnings, *lost))
             steps, seconds = (*steps, step), {**seconds, step.name: step.seconds}
         result = recording if repaired is None else repaired.recording
+        said = (*doubts, *_warnings(steps)), recording.guesses
         start = perf_counter()
         with ExitStack() as whole:
-            self._sidecar(
-                whole, take, steps, result.frames, result.fps, repaired, recording.guesses, seconds, recording
-            )
+            self._sidecar(whole, take, steps, result.frames, result.fps, repaired, *said, seconds, recording)
             write(take.job.target, result, repaired=repaired)
-        return _said(
-            take, steps, result.frames, repaired, recording.guesses, {**seconds, "write": perf_counter() - start}
-        )
+        return _said(take, steps, result.frames, repaired, *said, {**seconds, "write": perf_counter() - start})
 
     def _table(
         self, take: Take, postures: "Postures", step: Step, guesses: tuple[str, ...], seconds: dict[str, float]
@@ -240,11 +236,12 @@ class Chain:
             said = (*uneven_times(postures.times), *_kept(before, repaired, step.name))
             last = replace(last, warnings=(*last.warnings, *said))
             steps, seconds = (*steps, last), {**seconds, last.name: last.seconds}
+        told = _warnings(steps), guesses
         start = perf_counter()
         with ExitStack() as whole:
-            self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, guesses, seconds)
+            self._sidecar(whole, take, steps, postures.frames, postures.fps, repaired, *told, seconds)
             write_joint_table(whole.enter_context(atomic(take.job.target)), postures)
-        return _said(take, steps, postures.frames, repaired, guesses, {**seconds, "write": perf_counter() - start})
+        return _said(take, steps, postures.frames, repaired, *told, {**seconds, "write": perf_counter() - start})
 
     def _sidecar(
         self,
@@ -254,16 +251,15 @@ class Chain:
         frames: int,
         fps: float,
         repaired: "Repaired[Any] | None",
+        warnings: tuple[str, ...],
         guesses: tuple[str, ...],
         seconds: dict[str, float],
         recording: "Motion | Markers | None" = None,
     ) -> None:
         """The file beside the output; appears with it."""
         from ..io.atomic import atomic
-        from ..io.sensor_source import doubts_in
         from .provenance import numbering, provenance
 
-        doubts, guesses = doubts_in(guesses)
         facts = {
             "version": __version__,
             "input": take.job.source.name,
@@ -275,7 +271,7 @@ class Chain:
             "fps": fps,
             **({} if recording is None else numbering(recording)),
             **({} if repaired is None else provenance(repaired)),
-            "warnings": (*doubts, *_warnings(steps)),
+            "warnings": warnings,
             "guesses": guesses,
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
         }
@@ -368,14 +364,11 @@ def _said(
     steps: tuple[Step, ...],
     frames: int,
     repaired: "Repaired[Any] | None",
+    warnings: tuple[str, ...],
     guesses: tuple[str, ...],
     seconds: dict[str, float],
 ) -> Done:
-    from ..io.sensor_source import doubts_in
-
     seconds = {**seconds, "total": sum(seconds.values())}
-    doubts, guesses = doubts_in(guesses)
-    warnings = (*doubts, *_warnings(steps))
     names = [step.name for step in steps]
     facts = {
         "input": take.job.source,

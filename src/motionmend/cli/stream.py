@@ -60,10 +60,9 @@ def stream(
 
 def _read(file: Path, fps: float | None) -> "Postures":
     from ..io.sensor import read_postures
-    from ..io.sensor_source import warnings_of
 
     postures = read_postures(file, fps=fps)
-    for warning in warnings_of(postures.source):
+    for warning in postures.warnings:
         say(f"warning ({file}): {warning}")
     if not postures.frames:
         raise FileError(f"{file}: a recording with frames was wanted, this one has none")

@@ -68,8 +68,8 @@ def read_accad(path: str | os.PathLike[str], fps: float | None = None) -> Marker
     metres, unit_guess = metres_per_unit([], values, present, "the unit")
     positions = np.where(present[:, :, None], values * metres, np.nan)
     up, up_guess = up_of(names, positions)
-    said = (*unended(lines), *rate_guess, *unit_guess, *void_guesses, *((up_guess,) if up_guess else ()))
-    return Markers(names, positions, rate, up=up, guesses=said)
+    said = (*rate_guess, *unit_guess, *void_guesses, *((up_guess,) if up_guess else ()))
+    return Markers(names, positions, rate, up=up, guesses=said, warnings=unended(lines))
 
 
 def starts_as_accad(path: str | os.PathLike[str]) -> bool:

@@ -15,6 +15,7 @@ from .acclaim import asf_of, dof_tokens
 from .amc_frames import header_of, parse_lines, parse_regular
 from .asf import Asf, read_asf, skeleton_of, write_asf
 from .atomic import atomic
+from .columns import UNENDED
 from .text import finite, open_text, shown
 
 USUAL_RATE = 120.0  # Hz
@@ -119,14 +120,13 @@ def read_amc(path: str | Path, asf: Asf | str | Path | None = None, fps: float |
         frames = parse_lines(text.pieces(begin), columns, asf, path, header.count("\n") + 1)
     if np.any(np.diff(frames.numbers) != 1):
         guesses.append("frame numbers are not consecutive: took the frames as evenly spaced")
-    if not text.ended:
-        guesses.append("the last line has no line break: should the file be cut off there, its last value is wrong")
     if fps is None and rate is None:
         guesses.append(f"no rate in .amc: took {USUAL_RATE:g} Hz; give --fps")
     source = AmcSource(asf, header, degrees, frames.bones, frames.numbers, frames.comments)
     q = frames.values
     q *= _unit(skeleton, asf, degrees)
-    return Motion(skeleton, q, rate or fps or USUAL_RATE, source, (*asf.guesses, *guesses))
+    warnings = () if text.ended else (UNENDED,)
+    return Motion(skeleton, q, rate or fps or USUAL_RATE, source, (*asf.guesses, *guesses), warnings)
 
 
 def write_amc(path: str | Path, motion: Motion) -> None:

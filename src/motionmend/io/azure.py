@@ -97,8 +97,9 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         positions,
         times,
         state=spread_states(np.isfinite(positions[:, :, 0]), state),
-        source=SensorSource("Azure Kinect joints", warnings),
+        source=SensorSource("Azure Kinect joints"),
         guesses=(*guesses, *said),
+        warnings=warnings,
     )
 
 

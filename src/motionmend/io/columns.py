@@ -100,11 +100,14 @@ def read_rows(lines: Sequence[str], separator: str, columns: int, first: int, na
     return rows
 
 
+UNENDED = "the last line has no line break: should the file be cut off there, its last value is wrong"
+
+
 def unended(lines: Sequence[str]) -> tuple[str, ...]:
     """A sentence when the last line has no end: then nobody can tell a whole file from one cut off in its last cell."""
     if not lines[-1].strip():
         return ()
-    return ("the last line has no line break: should the file be cut off there, its last value is wrong",)
+    return (UNENDED,)
 
 
 def steady_rate(times: Floats, spelt: Sequence[str], name: str) -> tuple[float, tuple[str, ...]]:

@@ -55,12 +55,11 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     beside = {what: _beside(rows, places, what) for what in BESIDE}
     _check(beside, name)
     state = beside["state"]
-    guesses = unended(lines)
-    times, of_unit = _in_seconds(times)
-    guesses += of_unit
+    warnings = unended(lines)
+    times, guesses = _in_seconds(times)
     falling = int((np.diff(times) < 0).sum())
     if falling:
-        guesses += (f"the time goes back {falling} times: rows are kept in the order of the file",)
+        warnings += (f"the time goes back {falling} times: rows are kept in the order of the file",)
     return Postures(
         tuple(places),
         xyz,
@@ -69,6 +68,7 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
         std=beside["std"],
         reliability=beside["reliability"],
         guesses=guesses,
+        warnings=warnings,
     )
 
 

@@ -80,4 +80,5 @@ def _read(
         raise FileError(f"{path}: wanted {wanted}, came {table.rows.shape[1]}; check the file")
     positions = with_absent(table.rows.reshape(-1, len(names), _EACH)[:, :, :3], None) * metres
     times, guesses = even_times(len(positions), fps)
-    return Postures(names, np.array(positions), times, source=SensorSource(kind, table.warnings), guesses=guesses)
+    source = SensorSource(kind)
+    return Postures(names, np.array(positions), times, source=source, guesses=guesses, warnings=table.warnings)

@@ -60,8 +60,15 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     else:
         (times, guesses), warnings = even_times(len(table.rows), fps), ()
     kind = _KIND.get(len(names), f"{len(names)} joints") if _of_sdk(names) else "table of joints"
-    source = SensorSource(kind, (*table.warnings, *state_warning, *warnings))
-    return Postures(names, positions, times, state=state, source=source, guesses=(*guesses, *named, *measured))
+    return Postures(
+        names,
+        positions,
+        times,
+        state=state,
+        source=SensorSource(kind),
+        guesses=(*guesses, *named, *measured),
+        warnings=(*table.warnings, *state_warning, *warnings),
+    )
 
 
 def in_metres(positions: Floats) -> tuple[Floats, tuple[str, ...]]:

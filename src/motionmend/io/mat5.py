@@ -20,7 +20,8 @@ import numpy as np
 _HEADER, _TAG, _HEAD = 128, 8, 1024  # bytes: of a file, before an element, of an array beyond all before its numbers
 _MATRIX, _COMPRESSED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}  # as stored
-_NUMBERS = {6: "double", 7: "single", **{8 + k: f"{'u' * (k % 2)}int{8 << k // 2}" for k in range(8)}}
+_NUMBERS = {6: "double", 7: "single", 8: "int8", 9: "uint8", 10: "int16", 11: "uint16", 12: "int32", 13: "uint32"}
+_NUMBERS |= {14: "int64", 15: "uint64"}
 _OTHERS = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 16: "function", 17: "opaque"}
 _COMPLEX = 0x0800
 
@@ -65,7 +66,7 @@ class Variable:
         """
         if not self.numeric:
             raise MatError(f"{self.name} holds no plain numbers but {self.kind}")
-        body = _unpacked(self.body, None) if self.packed else self.body
+        body = _unpacked(self.body, _HEAD + 8 * math.prod(self.shape), whole=True)[_TAG:] if self.packed else self.body
         kind, data = list(_parts(body, self.order, 4))[-1]
         if kind not in _TYPES:
             raise MatError(f"{self.name} is stored as type {kind}, which there is not")
@@ -150,15 +151,14 @@ def _elements(data: bytes, order: str, *, padded: bool) -> Iterator[tuple[int, b
         at = after
 
 
-def _unpacked(body: bytes, most: int | None) -> bytes:
-    """A compressed element; of `most` bytes the start alone, else all behind its tag, whole and as it was packed."""
+def _unpacked(body: bytes, most: int, *, whole: bool = False) -> bytes:
+    """A compressed element with its tag: the first `most` bytes of it, or the `whole` if that is no longer."""
     packer = zlib.decompressobj()
     try:
-        data = packer.decompress(body, most or 0)
+        data = packer.decompress(body, most)
     except zlib.error as error:
         raise MatError(f"a compressed array is damaged ({error})") from None
-    if most is None:
-        if not packer.eof:
-            raise MatError("a compressed array is cut off")
-        data = data[_TAG:]
+    if whole and not packer.eof:
+        why = "is cut off" if len(data) < most else "unpacks to more than its shape promises"
+        raise MatError(f"a compressed array {why}")
     return data

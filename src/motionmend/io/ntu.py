@@ -78,8 +78,9 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
         positions,
         times,
         state=spread_states(np.isfinite(positions[:, :, 0]), state),
-        source=SensorSource("Kinect v2 joints (NTU)", (*warnings, *wrong)),
+        source=SensorSource("Kinect v2 joints (NTU)"),
         guesses=(*guesses, *said),
+        warnings=(*warnings, *wrong),
     )
 
 

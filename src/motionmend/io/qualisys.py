@@ -82,13 +82,13 @@ def read_qualisys(path: str | os.PathLike[str], fps: float | None = None) -> Mar
     metres, unit_guess = metres_per_unit(["mm"], values, present, "the unit of TSV")
     positions = np.where(present[:, :, None], values * metres, np.nan)
     up, up_guess = up_of(names, positions)
-    said = (*against_promise(promised, len(rows), "NO_OF_FRAMES", name), *unended(lines), *unit_guess, *void_guesses)
+    said = (*against_promise(promised, len(rows), "NO_OF_FRAMES", name), *unit_guess, *void_guesses)
     said += () if stated else (f"the file states no frame rate: took {rate:g} Hz as given",)
     said += (up_guess,) if up_guess else ()
     missing = (_NULL if any(f"\t{_NULL}" in line for line in lines[begin:]) else "") if blank else "0.000"
     start = (float(rows[0, 0]), float(rows[0, 1])) if numbered else None
     source = QualisysSource(tuple(lines[:begin]), start, missing)
-    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=said)
+    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=said, warnings=unended(lines))
 
 
 def write_qualisys(path: str | os.PathLike[str], markers: Markers) -> None:

@@ -14,7 +14,7 @@ from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
 from .kinect_titles import columns_of, columns_without_titles
 from .number_rows import numbers_of, split_cells
-from .sensor_source import SensorSource, doubts_in, even_times, with_absent
+from .sensor_source import SensorSource, even_times, with_absent
 
 SENSOR_ENDINGS = (".skl", ".skeleton", ".csv", ".txt", ".gz", ".mat", ".json", ".trc")
 _TURNED = 1e-3  # off 1 that the norm of a quaternion in a text may be
@@ -46,7 +46,7 @@ def read_postures(path: str | os.PathLike[str], *, fps: float | None = None) -> 
     Returns
     -------
     postures : metres and seconds, in the sensor's axes, order and names; NaN where there is no position. What had to be
-        supposed is in `guesses`, what is wrong with the file in `sensor_source.warnings_of(postures.source)`.
+        supposed is in `guesses`, what is wrong with the file in `warnings`.
 
     Raises
     ------
@@ -171,23 +171,27 @@ def _of_trc(file: Path, fps: float | None) -> Postures:
     known = bool(np.isfinite(own).all())
     rest = tuple(one for one in markers.guesses if not one.startswith(STATED))  # it is not what counts
     return Postures(
-        markers.names, markers.positions, own if known else even, guesses=rest if known else markers.guesses
+        markers.names,
+        markers.positions,
+        own if known else even,
+        guesses=rest if known else markers.guesses,
+        warnings=markers.warnings,
     )
 
 
 def _with_kind(postures: Postures, kind: str, fps: float | None) -> Postures:
-    """With a source; that a file may be cut off, or its times do not rise, is a warning and no guess."""
-    cut, rest = doubts_in(postures.guesses)
+    """With a source, and warnings of times that do not rise."""
+    warnings = postures.warnings
     steps = np.diff(postures.times)
     if len(steps) and not (steps > 0).any():
         times, said = even_times(postures.frames, fps, why="the times do not rise")
-        return replace(postures, times=times, source=SensorSource(kind, (*cut, *said)), guesses=rest)
+        return replace(postures, times=times, source=SensorSource(kind), warnings=(*warnings, *said))
     same, back = int((steps == 0).sum()), int((steps < 0).sum())
-    if back and not any("goes back" in one for one in cut):
-        cut = (*cut, f"the time goes back {back} times: rows are kept in the order of the file")
+    if back and not any("goes back" in one for one in warnings):
+        warnings += (f"the time goes back {back} times: rows are kept in the order of the file",)
     if same:
-        cut = (*cut, f"{same} of {postures.frames} times are those of the row before")
-    return replace(postures, source=SensorSource(kind, cut), guesses=rest)
+        warnings += (f"{same} of {postures.frames} times are those of the row before",)
+    return replace(postures, source=SensorSource(kind), warnings=warnings)
 
 
 def _head(file: Path) -> str:

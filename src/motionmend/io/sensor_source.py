@@ -15,21 +15,9 @@ _UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ti
 
 @dataclass(frozen=True)
 class SensorSource:
-    """What is known of a recording beside its postures: in words what it is, and what is wrong with the file."""
+    """What is known of a recording beside its postures: in words what it is."""
 
     kind: str
-    warnings: tuple[str, ...] = ()
-
-
-def doubts_in(guesses: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The sentences that say that a file may not be whole, or not in order, which are warnings; and the rest."""
-    doubts = tuple(guess for guess in guesses if "cut off" in guess or "goes back" in guess)
-    return doubts, tuple(guess for guess in guesses if guess not in doubts)
-
-
-def warnings_of(source: object) -> tuple[str, ...]:
-    """What is wrong with the file that a recording came from, or was noted of it since, one sentence each."""
-    return tuple(getattr(source, "warnings", ()))
 
 
 def seconds_of(stamps: Floats, told: str | None = None) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:

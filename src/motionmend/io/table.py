@@ -21,7 +21,6 @@ from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
 from .joint_table import read_joint_table, time_cell, write_joint_table
 from .number_rows import split_cells
-from .sensor_source import warnings_of
 from .vertical import up_of
 
 _WANTED = "a table with time,<marker>_x,<marker>_y,<marker>_z,..."
@@ -63,7 +62,7 @@ def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Marker
             raise
         return spelt_otherwise
     rows = read_rows(lines[1:], ",", len(titles), 2, name)
-    times, said = rows[:, 0], tuple[str, ...]()
+    times, said, warnings = rows[:, 0], tuple[str, ...](), unended(lines)
     spelt = [line.split(",", 1)[0] for line in lines[1 : len(rows) + 1]]
     joints = None
     if beside or are_joints(names):
@@ -75,7 +74,7 @@ def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Marker
     kept = bool(beside)
     if joints is not None and not np.array_equal(joints.times, times):
         times, spelt, kept = joints.times, [time_cell(time) for time in joints.times.tolist()], True
-        said += joints.guesses
+        said, warnings = (*said, *joints.guesses), joints.warnings
     if len(rows) > 1:
         rate, strays, uneven = _rate(times, spelt, name, joints)
         kept, said = kept or uneven, (*strays, *said)
@@ -84,9 +83,8 @@ def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Marker
     else:
         raise FileError(f"{name}: wanted two rows or more to tell the rate, came one; give it with --fps")
     positions = rows[:, columns].reshape(len(rows), len(names), 3)
-    said += unended(lines)
     start = float(times[0]) if np.isfinite(times[0]) else 0.0
-    return _markers(names, positions, rate, TableSource(start, joints if kept else None), said)
+    return _markers(names, positions, rate, TableSource(start, joints if kept else None), said, warnings)
 
 
 def are_joints(names: Sequence[str]) -> bool:
@@ -137,18 +135,25 @@ def _of_recorder(path: str | os.PathLike[str], fps: float | None) -> Markers | N
     rate = joints.fps if np.isfinite(joints.fps) else fps or 0.0
     if not rate:
         raise FileError(f"{path}: wanted two rows or more to tell the rate, came one; give it with --fps")
-    said = (*warnings_of(joints.source), *joints.guesses, *uneven_times(joints.times))
+    said = (*joints.guesses, *uneven_times(joints.times))
     if not _titled(read_lines(path, _WANTED)):
         said += (f"no titles: took the columns for {joints.source.kind}, in the order of the sensor's SDK",)
     said += ("written as a table of joints with times, commas and metres",)
-    return _markers(joints.names, joints.positions, rate, TableSource(float(joints.times[0]), joints), said)
+    source = TableSource(float(joints.times[0]), joints)
+    return _markers(joints.names, joints.positions, rate, source, said, joints.warnings)
 
 
 def _markers(
-    names: tuple[str, ...], positions: Floats, rate: float, source: TableSource, said: tuple[str, ...]
+    names: tuple[str, ...],
+    positions: Floats,
+    rate: float,
+    source: TableSource,
+    said: tuple[str, ...],
+    warnings: tuple[str, ...],
 ) -> Markers:
     up, up_guess = up_of(names, positions)
-    return Markers(names, positions, rate, up=up, source=source, guesses=(*said, *((up_guess,) if up_guess else ())))
+    said += (up_guess,) if up_guess else ()
+    return Markers(names, positions, rate, up=up, source=source, guesses=said, warnings=warnings)
 
 
 def starts_as_table(path: str | os.PathLike[str]) -> bool:

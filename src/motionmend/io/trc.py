@@ -76,7 +76,7 @@ def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     begin = next((k for k in range(titles + 1, len(lines)) if _starts_with_number(lines[k])), len(lines))
     lines[begin:] = [with_points(line, "\t") for line in lines[begin:]]
     rows = read_rows(lines[begin:], "\t", 2 + 3 * len(names), begin + 1, name)
-    guesses = (*_promises(header, rows, names, name), *unended(lines))
+    guesses = _promises(header, rows, names, name)
     rate, rate_guess = _rate(header, lines[begin:], rows, fps, name)
     file_xyz = rows[:, 2:].reshape(len(rows), len(names), 3)
     present, void_guesses = present_in_text(file_xyz)
@@ -87,7 +87,7 @@ def read_trc(path: str | os.PathLike[str], fps: float | None = None) -> Markers:
     start = float(rows[0, 1]) if np.isfinite(rows[0, 1]) else 0.0
     said = (*guesses, *rate_guess, *unit_guess, *void_guesses, *((up_guess,) if up_guess else ()))
     source = TrcSource(header, metres, first, start, frozen(rows[:, 1]))
-    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=said)
+    return Markers(tuple(names), positions, rate, up=up, source=source, guesses=said, warnings=unended(lines))
 
 
 def write_trc(path: str | os.PathLike[str], markers: Markers) -> None:

@@ -101,8 +101,9 @@ def read_uiprmd(path: str | os.PathLike[str], fps: float | None = None) -> Postu
         np.radians(angles.rows.reshape(-1, len(UIPRMD22.names), 3)),
     )
     times, guesses = even_times(len(places), fps)
-    source = SensorSource("Kinect v2 joints (UI-PRMD)", tuple(dict.fromkeys((*positions.warnings, *angles.warnings))))
-    return Postures(UIPRMD22.names, places, times, source=source, guesses=guesses)
+    source = SensorSource("Kinect v2 joints (UI-PRMD)")
+    warnings = tuple(dict.fromkeys((*positions.warnings, *angles.warnings)))
+    return Postures(UIPRMD22.names, places, times, source=source, guesses=guesses, warnings=warnings)
 
 
 def joints_in_room(local: Floats, angles: Floats) -> Floats:

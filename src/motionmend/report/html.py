@@ -81,7 +81,7 @@ def _page(
         "counts": counts_line(repaired),
         "recordings": recordings_table(named, [block["colour"] for block in blocks]),
         "facts": facts_table(named, repaired, facts, blocks),
-        "warnings": warnings_card(repaired),
+        "warnings": warnings_card(named, repaired),
         "guesses": guesses_card(named),
         "channels": channel_tables(named, repaired, pair, shown),
         "pictures": _pictures_card(pictures),

@@ -109,19 +109,25 @@ def facts_table(
     return f'<table class="facts"><tbody>{body}</tbody></table>'
 
 
-def warnings_card(repaired: Repaired[Any] | None) -> str:
-    """What the repair warns of; empty when there is nothing."""
-    return _card("Warnings", [] if repaired is None else [escape(w) for w in repaired.warnings])
+def warnings_card(named: Sequence[Named], repaired: Repaired[Any] | None) -> str:
+    """What may be wrong with the files, and what the repair warns of; empty when there is nothing."""
+    lines = _of_files([(name, recording.warnings) for name, recording in named])
+    return _card("Warnings", lines + ([] if repaired is None else [escape(w) for w in repaired.warnings]))
 
 
 def guesses_card(named: Sequence[Named]) -> str:
     """What the files did not say and their readers supposed, each once; empty when there is nothing."""
-    guesses: dict[str, list[str]] = {}
-    for name, recording in named:
-        for guess in recording.guesses:
-            guesses.setdefault(guess, []).append(name)
-    lines = [f"{escape(g)} <small>({escape(', '.join(names))})</small>" for g, names in guesses.items()]
+    lines = _of_files([(name, recording.guesses) for name, recording in named])
     return _card("Supposed, for want of a word in the files", lines)
+
+
+def _of_files(said: Sequence[tuple[str, tuple[str, ...]]]) -> list[str]:
+    """Each sentence once, with the names of the files of which it is said."""
+    names: dict[str, list[str]] = {}
+    for name, sentences in said:
+        for sentence in sentences:
+            names.setdefault(sentence, []).append(name)
+    return [f"{escape(sentence)} <small>({escape(', '.join(of))})</small>" for sentence, of in names.items()]
 
 
 def _card(title: str, lines: Sequence[str]) -> str:

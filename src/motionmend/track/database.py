@@ -13,7 +13,7 @@ from ..bodies.performer import DOFS, Performer, Pose, Poses
 from ..errors import MismatchError
 from ..numerics.neighbors import Neighbors
 
-_EVERYWHERE = frozen(np.ones(DOFS - 6))
+EVERYWHERE = frozen(np.ones(DOFS - 6))  # every joint coordinate counts
 FPS = 30.0  # of a depth sensor: what follows a pose follows at its pace
 
 
@@ -96,8 +96,14 @@ def _upright(up: Floats) -> Floats:
     return rotation(axis / sine * np.arctan2(sine, cosine))
 
 
-def strange(search: Neighbors, pose: Pose, trust: Floats, counted: Floats = _EVERYWHERE) -> float:
-    """rad, root mean square of how far what is seen of a pose is from the library's nearest; both (28,) 0 to 1."""
+def strange(search: Neighbors, pose: Pose, trust: Floats, counted: Floats = EVERYWHERE) -> float:
+    """rad, root mean square of how far what is seen of a pose is from the library's nearest.
+
+    Parameters
+    ----------
+    search : poses of the library. pose : to be judged.
+    trust : (28,) how well each joint coordinate is seen, 0 to 1. counted : (28,) how much each counts, 0 to 1.
+    """
     weights = np.maximum(trust, 0.02) * counted
     _, distance = search.nearest(pose.joints, 5, weights)
     return float(np.sqrt((distance**2).mean() / weights.sum()))

@@ -8,20 +8,19 @@ in any frame: the share of pixels explained wrongly, and how far the body bends 
 import numpy as np
 
 from ..arrays import Floats, frozen
-from ..bodies.performer import DOFS, LANDMARKS, Pose
+from ..bodies.performer import LANDMARKS, Pose
 from ..numerics.neighbors import Neighbors
-from .database import strange
+from .database import EVERYWHERE, strange
 
 BY_IMAGE, BY_BEND, BEFORE = 24.0, 20.0, -14.5  # log odds of a share of pixels, of a radian, and before anything is seen
 HELD = 0.5  # s, over about which they are the mean: who bends strangely for a moment does not so for long
 FLAT = 0.5  # of these odds: frames that follow each other err alike
 OFF = 0.10  # m, deviation of a limb's joint of a body that surely is followed wrongly
-_EVERYWHERE = frozen(np.ones(DOFS - 6))
 # Of a body read wrongly the trunk is where it is seen: left and right of it change over, and limbs.
 _SHARE = frozen([0.4 if name in ("pelvis", "chest", "neck", "head") else 1.0 for name in LANDMARKS])
 
 
-def odds_misread(search: Neighbors, pose: Pose, wrong: float, trust: Floats = _EVERYWHERE) -> float:
+def odds_misread(search: Neighbors, pose: Pose, wrong: float, trust: Floats = EVERYWHERE) -> float:
     """Log odds that a body is followed wrongly; minus infinity where nothing is known of how people bend.
 
     Parameters

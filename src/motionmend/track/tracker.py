@@ -258,18 +258,19 @@ def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> _S
 def _tracked(
     sight: Sight, fit: Fit, search: _Search, elapsed: float, recovered: bool, clock: Stages
 ) -> tuple[TrackState, Estimate]:
-    """What is known after a frame in which the body was followed, and how well: (34,) per second, (16,) m and flags."""
+    """The next state and the estimate, after a frame in which the body was followed, or lost while it was."""
     settings, seen, evidence, coarse = sight.settings, sight.seen, sight.evidence, sight.coarse
-    neighbors, state, solution, wrong = sight.model.database.search, fit.state, fit.solution, fit.wrong
+    state, solution, wrong = fit.state, fit.solution, fit.wrong
     assert state.pose is not None
     performer, pose = state.performer, solution.state
     shown, denied, unknown = shown_and_denied(performer, pose, coarse, evidence.weight)
     trust, visible = trust_of(shown)
-    odds, bare = (float("nan"), np.full(len(shown), np.nan)) if recovered else (state.misread, state.bare)
-    odds = held(odds, odds_misread(neighbors, pose, wrong, trust), elapsed)
+    odds = odds_misread(sight.model.database.search, pose, wrong, trust)
+    past, bare = (float("nan"), np.full(len(shown), np.nan)) if recovered else (state.misread, state.bare)
+    mean = held(past, odds, elapsed)
     bare = bare_of(bare, shown, denied, unknown, elapsed)
     doubt = np.hypot(search.doubt, astray(shown, denied, bare, wrong, state.wrong))
-    doubt = np.sqrt(doubt**2 + either(state.sides.question, performer, pose) ** 2 + misread(odds) ** 2)
+    doubt = np.sqrt(doubt**2 + either(state.sides.question, performer, pose) ** 2 + misread(mean) ** 2)
     hidden = np.where(visible, 0.0, state.hidden + elapsed)
     covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
     # Not who is seen for the first time, unless they lie.
@@ -294,7 +295,7 @@ def _tracked(
         girth = learned(girth, performer, pose, evidence, coarse, settings)
         performer = girth.performer
         clock.lap("girth")
-    afresh = None if lost or state.afresh is None else watched(state.afresh, elapsed, neighbors, pose, wrong, trust)
+    afresh = None if lost or state.afresh is None else watched(state.afresh, elapsed, odds)
     # A pose that fits worse than usual says little of what is usual, nor does the first one if it fits badly.
     share = 0.1 if wrong < 1.2 * state.wrong and not search.unclaimed else 0.02
     running = min(wrong, UNPROVEN) if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
@@ -316,7 +317,7 @@ def _tracked(
         lost=lost,
         found=found,
         wrong=state.wrong if refuted else running,
-        misread=odds,
+        misread=mean,
         bare=frozen(bare),
         hypothesis=None if lost or recovered else state.hypothesis,
         before=before,

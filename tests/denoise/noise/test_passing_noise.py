@@ -35,8 +35,8 @@ def _middles(frames, first=0.4, last=0.7):
 
 @pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
 @pytest.mark.parametrize("frames", [60, 240])
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.2])
-def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(share, frames, noise):
+@pytest.mark.parametrize(("share", "least"), [(0.0, 0.9), (0.1, 0.75), (0.2, 0.6)])
+def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(share, least, frames, noise):
     calm = []
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -45,7 +45,7 @@ def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(share, frames, 
         calm.append(np.mean(np.abs(np.log(found)) < 0.1))
         assert np.abs(np.log(found)).max() < np.log(2.0)
     assert np.mean(calm) > (0.95 if share else 0.99)
-    assert np.min(calm) > (0.6 if share else 0.9)
+    assert np.min(calm) > least
 
 
 @given(SEEDS, st.sampled_from([0.0, 0.05]), st.sampled_from([30.0, 120.0]))

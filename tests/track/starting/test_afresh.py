@@ -99,21 +99,21 @@ def test_it_is_looked_for_ever_more_seldom_and_not_for_good(frames):
             looks.append(afresh.look)
             afresh = afresh.later
         if afresh is not None:
-            afresh = watched(afresh, elapsed, search, pose, 0.5, np.ones(28))
+            afresh = watched(afresh, elapsed, odds_misread(search, pose, 0.5))
     assert looks == [FIRST * 2**k for k in range(len(looks))]
     assert all(look <= LAST for look in looks)
 
 
 def test_only_who_bends_strangely_and_explains_badly_ever_since_is_doubted():
-    search, trust = library().database.search, np.ones(28)
+    search = library().database.search
     right, wrong = walking(0.5, (0, 0, 3), 0.0), twisted(walking(0.5, (0, 0, 3), 0.0))
-    assert watched(Afresh(), DT, search, wrong, 0.5, trust).doubted
-    assert not watched(Afresh(), DT, search, right, 0.5, trust).doubted
-    assert not watched(Afresh(), DT, search, right, 0.15, trust).doubted
-    assert not watched(Afresh(), DT, Neighbors(np.empty((0, 28))), wrong, 0.5, trust).doubted
+    assert watched(Afresh(), DT, odds_misread(search, wrong, 0.5)).doubted
+    assert not watched(Afresh(), DT, odds_misread(search, right, 0.5)).doubted
+    assert not watched(Afresh(), DT, odds_misread(search, right, 0.15)).doubted
+    assert not watched(Afresh(), DT, odds_misread(Neighbors(np.empty((0, 28))), wrong, 0.5)).doubted
     assert not Afresh().doubted
     lately = Afresh(odds=-8.0 * 14, frames=14, time=14 * DT)
-    assert not watched(lately, DT, search, wrong, 0.5, trust).doubted
+    assert not watched(lately, DT, odds_misread(search, wrong, 0.5)).doubted
     assert odds_misread(search, wrong, 0.5) > DOUBTED
 
 

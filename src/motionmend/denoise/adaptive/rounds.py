@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import binary_dilation, binary_propagation, maximum_filter1d
 
 from ...arrays import Bools, Bytes, Floats, Ints
 from ...numerics.coupled import lone_step_variance, smooth_coupled
@@ -27,7 +26,7 @@ from ..noise.kept_distances import noise_by_distances
 from ..noise.lasting import Lasting
 from ..noise.level import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
 from ..noise.passing import loudness, without_floor
-from ..noise.rattling import rattles
+from ..noise.rattling import but_for_poses, rattles
 from ..outliers.bursts import long_runs
 from ..outliers.moved_away import moved_away
 from ..outliers.poles import bends_of
@@ -50,9 +49,6 @@ BEND = 0.03  # degrees or cm a frame at 30 Hz: second differences no smaller cou
 STILL = 0.1  # times that where it was seen how little a channel moves
 LEAST_BELIEVED = 0.1  # of a channel's samples
 _NOTHING = 1e-300
-ALSO_SHAKES = 2.0  # degrees, of a second difference
-ENDS = 3  # frames that are put before and after a recording, to tell whether the body goes along at its ends
-ALSO = 6  # frames before and after a pose in which no more is believed to rattle
 AT_REST = 1.0  # degrees or cm; channels that stray less tell nothing of how far a repair errs
 # Variances come from a model told its own noise, outliers and liveliness; being found, they add this much doubt.
 DOUBT = 1.12
@@ -133,7 +129,7 @@ def adapt(
     channels = measured.shape[1]
     nowhere, leaps = np.zeros(measured.shape, dtype=bool), np.zeros(measured.shape)
     vouched = nowhere if vouched is None else vouched
-    rattle = _but_for_poses(rattles(measured, fps, together), measured, vouched, as_pose)
+    rattle = but_for_poses(rattles(measured, fps, together), measured, vouched, as_pose)
     shaken = rattle > 0
     if prior.bases is not None and not prior.own:  # clips tell more of what is missing than such samples do
         measured, rattle = np.where(shaken, np.nan, measured), np.zeros(measured.shape)
@@ -259,32 +255,6 @@ def adapt(
         leaps,
         steps,
     )
-
-
-def _bends(values: Floats) -> Floats:
-    """(T, C) second differences about each frame, 0 at the ends."""
-    return np.pad(np.diff(values, n=2, axis=0), ((1, 1), (0, 0)))
-
-
-def _but_for_poses(
-    rattle: Floats, measured: Floats, vouched: Bools, as_pose: Callable[[Floats, Bools, Floats], Bools] | None
-) -> Floats:
-    """(T, C) of `rattles`, but not where only angles rattle and the body does not."""
-    shaken = rattle > 0
-    if as_pose is None or not shaken.any():
-        return rattle
-    # a thigh that shakes about itself is undone by the foot: what shakes in the same frames is looked at with it
-    shaking = maximum_filter1d(np.abs(np.nan_to_num(_bends(measured))), 5, axis=0) > ALSO_SHAKES
-    still = np.zeros(shaken.shape, dtype=np.bool_)
-    longer = np.pad(measured, ((ENDS, ENDS), (0, 0)), mode="edge")  # else nothing tells at an end
-    for moved in (shaken, shaken | (shaking & shaken.any(axis=1, keepdims=True))):
-        some = np.pad(moved, ((ENDS, ENDS), (0, 0)))
-        still |= as_pose(longer, some, bridged(np.where(some, np.nan, longer)))[ENDS:-ENDS]
-    of_body = shaken & binary_dilation(still | vouched, np.ones((2 * ALSO + 1, 1), dtype=np.bool_))
-    # What rattles together is replaced together, or not at all: of a chain of which half is left the end goes astray.
-    left, within = (np.asarray(one.any(axis=1)) for one in (of_body, shaken))
-    whole = np.asarray(binary_propagation(left, mask=within))
-    return np.where(whole[:, None], 0.0, rattle)
 
 
 def _doubted(

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Floats
+from .quiet import quiet_variance
 
 ORDER = 4  # of the differences that are asked: motion hardly shows in them, over short lags
 _OF_WHITE = 70.0  # variance of fourth differences of white noise of variance one
 _SHARES = np.array([70.0, -112.0, 56.0, -16.0, 2.0])  # of its correlations over 0 to 4 lags
-QUIET = 0.3  # quantile of differences that outliers hardly reach
-_QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
 LONGEST = 0.15  # s, lag beyond which motion is sure to show
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: noise that is new in every
 # frame nothing, what lasts up to 1, smooth motion 3 and more, the more the longer the lag. Noise and motion together
@@ -124,12 +123,10 @@ def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
 
 def _variance(measured: Floats, lag: int) -> Floats:
     """(C,) variance of white noise by the low quantile of fourth differences over a lag; NaN where there are none."""
-    found = np.full(measured.shape[1], np.nan)
-    for c in range(measured.shape[1]):
-        differences = measured[:, c]
+
+    def fourth(one: Floats) -> Floats:
         for _ in range(ORDER):
-            differences = differences[lag:] - differences[:-lag]
-        size = np.abs(differences[np.isfinite(differences)])
-        if size.size:
-            found[c] = (np.quantile(size, QUIET) / _QUIET_NORMAL) ** 2 / _OF_WHITE
-    return found
+            one = one[lag:] - one[:-lag]
+        return one
+
+    return quiet_variance(measured, fourth) / _OF_WHITE

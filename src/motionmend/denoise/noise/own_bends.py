@@ -1,6 +1,5 @@
 """How sharply a recording bends by its own account, for repairs without a library (section 2.4)."""
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -8,9 +7,8 @@ import numpy as np
 from ...arrays import Floats
 from ..library.exemplars import typical_bends
 from .lasting import Lasting
+from .quiet import quiet_variance
 
-QUIET = 0.3  # quantile of differences that outliers hardly reach
-_QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
 LEAST_SHARE = 0.02  # of the variance of second differences that is taken for motion at least
 MOSTLY_MOTION = 0.5  # of the variance of second differences from which they tell of motion
 GROWS = 2.0  # times that those of motion are larger over two frames than over one; those of noise are not
@@ -42,7 +40,7 @@ def first_bends(
         lags.append(2 * lags[-1])
     over = np.array(lags)[:, None]
     found = np.array([_lagged(measured, lag) for lag in lags])
-    once, twice, third = found[0], found[1], _quiet_variance(measured, partial(np.diff, n=3))
+    once, twice, third = found[0], found[1], quiet_variance(measured, partial(np.diff, n=3))
     noise = np.where(twice < GROWS * once, np.minimum(once, twice), np.clip(0.75 * third - 1.5 * once, 0.0, None))
     if lasting is not None:
         noise = np.maximum(noise, [lasting.of_bends(lag) for lag in lags])
@@ -55,7 +53,7 @@ def first_bends(
 
 def _lagged(measured: Floats, lag: int) -> Floats:
     """(C,) variance of second differences over `lag` frames, by their low quantile."""
-    return _quiet_variance(measured, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
+    return quiet_variance(measured, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
 
 
 def own_bends(values: Floats, unseen: Floats) -> Floats:
@@ -69,14 +67,3 @@ def own_bends(values: Floats, unseen: Floats) -> Floats:
     seen = typical_bends(values[None])
     coupled = COUPLED * seen + (1.0 - COUPLED) * np.diag(np.diag(seen))
     return np.asarray(coupled + np.diag(unseen))
-
-
-def _quiet_variance(values: Floats, differences: Callable[[Floats], Floats]) -> Floats:
-    """(C,) variance of differences of each column by a low quantile of their size; NaN where there are none."""
-    result = np.full(values.shape[1], np.nan)
-    for c in range(values.shape[1]):
-        size = np.abs(differences(values[:, c]))
-        known = size[np.isfinite(size)]
-        if known.size:
-            result[c] = (np.quantile(known, QUIET) / _QUIET_NORMAL) ** 2
-    return result

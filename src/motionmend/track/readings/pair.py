@@ -13,9 +13,9 @@ from typing import final
 import numpy as np
 
 from ...arrays import Floats, frozen
-from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
+from ...bodies.performer import LANDMARKS, Performer, Pose, landmarks
 from ...numerics.neighbors import Neighbors
-from ..database import strange
+from ..database import EVERYWHERE, strange
 from ..state import Fit, Look, Question, Sight, TrackState
 
 EVERY = 3  # frames from one look at the other reading to the next
@@ -27,7 +27,6 @@ IMAGE = 20.0  # odds for a reading that explains all of the pixels more
 STRANGE = 4.0  # odds against a reading one radian (of every joint coordinate) farther from the library
 LATER = 1.0  # s after which it is asked again of a body that bends strangely
 RARE = 4.0  # log odds that what was only suspected is not so: one in fifty
-_EVERYWHERE = frozen(np.ones(DOFS - 6))
 
 
 @final
@@ -60,7 +59,7 @@ def looked_at(
     follow: Follow,
     *,
     beside: float = 0.0,
-    counted: Floats = _EVERYWHERE,
+    counted: Floats = EVERYWHERE,
     one: Callable[[Pose, Pose], bool],
 ) -> tuple[Question | None, Fit | None]:
     """Half a look at the other reading.

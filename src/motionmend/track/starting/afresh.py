@@ -9,7 +9,6 @@ tell it, whatever is usual; and half a second later the body is mostly found.
 from dataclasses import dataclass, replace
 from typing import final
 
-from ...arrays import Floats
 from ...bodies.performer import Pose
 from ...numerics.neighbors import Neighbors
 from ..misread import odds_misread
@@ -51,16 +50,14 @@ class Afresh:
         return replace(self, look=2.0 * self.look) if 2.0 * self.look <= LAST else None
 
 
-def watched(afresh: Afresh, elapsed: float, search: Neighbors, pose: Pose, wrong: float, trust: Floats) -> Afresh:
+def watched(afresh: Afresh, elapsed: float, odds: float) -> Afresh:
     """What is known with one more frame.
 
     Parameters
     ----------
-    afresh : as of the frame before. elapsed : s, since then.
-    search, pose, wrong, trust : as for `odds_misread`.
+    afresh : as of the frame before. elapsed : s, since then. odds : of this frame, as `odds_misread` gives them.
     """
-    odds = afresh.odds + odds_misread(search, pose, wrong, trust)
-    return replace(afresh, odds=odds, frames=afresh.frames + 1, time=afresh.time + elapsed)
+    return replace(afresh, odds=afresh.odds + odds, frames=afresh.frames + 1, time=afresh.time + elapsed)
 
 
 def better(search: Neighbors, pose: Pose, wrong: float, other: Pose, share: float) -> bool:
