@@ -4,8 +4,6 @@ A body that is taken for another, or lost by its markers, is thrown to another p
 smoothly as ever, so that a smoother takes the leaps for motion. No muscle throws a pelvis so far in one frame.
 """
 
-from itertools import combinations
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
@@ -18,6 +16,8 @@ LEAST, LEAPS = 0.1, 6.0  # m and times the usual surprise from frame to frame; w
 LONGEST = 1.0  # s away; whoever stays longer may have been put there
 CLOSES = 0.3  # of the leap, by which what comes before and after it may fail to meet
 BESIDE = 2  # steps on either side of one that tell whether it leaps
+ABOUT, NEARER = 7, 0.7  # frames on either side, and of a leap how far most of them have to be from a stretch
+WEISZFELD = 12  # iterations
 RUN_UP = 0.1  # s on either side that tell how fast the root moves
 
 
@@ -37,7 +37,9 @@ def thrown(motion: Motion) -> Bools:
     if len(moves) != 3 or motion.frames < 4:
         return found
     place = motion.q[:, moves] @ motion.skeleton.dof_axis[moves]
-    surprise = _surprises(place)
+    steps = _usual_steps(place)
+    surprise = np.zeros(len(place))
+    surprise[1:] = np.nan_to_num(np.linalg.norm(np.diff(place, axis=0) - steps, axis=1))
     hard, usual = HARDEST / motion.fps**2, max(LEAST, LEAPS * float(np.median(surprise)))
     # who is away for one frame is thrown there and back at once, twice as hard as by each leap
     leaps = np.flatnonzero(surprise > max(usual, 0.5 * hard)).tolist()
@@ -48,9 +50,9 @@ def thrown(motion: Motion) -> Bools:
         for stop in leaps[k + 1 :]:
             if stop - start > LONGEST * motion.fps:
                 break
-            harder = stop == start + 1 or min(surprise[start], surprise[stop]) > hard
-            alone = stop == leaps[k + 1] and _apart(leaps, k)
-            if harder and closes(place, start, stop, run_up, alone=alone):
+            away, alone = min(surprise[start], surprise[stop]), stop == leaps[k + 1] and _apart(leaps, k)
+            there = (stop == start + 1 or away > hard) and closes(place, start, stop, run_up, alone=alone)
+            if there and _elsewhere(place, steps, start, stop, away):
                 found[start:stop, moves], free = True, stop + 1
                 break
     return found
@@ -62,25 +64,43 @@ def _apart(leaps: list[int], k: int) -> bool:
     return bool((gaps > 2 * BESIDE).all())
 
 
-def _surprises(place: Floats) -> Floats:
-    """(T,) m by which the step to each frame differs from the middle one about it; 0 where it cannot be told.
+def _elsewhere(place: Floats, steps: Floats, start: int, stop: int, away: float) -> bool:
+    """Whether a stretch [start, stop) lies elsewhere than most frames about it, and not only than those at its ends.
 
-    The middle one is that nearest to all others, whichever way the axes lie. Neither of the two steps of who is away
-    for one frame makes the other look usual.
+    `place` (T, 3) and the usual `steps` (T - 1, 3) are in m, and so is how far `away` it leaps at its ends. Between two
+    frames that are off by much the same everything is at home.
+    """
+    for inside, outside in (
+        (start, np.arange(max(0, start - ABOUT), start)),
+        (stop - 1, np.arange(stop, min(len(place), stop + ABOUT))),
+    ):
+        way = steps[np.clip(outside, 0, len(steps) - 1)]
+        gone = np.linalg.norm(place[inside] - place[outside] - way * (inside - outside)[:, None], axis=1)
+        if np.isfinite(gone).any() and np.nanmedian(gone) < NEARER * away:
+            return False
+    return True
+
+
+def _usual_steps(place: Floats) -> Floats:
+    """(T - 1, 3) m, the middle of the steps about each; NaN where it cannot be told.
+
+    The middle one has the least distance to all in sum (a geometric median), whichever way the axes lie. Neither of the
+    two steps of who is away for one frame makes the other look usual.
+
+    Source
+    ------
+    Weiszfeld, Sur le point pour lequel la somme des distances de n points donnes est minimum, Tohoku Mathematical
+    Journal 43, 1937.
     """
     steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
     about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0)
-    known = np.isfinite(about).all(axis=1)
-    away = np.where(known, 0.0, np.inf)  # of each step, the distances to the others in sum
-    for one, other in combinations(range(about.shape[2]), 2):
-        apart = np.nan_to_num(np.linalg.norm(about[:, :, one] - about[:, :, other], axis=1))
-        away[:, one] += apart
-        away[:, other] += apart
-    usual = np.take_along_axis(about, np.argmin(away, axis=1)[:, None, None], axis=2)[:, :, 0]
-    usual = np.where(known.sum(axis=1, keepdims=True) > BESIDE, usual, np.nan)
-    surprise = np.zeros(len(place))
-    surprise[1:] = np.nan_to_num(np.linalg.norm(steps[BESIDE:-BESIDE] - usual, axis=1))
-    return surprise
+    known: Bools = np.asarray(np.isfinite(about).all(axis=1))
+    some = np.where(known[:, None], about, 0.0)
+    middle = some.sum(axis=2) / np.maximum(known.sum(axis=1), 1)[:, None]
+    for _ in range(WEISZFELD):
+        worth = known / np.maximum(np.linalg.norm(some - middle[:, :, None], axis=1), 1e-6)
+        middle = (some * worth[:, None]).sum(axis=2) / np.maximum(worth.sum(axis=1), 1e-12)[:, None]
+    return np.asarray(np.where(known.sum(axis=1, keepdims=True) > BESIDE, middle, np.nan))
 
 
 def closes(place: Floats, start: int, stop: int, run_up: int, *, alone: bool = False) -> bool:
