@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from sensed_people import pair
 
 from motionmend.correct import Corrector
-from motionmend.correct.watching import fresh, unsteadiness
+from motionmend.correct.sight import fresh, unsteadiness
 from motionmend.kernels import proportions
 
 

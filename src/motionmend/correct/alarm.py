@@ -14,7 +14,8 @@ from ..arrays import Bools, Floats
 from .learning import Lesson, movements
 from .level import TOLD_ALREADY
 from .reliability import Detector
-from .watching import Watcher, fresh, look
+from .sight import Watcher, fresh
+from .watching import look
 
 SELDOM = 0.001  # of the joints that go well show more evidence than
 AT_MOST = -0.4  # as a log-likelihood ratio of failing, where the constant serves

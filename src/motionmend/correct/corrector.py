@@ -30,9 +30,10 @@ from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_lea
 from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
 from .several_people import STRANGER_SECONDS, by_person
+from .sight import Sight, Watcher, believable, fresh, kinship, received
 from .spatial import Processes, fit_processes, shape_features
 from .state import Corrected, CorrectorState
-from .watching import Sight, Watcher, believable, fresh, kinship, look, look_twice, received
+from .watching import look, look_twice
 
 REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
 KEPT = 2500  # samples that a model keeps for the methods it is compared with

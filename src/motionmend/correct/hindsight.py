@@ -9,7 +9,8 @@ from ..kernels.following import MET_SECONDS, UNMET
 from ..numerics import factors as process
 from ..numerics.factors import Belief, Factors
 from .reliability import chain_backward
-from .watching import PATIENCE, Sight
+from .sight import Sight
+from .watching import PATIENCE
 
 STRETCH = 1024  # frames of which all that is known of the factors is kept at a time: 18 kB each, 2 GB in an hour
 

@@ -12,7 +12,7 @@ from ..errors import MismatchError
 from ..kernels import sighting as kernel
 from .anatomy import Anatomy, following, matched
 from .settling import bones_outward
-from .watching import Sight, rows_of
+from .sight import Sight, rows_of
 
 FEWEST = 4  # joints in common
 FARTHER, SLACK = 2.5, 0.05  # times as far from its neighbours as usual, and m, that a joint the model lacks may be

@@ -16,7 +16,8 @@ from ..numerics.factors import Belief, Factors
 from . import spikes
 from .hindsight import judged_again, less_own, trusted
 from .joining import Joining
-from .watching import PATIENCE, Sight
+from .sight import Sight
+from .watching import PATIENCE
 
 BELIEVED = 0.5  # a joint is, that fails less likely
 LONGEST, MOST = 1.0, 60  # s and frames; more helps no more, and a frame costs more the farther it looks

@@ -12,7 +12,7 @@ from ..bodies.postures import Postures
 from ..errors import counted
 from .joining import Joining
 from .level import tilted
-from .watching import Sight
+from .sight import Sight
 
 REFUSED, SWAPPED = 1, 2
 FOREIGN = 0.5  # probability of being the sensor that was learned from below which it is said that it is another

@@ -24,10 +24,11 @@ from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
+from .sight import Sight, Watcher, accustomed, acquainted, fresh, kinship, rows_of, size_of
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
 from .trembling import calmed
-from .watching import Sight, Watcher, accustomed, acquainted, fresh, kinship, look, rows_of, size_of
+from .watching import look
 
 PAPER = ("paper", "exact", "adaptive")
 METHODS = ("default", *PAPER, *FILTERS, *LEARNERS)

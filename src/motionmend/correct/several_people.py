@@ -21,7 +21,7 @@ from .anatomy import Anatomy
 from .joining import joined
 from .normalise import bone_lengths
 from .noted import Noted
-from .watching import rows_of
+from .sight import rows_of
 
 STRANGER_SECONDS = 2.0  # who comes after nobody was there for so long may be another
 LEAST_SECONDS = 1.0  # of a person, that tell their size

@@ -10,7 +10,8 @@ from .limits import Hinges
 from .look_ahead import Waiting
 from .online import Memory
 from .settling import Body
-from .watching import Doubt, Sight
+from .sight import Sight
+from .watching import Doubt
 
 KIN_SECONDS = 10.0  # live, in which it is learned whether the sensor is the one that was learned from
 
