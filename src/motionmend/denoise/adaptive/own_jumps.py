@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from ...arrays import Bools, Floats, Ints
 from ...bodies.skeleton import Skeleton
 from ..noise.level import LEAST_NOISE
-from .rounds import OUTLIER_SPAN
+from .histories import OUTLIER_SPAN
 
 TAIL = 1.5  # what is sharper than the sharpest of the calm motion is x times as sharp, or more, at x ** -1.5
 FEWEST = 8  # second differences that tell how sharply a channel moves

@@ -54,8 +54,8 @@ from ..too_short import FEWEST_FRAMES, as_recorded
 from .blocks import Mended, mend_channels
 from .limits import seen_between, within_body_limits, within_seen
 from .own_jumps import channels_that_meet, own_jumps
-from .rounds import least_bend
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
+from .smoothing import least_bend
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 

@@ -12,7 +12,7 @@ from ..bases.repair import MUCH_MISSED
 from ..bases.support import RARE, bridged
 from ..noise.own_bends import own_bends
 from .blocks import Mended
-from .rounds import least_bend
+from .smoothing import least_bend
 
 SAID = "; what it shows of itself was believed beside it"
 WRONG = 1.5  # times its stated variance: a repair that errs by more is more wrong than it says
