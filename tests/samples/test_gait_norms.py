@@ -80,7 +80,8 @@ def test_a_cycle_is_periodic_and_its_standing_leg_reaches_the_floor(gait, pace, 
     hips = table[:, 5] + b.hip[1] - b.ankle_height
     straight = np.sqrt(b.thigh**2 + b.shank**2 + 2 * b.thigh * b.shank * np.cos(straightest(gait, speed, height)))
     assert np.all(np.hypot(level, hips) <= straight + 1e-3)
-    assert np.all(np.hypot(level, hips) > 0.85 * straight)
+    least = 0.94 if gait == "walk" else 0.84  # who runs fast gives way far
+    assert np.all(np.hypot(level, hips) > least * straight)
 
 
 def test_a_runner_falls_freely_in_flight():

@@ -48,19 +48,22 @@ def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(share, least, f
     assert np.min(calm) > least
 
 
-@given(SEEDS, st.sampled_from([0.0, 0.05]), st.sampled_from([30.0, 120.0]))
-@settings(max_examples=20)
-def test_a_passage_in_which_all_channels_are_noisier_is_found(seed, share, fps):
-    rng = np.random.default_rng(seed)
-    frames = round(8 * fps)
-    walk = _walk(rng, frames)
-    noisy = walk + _passage(frames) * rng.normal(size=walk.shape) + _outliers(rng, walk.shape, share)
-    found = loudness(noisy, fps)
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+@pytest.mark.parametrize("share", [0.0, 0.05])
+def test_a_passage_in_which_all_channels_are_noisier_is_found(share, fps):
+    frames, louder = round(8 * fps), []
     inside, outside = _middles(frames)
-    ratio = np.median(found[inside], axis=0) / np.median(found[outside], axis=0)
-    assert 2.0 < np.median(ratio) < 6.0
-    level = first_noise(noisy, found) * np.median(found[outside], axis=0)
-    np.testing.assert_allclose(np.median(level), 1.0, atol=0.35)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        walk = _walk(rng, frames)
+        noisy = walk + _passage(frames) * rng.normal(size=walk.shape) + _outliers(rng, walk.shape, share)
+        found = loudness(noisy, fps)
+        louder.append(np.median(np.median(found[inside], axis=0) / np.median(found[outside], axis=0)))
+        level = first_noise(noisy, found) * np.median(found[outside], axis=0)
+        np.testing.assert_allclose(np.median(level), 1.0, atol=0.35)
+    assert 1.8 < np.min(louder)
+    assert np.mean(np.greater(louder, 2.0)) > 0.95
+    assert np.max(louder) < 4.0
 
 
 @given(SEEDS)
