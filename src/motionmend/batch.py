@@ -274,7 +274,9 @@ def failure(error: Exception) -> Failure:
         raise interrupt
     kind = type(error).__name__
     line = one_line(str(error))
-    if not isinstance(error, MotionMendError):
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        line = one_line(f"{error.filename}: {error.strerror}")
+    elif not isinstance(error, MotionMendError):
         line = f"unexpected {kind}: {line}" if line else f"unexpected {kind}"
     return Failure(kind, line, traceback.format_exc())
 

@@ -163,7 +163,10 @@ def _dismissed(_signal: int, _frame: object) -> None:
 def _serve(line: "connection.Connection[Any, Any]") -> None:
     """Answer every call that comes down the line until it ends."""
     os.environ.update(dict.fromkeys(BLAS_VARIABLES, "1"))  # before numpy is loaded
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends its processes
+    for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
+        signal.signal(
+            number, signal.SIG_IGN
+        )  # Ctrl-C and a closed terminal are for the parent, which ends its processes
     signal.signal(signal.SIGTERM, _dismissed)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:

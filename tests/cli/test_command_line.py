@@ -2,6 +2,7 @@
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -241,6 +242,28 @@ def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) 
     assert running.returncode == 143
     assert "interrupted" in said.splitlines()[-1]
     assert all(not name.startswith(".") for name in (path.name for path in (tmp_path / "out").iterdir()))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="terminals of Unix")
+@pytest.mark.parametrize("ignored", [False, True])
+def test_a_terminal_that_closes_leaves_nothing_half_written(tmp_path: Path, ignored: bool) -> None:
+    """Unless it is told not to mind, as by nohup."""
+    write(tmp_path / "take.bvh", samples.clip("walk", seconds=60.0, seed=1))
+    given = ["corrupt", str(tmp_path / "take.bvh"), "-o", str(tmp_path / "out" / "o.bvh"), "--noise", "1"]
+    running = subprocess.Popen(
+        [sys.executable, "-m", "motionmend", *given],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN if ignored else signal.SIG_DFL),
+    )
+    while not list(tmp_path.glob("out/.*")):  # it is being written
+        assert running.poll() is None
+        time.sleep(0.001)
+    running.send_signal(signal.SIGHUP)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == (0 if ignored else 129)
+    assert ("interrupted" in said.splitlines()[-1]) != ignored
+    assert sorted(path.name for path in tmp_path.glob("out/*")) == (["o.bvh", "o.corrupt.json"] if ignored else [])
 
 
 def test_a_name_that_the_encoding_lacks_is_spelt(tmp_path: Path) -> None:

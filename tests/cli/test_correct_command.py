@@ -316,7 +316,9 @@ def test_a_record_that_cannot_be_written_takes_its_output_along(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("units", "said"), [(1000.0, "is it millimetres?"), (100.0, "is it centimetres?")])
+@pytest.mark.parametrize(
+    ("units", "said"), [(1000.0, "is it millimetres?"), (100.0, "is it centimetres?"), (0.001, "in another unit?")]
+)
 @pytest.mark.parametrize("away", [0.0, 2.5])
 def test_a_table_in_other_units_fails_in_one_line(
     cli: Command, taught: Path, tmp_path: Path, units: float, said: str, away: float

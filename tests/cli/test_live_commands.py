@@ -162,3 +162,26 @@ def test_a_recording_that_is_none_is_refused_by_its_name(cli, tmp_path):
     assert ran.code == 1
     assert "empty.csv" in ran.failures[0]
     assert cli("stream", tmp_path / "empty.csv", "--to", "tcp://x").code == 2
+
+
+def test_a_failure_is_an_object_in_json_too(cli, seen, tmp_path):
+    write_joint_table(tmp_path / "take.csv", seen)
+    for name, word in (("none.csv", "no such file"), ("take.csv", "no server answers")):
+        ran = cli("stream", tmp_path / name, "--to", "ws://127.0.0.1:9", "--json")
+        assert ran.code == 1
+        assert len(ran.failures) == 1
+        told = json.loads(ran.out)
+        assert told["input"] == str(tmp_path / name)
+        assert word in told["error"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_a_recording_of_which_every_frame_is_refused_is_said_to_have_failed(server, seen, cli, tmp_path):
+    """In millimetres."""
+    write_joint_table(tmp_path / "take.csv", Postures(seen.names, 1000.0 * seen.positions[:4], seen.times[:4]))
+    ran = cli("stream", tmp_path / "take.csv", "--to", server[1], "--json", *SLOWLY)
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert "take.csv" in ran.failures[0]
+    assert "millimetres" in ran.failures[0]

@@ -353,3 +353,13 @@ def test_markers_at_joints_are_no_skeleton_and_a_trc_of_them_is_only_denoised(
         first = json.loads(ran.out.splitlines()[0])
         assert (first["kind"], first["steps"]) == ("recording", ["denoise"])
     assert (tmp_path / "out" / "walk.trc").exists()
+
+
+@pytest.mark.parametrize("name", ["none.csv", "note.csv"])
+def test_what_is_no_take_is_a_failed_input_whatever_out_is_called(cli: Command, tmp_path: Path, name: str) -> None:
+    (tmp_path / "note.csv").write_text("to do\n")
+    ran = cli("pipeline", tmp_path / name, "-o", tmp_path / "out.csv", "--json")
+    assert ran.code == 1
+    assert len(ran.failures) == 1
+    assert name in ran.failures[0]
+    assert json.loads(ran.out)["input"] == str(tmp_path / name)

@@ -482,3 +482,10 @@ def test_a_room_left_empty_moves_nobody_who_was_in_it() -> None:
     alone = model.correct(Postures(raw.names, raw.positions, left.times[: raw.frames]))
     before = model.correct(left).positions[: raw.frames]
     assert np.linalg.norm((before - alone.positions).mean(axis=(0, 1))) < 0.0003
+
+
+def test_times_that_can_be_no_seconds_are_refused_in_words(model: CorrectorModel) -> None:
+    """A thirtieth of a second in hours: smoothing would fail in the middle of its sums."""
+    hurried = Postures(KINECT25.names, np.zeros((40, 25, 3)) + np.arange(25)[:, None] / 25, np.arange(40) / 30 / 3600)
+    with pytest.raises(MismatchError, match=r"times in s were wanted, they rise by 9\.3e-06 a frame"):
+        model.correct(hurried)

@@ -256,3 +256,79 @@ def test_cells_of_a_mat_file_are_refused_before_they_are_read(tmp_path: Path) ->
     savemat(tmp_path / "a.mat", {"d_skel": inside})
     with pytest.raises(FileError, match=r"a\.mat.*of cell"):
         read_postures(tmp_path / "a.mat")
+
+
+@pytest.mark.parametrize("clock", ["time", "frame", ""])
+@pytest.mark.parametrize("title", ["bodyId", "Tracking ID", "player", "body_index"])
+def test_a_row_for_each_body_gives_one_person_and_says_so(tmp_path: Path, clock: str, title: str) -> None:
+    rows = [line.split(",") for line in told(tmp_path / "take.csv", first="Timestamp").splitlines()]
+    there = np.array([True] * 5 + [not clock] + [True] * 2)  # without a clock nothing tells of a frame that lacks one
+    mixed = [[*([clock] if clock else []), title, *rows[0][1:]]]
+    for t, row in enumerate(rows[1:]):
+        first = {"time": [row[0]], "frame": [str(t)], "": []}[clock]
+        other = [str(float(v) + 1.5) for v in row[1:76]] + ["2"] * 25
+        if there[t]:  # numbers that are alike as far as a number in a computer goes
+            mixed.append([*first, "72057594037944738", *row[1:]])
+        if t > 1 or not clock:
+            mixed.append([*first, "72057594037944739", *other])
+    (tmp_path / "take.csv").write_text("\n".join(map(",".join, mixed)) + "\n", "utf-8")
+    found = read_postures(tmp_path / "take.csv")
+    np.testing.assert_allclose(found.positions, np.where(there[:, None, None], PLACES, np.nan))
+    np.testing.assert_array_equal(found.state, np.where(there[:, None], STATES, 0))
+    assert any("2 bodies: took 72057594037944738" in one for one in found.guesses)
+    assert not found.warnings
+    if clock == "time":
+        np.testing.assert_allclose(found.times, TIMES)
+
+
+def test_one_body_whose_times_stand_still_keeps_all_its_rows(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in told(tmp_path / "take.csv", first="Timestamp").splitlines()]
+    rows = [["body", *rows[0]], *(["A", repr(0.04 * (t // 2)), *row[1:]] for t, row in enumerate(rows[1:]))]
+    (tmp_path / "take.csv").write_text("\n".join(map(",".join, rows)) + "\n", "utf-8")
+    np.testing.assert_allclose(read_postures(tmp_path / "take.csv").positions, PLACES)
+
+
+@pytest.mark.parametrize("fps", [None, 15.0])
+def test_numbers_of_frames_before_joints_without_titles_are_no_seconds(tmp_path: Path, fps: float | None) -> None:
+    numbers = np.array([3, 4, 5, 7, 8, 9, 10, 11])
+    np.savetxt(tmp_path / "take.csv", np.hstack([numbers[:, None], PLACES.reshape(8, -1)]), fmt="%.6f", delimiter=",")
+    found = read_postures(tmp_path / "take.csv", fps=fps)
+    np.testing.assert_allclose(found.times, (numbers - 3) / (fps or 30.0))
+    assert any("counts frames" in one for one in found.guesses)
+
+
+def test_azure_frames_of_nobody_may_lack_bodies(tmp_path: Path) -> None:
+    path = azure(tmp_path / "a.json", {1: standing(AZURE32, 4)}, [0, 33_333, 66_667, 100_000])
+    content = json.loads(path.read_text("utf-8"))
+    del content["frames"][1]["bodies"]
+    content["frames"][1]["num_bodies"] = 0
+    content["frames"][2] |= {"bodies": None, "num_bodies": 0}
+    path.write_text(json.dumps(content), "utf-8")
+    found = read_postures(path)
+    np.testing.assert_array_equal(found.present.all(axis=1), [True, False, False, True])
+    assert not found.warnings
+    content["frames"][1]["num_bodies"] = 1
+    path.write_text(json.dumps(content), "utf-8")
+    with pytest.raises(FileError, match=r"a\.json"):
+        read_postures(path)
+
+
+def test_an_azure_frame_without_a_stamp_does_not_take_the_others_theirs(tmp_path: Path) -> None:
+    path = azure(tmp_path / "a.json", {1: standing(AZURE32, 4)}, [0, 66_667, 133_333, 200_000])
+    content = json.loads(path.read_text("utf-8"))
+    del content["frames"][2]["timestamp_usec"]
+    path.write_text(json.dumps(content), "utf-8")
+    found = read_postures(path)
+    np.testing.assert_allclose(found.times, np.arange(4) / 15, atol=1e-5)
+    assert any("1 time stamps are no numbers" in one for one in found.warnings)
+
+
+@pytest.mark.parametrize(("unit", "name"), [(60.0, "minutes"), (3600.0, "hours"), (86400.0, "days")])
+def test_times_may_be_of_a_longer_unit_than_a_second(tmp_path: Path, unit: float, name: str) -> None:
+    text = told(tmp_path / "take.csv", first="Timestamp")
+    for t in reversed(TIMES.tolist()):
+        text = text.replace(f"\n{t!r},", f"\n{738_000.0 + t / unit!r},")
+    (tmp_path / "take.csv").write_text(text, "utf-8")
+    found = read_postures(tmp_path / "take.csv")
+    np.testing.assert_allclose(np.diff(found.times), np.diff(TIMES), atol=1e-4)
+    assert any(f"times were taken as {name}: 25 Hz" in one for one in found.guesses)

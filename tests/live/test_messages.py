@@ -111,9 +111,22 @@ def test_a_skeleton_with_names_of_its_own_may_say_hello():
     assert read_hello(decode(encode_hello(named))[0]) == named
 
 
+def test_whole_numbers_may_be_written_as_floats():
+    """As MATLAB packs every number."""
+    hello = {"v": 1.0, "skeleton": "kinect20", "fps": 30.0, "units": "m"}
+    assert read_hello(decode(msgpack.packb(hello))[0]).fps == 30.0
+    assert read_hello(decode(json.dumps(hello))[0]).fps == 30.0
+    fields = {"seq": 7.0, "t": 1.0, "joints": bytes(4 * 60)}
+    frame = read_frame(fields, Hello("kinect20", JOINT_SETS["kinect20"].names, 30.0), text=False)
+    assert frame.seq == 7
+    assert type(frame.seq) is int
+
+
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
+        ({"v": 1.5}, "v: version 1"),
+        ({"v": float("inf")}, "v: version 1"),
         ({"v": 2}, "v: version 1"),
         ({"v": "1"}, "v: version 1"),
         ({"v": True}, "v: version 1"),
@@ -145,6 +158,8 @@ def test_a_hello_that_cannot_be_is_refused_by_the_field(changes, word):
     [
         ({"seq": "x"}, "seq"),
         ({"seq": 1.5}, "seq"),
+        ({"seq": 1e300}, "seq"),
+        ({"seq": float("nan")}, "seq"),
         ({"seq": None}, "seq"),
         ({"t": None}, "t: seconds"),
         ({"t": float("nan")}, "t: seconds"),

@@ -16,7 +16,8 @@ from ..errors import MotionMendError, UsageError, interrupt_in, one_line
 if TYPE_CHECKING:
     from cyclopts import App
 
-FAILED, BAD_USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+FAILED, BAD_USAGE, INTERRUPTED = 1, 2, 130
+ENDED = 128  # and a signal's number: what a process returns that the signal ended
 
 GROUPS = {"fit": "Learn a model from clean recordings.", "data": "Public recordings by name."}
 
@@ -46,7 +47,8 @@ RESUMABLE = ("denoise", "track", "correct", "corrupt", "pipeline")
 
 
 class Terminated(KeyboardInterrupt):
-    """The process was asked to end (SIGTERM), as `kill` does; what was begun is cleared away as after Ctrl-C."""
+    """The process was asked to end, as `kill` does (SIGTERM) and a terminal that is closed (SIGHUP); what was begun is
+    cleared away as after Ctrl-C. Its argument is the signal's number."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -58,11 +60,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    0 when all went well, 1 when an input failed, 2 for bad usage, 130 when interrupted, 143 when asked to end.
+    0 when all went well, 1 when an input failed, 2 for bad usage, 130 when interrupted, 143 when asked to end, 129 by a
+    terminal that closed.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     if argv is None:
         signal.signal(signal.SIGTERM, _terminate)
+        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
+            signal.signal(signal.SIGHUP, _terminate)
         _open_closed_streams()
         for stream in (sys.stdout, sys.stderr):  # a name that a pipe's encoding lacks is spelt, not a failure
             if isinstance(stream, TextIOWrapper):
@@ -73,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if argv is None:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ending already
         resume = ", --resume goes on from there" if arguments and arguments[0] in RESUMABLE else ""
-        code = TERMINATED if isinstance(interrupt, Terminated) else INTERRUPTED
+        code = ENDED + interrupt.args[0] if isinstance(interrupt, Terminated) else INTERRUPTED
         return _say(f"interrupted: what was finished stays{resume}", code)
     except BrokenPipeError:  # the reader of a pipe left, as `head` does: nobody is there to be told
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
@@ -155,8 +160,8 @@ def _open_closed_streams() -> None:
     sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
-def _terminate(_signal: int, _frame: object) -> None:
-    raise Terminated
+def _terminate(number: int, _frame: object) -> None:
+    raise Terminated(number)
 
 
 def _line(error: Exception) -> str:

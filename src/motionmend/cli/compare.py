@@ -1,5 +1,6 @@
 """`motionmend compare`: how close a recording comes to the truth."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -55,7 +56,7 @@ def compare(
     from ..io import READABLE
     from .compare_joints import SENSORS
 
-    endings = (*READABLE, *(() if truth.is_dir() else SENSORS))
+    endings = (*READABLE, *(() if os.path.isdir(truth) else SENSORS))
     given = working.reachable(truth), working.reachable(other)
     pairs, refused = _pairs(*given, endings)
     task = partial(judge, fps=fps, skeleton=skeleton and working.reachable(skeleton))
@@ -65,12 +66,12 @@ def compare(
 
 
 def _pairs(truth: Path, other: Path, endings: "tuple[str, ...]") -> tuple[list[Pair], list[Refusal]]:
-    if truth.is_dir() != other.is_dir() and truth.exists() and other.exists():
+    if os.path.isdir(truth) != os.path.isdir(other) and os.path.exists(truth) and os.path.exists(other):
         raise UsageError(f"two files or two folders were wanted, came {truth} and {other}")
     true, refused = gather([truth], endings)
     others, refused_too = gather([other], endings)
     refused += refused_too
-    if not truth.is_dir():
+    if not os.path.isdir(truth):
         return ([Pair(true[0].path, others[0].path)] if true and others else []), refused
     judged = {one.place: one.path for one in others}
     known = {one.place for one in true}

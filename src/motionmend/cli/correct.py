@@ -259,15 +259,19 @@ def refuse_other_units(source: Path, sensor: "Postures") -> None:
 
     Raises
     ------
-    FileError : nobody is so large.
+    FileError : nobody is so large, or so small.
     """
-    from ..io.kinect_table import LARGEST_BODY, size_of_body, unit_of_body
+    from ..io.kinect_table import LARGEST_BODY, SMALLEST_BODY, size_of_body, unit_of_body
 
     size = size_of_body(sensor.positions)
     if size > LARGEST_BODY:
         raise FileError(
             f"{source}: metres were wanted, came a body that is {size:.4g} large: is it {unit_of_body(size)[1]}? "
             "Convert it"
+        )
+    if 0 < size < SMALLEST_BODY:
+        raise FileError(
+            f"{source}: came a body that is {size:.4g} m large: are its lengths in another unit? Convert it"
         )
 
 

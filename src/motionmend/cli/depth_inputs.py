@@ -11,6 +11,8 @@ from .inputs import (
     Input,
     Job,
     Refusal,
+    closed_below,
+    closed_to_us,
     ending,
     is_new,
     is_no_file,
@@ -43,9 +45,12 @@ def gather_depth(given: Sequence[Path]) -> tuple[list[Input], list[Refusal]]:
     refused: list[Refusal] = []
     seen: dict[Path, Path] = {}
     for path in given:
-        found = _meant(path, several=len(given) > 1)
+        closed = closed_to_us(path)
+        shut = closed_below(path) if closed is None and path.is_dir() else []
+        refused += shut
+        found = closed or _meant(path, several=len(given) > 1)
         if isinstance(found, Refusal):
-            refused.append(found)
+            refused += [] if shut else [found]
             continue
         inputs += [one for one in found if is_new(one.path, seen)]
     return inputs, refused
@@ -119,7 +124,7 @@ def _below(folder: Path) -> Iterator[Path]:
         elif one.is_dir():
             if one.is_symlink():
                 say_not_followed(one)
-            else:
+            elif closed_to_us(one) is None:
                 yield from _below(one)
         elif ending(one) == ".mat":
             if not is_no_file(one) and _is_depth(one):

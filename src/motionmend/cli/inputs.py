@@ -98,23 +98,8 @@ def gather(
     several = len(given) > 1
     seen: dict[Path, Path] = {}
     for path in given:
-        found: list[Input] = []
-        if path.is_dir():
-            top = Path(name_of(path)) if several else Path()
-            files = _meant(_files_in(path, endings), what, meant)
-            found = [Input(file, top / file.relative_to(path)) for file in files]
-            if not found:
-                refused.append(Refusal(path, f"no {what} in this folder ({', '.join(sorted(endings))})"))
-        elif not path.exists():
-            refused.append(Refusal(path, "no such file or folder"))
-        elif ending(path) == ".asf" and ".asf" not in endings:
-            refused.append(Refusal(path, "a skeleton, no recording: give the .amc files that go with it"))
-        elif ending(path) not in endings:
-            came = f"came {path.suffix!r}" if path.suffix else "came none"
-            how = "; of a sensor's skeleton `motionmend correct` makes a table (.csv)" if ending(path) in SENSED else ""
-            refused.append(Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}{how}"))
-        else:
-            found = [Input(path, Path(path.name))]
+        found, why = _stood_for(path, endings, what, meant, several=several)
+        refused += why
         for one in found:
             if is_no_file(one.path):
                 refused.append(Refusal(one.path, NO_FILE))
@@ -122,6 +107,58 @@ def gather(
             if is_new(one.path, seen):
                 inputs.append(one)
     return inputs, refused
+
+
+def _stood_for(
+    path: Path, endings: Collection[str], what: str, meant: Callable[[Path], bool] | None, *, several: bool
+) -> tuple[list[Input], list[Refusal]]:
+    """The files that one name on the command line stands for, and what of it cannot be worked on."""
+    if (closed := closed_to_us(path)) is not None:
+        return [], [closed]
+    if path.is_dir():
+        top = Path(name_of(path)) if several else Path()
+        refused = closed_below(path)
+        files = _meant(_files_in(path, endings), what, meant)
+        if not files and not refused:
+            refused = [Refusal(path, f"no {what} in this folder ({', '.join(sorted(endings))})")]
+        return [Input(file, top / file.relative_to(path)) for file in files], refused
+    if not path.exists():
+        return [], [Refusal(path, "no such file or folder")]
+    if ending(path) == ".asf" and ".asf" not in endings:
+        return [], [Refusal(path, "a skeleton, no recording: give the .amc files that go with it")]
+    if ending(path) not in endings:
+        came = f"came {path.suffix!r}" if path.suffix else "came none"
+        how = "; of a sensor's skeleton `motionmend correct` makes a table (.csv)" if ending(path) in SENSED else ""
+        return [], [Refusal(path, f"an ending of {', '.join(sorted(endings))} was wanted, {came}{how}")]
+    return [Input(path, Path(path.name))], []
+
+
+def closed_to_us(path: Path) -> Refusal | None:
+    """Why something named cannot be looked at, as what lies in a folder that may not be read; None where it can, or
+    where nothing is there."""
+    try:
+        if path.is_dir():
+            with os.scandir(path):
+                (path / "x").exists()  # to list a folder is one right, to reach what is in it another
+    except OSError as failure:
+        return Refusal(path, f"cannot be looked at: {failure.strerror}: check the name, or who may read it")
+    return None
+
+
+def closed_below(folder: Path) -> list[Refusal]:
+    """The folders below one that may not be read, whatever they hold; not those whose names hide them, nor those of a
+    recording of depth, of which its reader speaks."""
+    from ..io.depth import looks_like_depth_folder
+
+    found: list[Refusal] = []
+    for top, folders, _ in os.walk(folder):
+        if looks_like_depth_folder(Path(top)):
+            folders.clear()
+        below = sorted(Path(top, name) for name in folders if not name.startswith("."))
+        closed = [why for one in below if not one.is_symlink() and (why := closed_to_us(one)) is not None]
+        found += closed
+        folders[:] = [one.name for one in below if all(one != why.path for why in closed)]
+    return found
 
 
 def is_new(path: Path, seen: dict[Path, Path]) -> bool:
@@ -160,7 +197,7 @@ def plan(
     UsageError
         When OUT cannot be what is needed, or two inputs would share an output.
     """
-    one_file = len(given) == 1 and not given[0].is_dir()
+    one_file = len(given) == 1 and not os.path.isdir(given[0])
     if one_file and out.suffix and not out.is_dir():
         if ending(out) not in endings:
             raise UsageError(f"-o {out}: an ending of {', '.join(sorted(endings))} was wanted, came {out.suffix!r}")
@@ -201,6 +238,15 @@ def ready(
     beside it is finished, and what lacks some of it, or was emptied since, is done again. Where the file beside it
     belongs to an output of the same name in another format, its own gets the whole name.
     """
+    try:
+        return _ready(job, taken, sidecars, force=force, resume=resume)
+    except OSError as failure:  # a name that is too long, a folder that is closed
+        return Refusal(job.source, f"the output {job.target} cannot be written: {failure.strerror}")
+
+
+def _ready(
+    job: Job, taken: Set[Path | FileNumber], sidecars: Sequence[str], *, force: bool, resume: bool
+) -> Job | Refusal:
     if any(_owner(job.beside(sidecar)) not in (None, job.target.name) for sidecar in sidecars):
         job = replace(job, stem=job.target)
     outputs = [job.target, *(job.beside(sidecar) for sidecar in sidecars)]
@@ -235,7 +281,10 @@ def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
     What is there under such a name but is no file, as a link to nothing, is among them, so that reading it says why.
     """
     hidden: list[Path] = []
+    closed = {one.path for one in closed_below(folder)}
     for file in sorted(folder.rglob("*")):
+        if not closed.isdisjoint((file, *file.parents)):
+            continue
         unseen = any(part.startswith(".") for part in file.relative_to(folder).parts)
         if file.is_dir():
             if file.is_symlink() and not unseen:

@@ -1,5 +1,6 @@
 """`motionmend inspect`: what is in a file."""
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -53,7 +54,7 @@ def _inputs(given: list[Path]) -> tuple[list[Input], list[Refusal]]:
     nested = [
         Input(one, one)
         for folder in rest
-        if folder.is_dir()
+        if os.path.isdir(folder)
         for one in sorted({file.parent for file in folder.rglob("camera.json")})
     ]
     files = {*READABLE, ".asf", ".mend", *SENSORS}

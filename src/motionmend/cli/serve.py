@@ -144,7 +144,9 @@ async def _serve(server: "Server", address: "Address", look_ahead: float) -> Non
     """Run until Ctrl-C or the system's request to end."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    hang_up = getattr(signal, "SIGHUP", signal.SIGTERM)  # of a terminal that is closed
+    ends = {signal.SIGINT, signal.SIGTERM, *([hang_up] if signal.getsignal(hang_up) != signal.SIG_IGN else [])}
+    for number in ends:
         try:
             loop.add_signal_handler(number, stop.set)
         except NotImplementedError:  # Windows: its loop has no handlers of signals

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
+from ..batch import failure
 from ..errors import FileError, UsageError, counted
 from .options import AsJson, Debug, Force, Rate
-from .output import tell_guesses
+from .output import tell_failure, tell_guesses
 from .serve import need_live
 from .speech import json_line, progress, say
 
@@ -44,17 +45,21 @@ def stream(
         raise UsageError(f"--speed: a number above 0 was wanted, came {speed}")
     if out is not None and out.suffix.lower() != ".csv":
         raise UsageError(f"-o: a table's name ends in .csv, came {out}")
-    if out is not None and out.exists() and not force:
-        raise FileError(f"{out} is there already: --force overwrites it")
     need_live("stream")
-    postures = _read(file, fps)
-    tell_guesses({guess: [file] for guess in postures.guesses})
-    replayed = _replay(url, postures, speed, text)
-    if out is not None:
-        from ..io.joint_table import write_joint_table
+    try:
+        if out is not None and out.exists() and not force:
+            raise FileError(f"{out} is there already: --force overwrites it")
+        postures = _read(file, fps)
+        tell_guesses({guess: [file] for guess in postures.guesses})
+        replayed = _replay(url, postures, speed, text)
+        if out is not None:
+            from ..io.joint_table import write_joint_table
 
-        out.parent.mkdir(parents=True, exist_ok=True)
-        write_joint_table(out, replayed.postures)
+            out.parent.mkdir(parents=True, exist_ok=True)
+            write_joint_table(out, replayed.postures)
+    except (FileError, OSError) as error:
+        tell_failure(file, failure(error), as_json=as_json, debug=debug)
+        return 1
     return _tell(file, out, postures, replayed, as_json)
 
 
@@ -100,7 +105,8 @@ def _tell(file: Path, out: Path | None, postures: "Postures", replayed: "Replaye
     if replayed.refused:
         first = min(replayed.refused)
         refused = counted(len(replayed.refused), "frame")
-        say(f"warning ({file}): {refused} refused, {first} first: {replayed.refused[first]}")
+        whose = f"motionmend: {file}" if not took.size and not replayed.lost else f"warning ({file})"
+        say(f"{whose}: {refused} refused, {first} first: {replayed.refused[first]}")
     if replayed.lost:
         say(
             f"motionmend: {file}: {counted(replayed.lost, 'frame')} got no answer: "

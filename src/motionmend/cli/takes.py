@@ -13,6 +13,8 @@ from .inputs import (
     Input,
     Job,
     Refusal,
+    closed_below,
+    closed_to_us,
     ending,
     identities,
     is_new,
@@ -66,13 +68,15 @@ def gather_takes(given: Sequence[Path], out: Path) -> tuple[list[tuple[Input, Ki
     refused: list[Refusal] = []
     seen: dict[Path, Path] = {}
     for path in given:
-        if not path.exists():
-            refused.append(Refusal(path, "no such file or folder"))
+        if (closed := closed_to_us(path)) is not None or not path.exists():
+            refused.append(closed or Refusal(path, "no such file or folder"))
             continue
+        shut = closed_below(path) if path.is_dir() else []
+        refused += shut
         holds_takes = path.is_dir() and not looks_like_depth_folder(path)
         top = Path(name_of(path)) if len(given) > 1 and holds_takes else Path()
         takes = list(_below(path, top))
-        if not takes:
+        if not takes and not shut:
             what = "no take in this folder" if path.is_dir() else f"no take: {_seldom(path)}"
             refused.append(Refusal(path, what))
         for take, kind in takes:
@@ -100,7 +104,7 @@ def _below(path: Path, top: Path) -> Iterator[tuple[Input, Kind]]:
             if one.is_dir() and not looks_like_depth_folder(one):
                 if one.is_symlink():
                     say_not_followed(one)
-                else:
+                elif closed_to_us(one) is None:
                     yield from _below(one, top / one.name)
                 continue
             takes = list(_below(one, top))
@@ -157,6 +161,8 @@ def plan_takes(
     ------
     UsageError : OUT cannot be what is needed, or two takes would share an output.
     """
+    if not found and len(given) == 1:
+        return [], []
     alone = len(given) == 1 and len(found) == 1 and found[0][0].path == given[0]
     if alone and out.suffix and not out.is_dir():
         targets = [_checked(out, found[0][1], form)]

@@ -1,6 +1,7 @@
 """What `denoise` and `corrupt` share: recordings in, recordings of the same shape out, a file beside each."""
 
 import json
+import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,7 +110,7 @@ def _entry(key: str, value: Any) -> Iterator[str]:
 def _without(out: Path, inputs: list[Input], files: Sequence[Path]) -> list[Input]:
     """The inputs; where OUT lies inside a folder that was searched, without what lies below OUT."""
     whole = out.resolve()
-    if not any(folder.is_dir() and folder.resolve() in whole.parents for folder in files):
+    if not any(os.path.isdir(folder) and folder.resolve() in whole.parents for folder in files):
         return inputs
     kept = [one for one in inputs if one.path in files or whole not in one.path.resolve().parents]
     if len(kept) < len(inputs):

@@ -36,6 +36,7 @@ from .state import Corrected, CorrectorState
 from .watching import look, look_twice
 
 REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
+QUICKEST = 1e-4  # s from frame to frame; what is less are no times of a sensor in s
 KEPT = 2500  # samples that a model keeps for the methods it is compared with
 
 
@@ -320,7 +321,7 @@ class CorrectorModel:
 
         Raises
         ------
-        MismatchError : the joints have too little in common with the model's; a time that is no number.
+        MismatchError : the joints have too little in common with the model's; times that are no numbers, or no s.
         UsageError : unknown method, or one that is not for looking ahead; look_ahead is below 0.
         """
         if look_ahead is not None and look_ahead < 0:
@@ -333,6 +334,10 @@ class CorrectorModel:
         timeless = np.flatnonzero(~np.isfinite(postures.times))
         if len(timeless):
             raise MismatchError(f"times in s were wanted, frame {timeless[0]} has {postures.times[timeless[0]]}")
+        steps = np.diff(postures.times)
+        step = float(np.median(steps[steps > 0])) if (steps > 0).any() else QUICKEST
+        if step < QUICKEST:
+            raise MismatchError(f"times in s were wanted, they rise by {step:.2g} a frame: are they days, or hours?")
         if not postures.frames:
             nothing = np.zeros((0, len(postures.names)))
             return replace(postures, std=nothing, reliability=nothing)

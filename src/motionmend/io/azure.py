@@ -57,18 +57,25 @@ def starts_as_azure(content: Any) -> bool:
     """Whether a JSON value is the offline processor's."""
     if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
         return False
-    return all(isinstance(frame, dict) and isinstance(frame.get("bodies"), list) for frame in content["frames"])
+    frames = content["frames"]
+    known = not frames or any(isinstance(frame, dict) and "bodies" in frame for frame in frames)
+    return known and all(isinstance(frame, dict) and isinstance(_bodies(frame), list) for frame in frames)
+
+
+def _bodies(frame: dict[str, Any]) -> Any:
+    """The bodies of a frame; where it holds none, some recorders leave them out."""
+    return frame.get("bodies") if frame.get("num_bodies", 0) or frame.get("bodies") is not None else []
 
 
 def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures:
-    frames = content["frames"]
+    frames = [{**frame, "bodies": _bodies(frame)} for frame in content["frames"]]
     names = tuple(str(one) for one in content.get("joint_names", AZURE32.names))
     if not any(one["bodies"] for one in frames):
         raise FileError(f"{name}: wanted a body in some frame, the file holds none in {counted(len(frames), 'frame')}")
     warnings: tuple[str, ...] = ()
     guesses: tuple[str, ...] = ()
-    if all("timestamp_usec" in one for one in frames):
-        stamps = np.array([one["timestamp_usec"] for one in frames], dtype=np.float64)
+    if any("timestamp_usec" in one for one in frames):
+        stamps = np.array([one.get("timestamp_usec", np.nan) for one in frames], dtype=np.float64)
         times, _, warnings = seconds_of(stamps, "microseconds")
     else:
         times, guesses = even_times(len(frames), fps)

@@ -32,5 +32,9 @@ def read_depth(path: str | os.PathLike[str]) -> DepthRecording:
 
 
 def looks_like_depth_folder(path: Path) -> bool:
-    """Whether a folder is meant as one recording: it has camera.json or a folder depth/."""
-    return path.is_dir() and ((path / "camera.json").exists() or (path / "depth").is_dir())
+    """Whether a folder is meant as one recording: it has camera.json or a folder depth/; False for what may not be
+    looked at."""
+    try:
+        return path.is_dir() and ((path / "camera.json").exists() or (path / "depth").is_dir())
+    except OSError:
+        return False

@@ -7,21 +7,24 @@ SDK. Titles are not trusted: some recorders wrote the joints in the SDK's order 
 
 import os
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from ..arrays import Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.joint_sets import AZURE32, meanings, parents
-from ..bodies.postures import TRACKED, Postures
+from ..bodies.postures import NOT_TRACKED, TRACKED, Postures
 from ..errors import FileError
-from .kinect_titles import SDK, columns_of, columns_without_titles
-from .number_rows import read_number_rows
+from .kinect_titles import SDK, Columns, columns_of, columns_without_titles, whose_of
+from .number_rows import NumberRows, read_number_rows
 from .sensor_source import SensorSource, even_times, seconds_of, states_of, with_absent
+from .several_bodies import Body, one_person
 
 WANTED = "a table of Kinect joints with x, y, z and state"
 _HIGH = 3  # of Azure Kinect's levels of confidence
 _KIND = {20: "Kinect v1 joints", 25: "Kinect v2 joints", 32: "Azure Kinect joints"}
 LARGEST_BODY = 4.0  # m that a body with its arms stretched out may measure along an axis
+SMALLEST_BODY = 0.05  # m; a body is larger, however little of it is seen
 _SURELY = 0.98  # names are believed when they make the body so much smaller than the SDK's order does
 
 
@@ -42,23 +45,28 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     ------
     FileError : not there, not such a table, or damaged.
     """
-    table = read_number_rows(path, WANTED)
+    table = read_number_rows(path, WANTED, whose_of)
     columns = columns_of(table.titles) if table.titles else columns_without_titles(table.rows.shape[1])
     if columns is None:
         raise FileError(
             f"{path}: wanted {WANTED} for 20, 25 or 32 joints, came {table.rows.shape[1]} columns; "
             f"check the file's ending"
         )
-    state, state_warning = _states(table.rows, columns.state)
-    positions = with_absent(table.rows[:, columns.xyz], state)
+    rows, several = _of_one_person(table, columns, fps)
+    state, state_warning = _states(rows, columns.state)
+    positions = with_absent(rows[:, columns.xyz], state)
     positions, measured = in_metres(positions)
     names, named = _names(columns.titles, positions)
     if columns.others:
         named = (*named, f"left out, as no joint of a body is called so: {', '.join(columns.others)}")
-    if columns.time >= 0:
-        times, guesses, warnings = seconds_of(table.rows[:, columns.time])
+    warnings: tuple[str, ...] = ()
+    if not table.titles and columns.time >= 0 and _counts_frames(rows[:, columns.time]):
+        times, guesses = even_times(len(rows), fps, why="the first column counts frames")
+        times = (rows[:, columns.time] - rows[0, columns.time]) * times[1]
+    elif columns.time >= 0:
+        times, guesses, warnings = seconds_of(rows[:, columns.time])
     else:
-        (times, guesses), warnings = even_times(len(table.rows), fps), ()
+        times, guesses = even_times(len(rows), fps)
     kind = _KIND.get(len(names), f"{len(names)} joints") if _of_sdk(names) else "table of joints"
     return Postures(
         names,
@@ -66,9 +74,48 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
         times,
         state=state,
         source=SensorSource(kind),
-        guesses=(*guesses, *named, *measured),
+        guesses=(*guesses, *named, *measured, *several),
         warnings=(*table.warnings, *state_warning, *warnings),
     )
+
+
+def _counts_frames(stamps: Floats) -> bool:
+    """Whether a column counts 0, 1, 2, perhaps with some left out: as seconds no sensor is so slow, as milliseconds
+    none so fast."""
+    steps = np.diff(stamps)
+    return len(steps) > 0 and bool(np.median(steps) == 1.0 and (steps >= 1.0).all() and (stamps % 1.0 == 0.0).all())
+
+
+def _of_one_person(table: NumberRows, columns: Columns, fps: float | None) -> tuple[Floats, tuple[str, ...]]:
+    """One row for each frame, of a table with one for each body in it: that of the person who is seen longest, empty
+    where they are not; and what was supposed of them. Rows of one time, or of one frame's number, are of one frame; in
+    a table that has neither, a frame ends where a body comes again."""
+    rows, whose = table.rows, table.named
+    if len({*whose}) < 2:
+        return rows, ()
+    clock = columns.time if columns.time >= 0 else columns.frame
+    if clock >= 0:
+        starts = np.flatnonzero(np.diff(rows[:, clock], prepend=np.nan) != 0).tolist()
+    else:
+        starts = [0]
+        for k, body in enumerate(whose):
+            if body in whose[starts[-1] : k]:
+                starts.append(k)
+    state, _ = _states(rows, columns.state)
+    positions, _ = in_metres(with_absent(rows[:, columns.xyz], state))
+    seen: Bools = np.asarray(np.isfinite(positions).any(axis=(1, 2)))
+    frames = [[k for k in range(first, end) if seen[k]] for first, end in pairwise((*starts, len(rows)))]
+    stamps = rows[starts, columns.time] if columns.time >= 0 else None
+    times = even_times(len(starts), fps)[0] if stamps is None else seconds_of(stamps)[0]
+    chosen, said = one_person([[Body(whose[k], positions[k]) for k in frame] for frame in frames], times)
+    found = np.full((len(starts), rows.shape[1]), np.nan)
+    for t, (first, frame, which) in enumerate(zip(starts, frames, chosen.tolist(), strict=True)):
+        found[t] = rows[frame[which] if which >= 0 else first]
+        if which < 0:
+            found[t, columns.xyz] = np.nan
+            if columns.state is not None:
+                found[t, columns.state[columns.state >= 0]] = NOT_TRACKED
+    return found, said
 
 
 def in_metres(positions: Floats) -> tuple[Floats, tuple[str, ...]]:

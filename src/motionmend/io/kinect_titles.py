@@ -20,6 +20,12 @@ _COORDINATE = re.compile(
     r"^(?P<joint>.+?)[\s._\-]*(?:pos(?:ition)?)?[\s._\-]*(?P<axis>[xyz])(?:\s*[\[(]\s*[cm]?m\s*[\])])?$", re.IGNORECASE
 )
 _STATE = re.compile(r"^(?P<joint>.*?)[\s._\-]*(?:tracking)?[\s._\-]*(?:state|status|tracked)$", re.IGNORECASE)
+_WHOSE = re.compile(
+    r"^(?:(?:body|person|player|user|skeleton)[\s._\-]*(?:id|index|idx|number|no|nr)?"
+    r"|track(?:ing)?[\s._\-]*(?:id|index|number))$",
+    re.IGNORECASE,
+)
+_FRAME = re.compile(r"^frame[\s._\-#]*(?:id|index|idx|number|num|no|nr)?$", re.IGNORECASE)
 _OTHERS = re.compile(  # what has an x, y and z too, and is no position
     r"(?:(?:^|[\W_])(?i:q|quat\w*|rot\w*|orient\w*|euler\w*|angles?|vel\w*|speed|acc\w*|2d|depth|colou?r|plane|lean)"
     r"|(?<=[a-z0-9])(?:Q|Quat|Rot|Orient|Euler|Angle|Vel|Speed|Acc|2D|Depth|Colou?r|Plane|Lean)[a-z]*)[\W_]*$"
@@ -36,6 +42,7 @@ class Columns:
     xyz : (J, 3) columns of the joints' coordinates.
     state : (J,) columns of their tracking states, -1 where one has none; None where none has.
     titles : (J,) joints as the titles name them; empty without titles.
+    frame : column of the frame's number, -1 for none.
     others : what has an x, y and z too and is none of a body's joints, as a gyroscope.
     """
 
@@ -44,6 +51,7 @@ class Columns:
     state: Ints | None
     titles: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
+    frame: int = -1
 
 
 def columns_without_titles(columns: int) -> Columns | None:
@@ -87,8 +95,15 @@ def columns_of(titles: Sequence[str]) -> Columns | None:
     if torn or (len(whole) not in SDK and (len(known) < FEWEST or 2 * len(known) < len(whole))):
         return None
     xyz = np.array([places for _, places in whole], dtype=np.int64)
-    time = next((k for k, title in enumerate(titles[: int(xyz.min())]) if "time" in title.lower()), -1)
-    return Columns(time, xyz, _states(titles, names, xyz), names, others)
+    before = [title.strip() for title in titles[: int(xyz.min())]]
+    time = next((k for k, title in enumerate(before) if "time" in title.lower()), -1)
+    frame = next((k for k, title in enumerate(before) if _FRAME.match(title)), -1)
+    return Columns(time, xyz, _states(titles, names, xyz), names, others, frame)
+
+
+def whose_of(titles: Sequence[str]) -> int:
+    """The column that says of which of several bodies a row is, -1 for none."""
+    return next((k for k, title in enumerate(titles) if _WHOSE.match(title.strip())), -1)
 
 
 def _states(titles: Sequence[str], names: Sequence[str], xyz: Ints) -> Ints | None:

@@ -4,7 +4,7 @@ import gzip
 import os
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,11 +22,13 @@ _NO_NUMBER = re.compile(r"^[-+]?(?:nan(?:\(.*\))?|inf(?:inity)?|1\.#\w+|null|non
 
 @dataclass(frozen=True, eq=False)
 class NumberRows:
-    """Titles (empty when there are none), rows (T, columns) with NaN for what is no number, and what is wrong."""
+    """Titles (empty when there are none), rows (T, columns) with NaN for what is no number, what is wrong, and the
+    cells (T,) of the column of names as they are written, where there is one."""
 
     titles: tuple[str, ...]
     rows: Floats
     warnings: tuple[str, ...]
+    named: tuple[str, ...] = ()
 
 
 def unpacked(path: str | os.PathLike[str], wanted: str) -> bytes:
@@ -53,17 +55,21 @@ def unpacked(path: str | os.PathLike[str], wanted: str) -> bytes:
         raise FileError(f"{path}: wanted {wanted}, cannot unzip it: {failure}; get a complete copy") from None
 
 
-def read_number_rows(path: str | os.PathLike[str], wanted: str) -> NumberRows:
+def read_number_rows(
+    path: str | os.PathLike[str], wanted: str, naming: Callable[[Sequence[str]], int] | None = None
+) -> NumberRows:
     """Read a text of numbers; see `number_rows`.
 
     Raises
     ------
     FileError : as `unpacked` and `number_rows`.
     """
-    return number_rows(lines_of(unpacked(path, wanted), str(path), wanted), str(path), wanted)
+    return number_rows(lines_of(unpacked(path, wanted), str(path), wanted), str(path), wanted, naming)
 
 
-def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
+def number_rows(
+    lines: Sequence[str], name: str, wanted: str, naming: Callable[[Sequence[str]], int] | None = None
+) -> NumberRows:
     """The rows of a text.
 
     A last row that is shorter than the others was cut off with the file: it is left out, and a warning says so.
@@ -74,6 +80,8 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
         part them they may stand for decimal points. The words for tracking states are 2, 1 and 0.
     name : of the file, for messages.
     wanted : what it should be, for messages.
+    naming : of the titles, the column whose cells are names and need be no numbers, -1 for none: what names somebody
+        may have more digits than a number keeps.
 
     Raises
     ------
@@ -104,11 +112,15 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
             f"the file is cut off or damaged"
         )
     rows = np.empty((len(split), columns))
+    column = naming(titles) if naming is not None and titles else -1
+    named = tuple(cells[column].strip() for cells in split if len(cells) == columns) if column >= 0 else ()
     for k, cells in enumerate(split):
         if len(cells) != columns:
             raise FileError(
                 f"{name}: wanted {columns} numbers in line {used[k][0]}, came {len(cells)}; the file is damaged"
             )
+        if column >= 0:
+            cells[column] = "nan"
         try:
             if "_" in used[k][1]:  # which Python would take for part of a number
                 raise ValueError
@@ -116,7 +128,7 @@ def number_rows(lines: Sequence[str], name: str, wanted: str) -> NumberRows:
         except ValueError:
             rows[k] = [_told_number(cell, used[k][0], name) for cell in cells]
     rows[np.abs(rows) > ABSURD] = np.nan
-    return NumberRows(titles, rows, tuple(warnings))
+    return NumberRows(titles, rows, tuple(warnings), named)
 
 
 def split_cells(line: str) -> list[str]:

@@ -11,6 +11,8 @@ from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
 _UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7, "nanoseconds": 1e-9}
+_LONG_UNITS = {"seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}  # as spreadsheets and MATLAB count
+_QUICKEST = 1e-3  # from one frame to the next; what is less is of a unit longer than a second
 
 
 @dataclass(frozen=True)
@@ -54,9 +56,10 @@ def seconds_of(stamps: Floats, told: str | None = None) -> tuple[Floats, tuple[s
     if told is not None:
         return stamps * _UNITS[told], (), tuple(warnings)
     step = float(np.median(rising))
-    unit = min(_UNITS, key=lambda name: abs(np.log(step * _UNITS[name] * USUAL_FPS)))
-    guessed = () if unit == "seconds" else (f"times were taken as {unit}: {1 / (step * _UNITS[unit]):.3g} Hz",)
-    return stamps * _UNITS[unit], guessed, tuple(warnings)
+    units = _UNITS if step >= _QUICKEST else _LONG_UNITS
+    unit = min(units, key=lambda name: abs(np.log(step * units[name] * USUAL_FPS)))
+    guessed = () if unit == "seconds" else (f"times were taken as {unit}: {1 / (step * units[unit]):.3g} Hz",)
+    return stamps * units[unit], guessed, tuple(warnings)
 
 
 def even_times(frames: int, fps: float | None, why: str = "the file has no times") -> tuple[Floats, tuple[str, ...]]:

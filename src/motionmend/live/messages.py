@@ -34,6 +34,7 @@ MOST_BYTES: Final = 65_536  # of one message; 32 joints as JSON lists take 3,000
 MOST_JOINTS: Final = 128
 MOST_NAME: Final = 64  # characters
 MOST_FPS: Final = 1_000.0  # Hz
+EXACT: Final = 2**53  # up to which a float tells whole numbers apart
 FARTHEST: Final = 100.0  # m; a body farther from its sensor than this is in other units
 
 _SINGLE: Final = np.dtype("<f4")
@@ -149,9 +150,8 @@ def read_hello(fields: Fields) -> Hello:
     ------
     MessageError : another version or units, a joint set not known, or a rate that is none.
     """
-    version = fields.get("v")
-    if type(version) is not int or version != VERSION:
-        raise MessageError(f"v: version {VERSION} was wanted, came {_shown(version)}")
+    if whole_number(fields.get("v")) != VERSION:
+        raise MessageError(f"v: version {VERSION} was wanted, came {_shown(fields.get('v'))}")
     if fields.get("units") != UNITS:
         raise MessageError(f"units: {UNITS!r} was wanted, came {_shown(fields.get('units'))}: convert to metres")
     fps = fields.get("fps")
@@ -187,9 +187,9 @@ def read_frame(fields: Fields, hello: Hello, text: bool) -> Frame:
     ------
     MessageError : a field missing, of another length or kind, or out of its range; with `seq` where that could be read.
     """
-    seq = fields.get("seq")
-    if type(seq) is not int or not -(2**63) <= seq < 2**64:
-        raise MessageError(f"seq: a whole number was wanted, came {_shown(seq)}")
+    seq = whole_number(fields.get("seq"))
+    if seq is None or not -(2**63) <= seq < 2**64:
+        raise MessageError(f"seq: a whole number was wanted, came {_shown(fields.get('seq'))}")
     try:
         return _frame(fields, hello, text, seq)
     except MessageError as error:
@@ -366,6 +366,13 @@ def _is_number(value: Any) -> TypeGuard[int | float]:
     if isinstance(value, bool):
         return False
     return isinstance(value, float) or (isinstance(value, int) and abs(value) <= 2**64)  # no more fits a float safely
+
+
+def whole_number(value: Any) -> int | None:
+    """A whole number, also one that is written as 1.0: languages with one kind of numbers pack them all so."""
+    if type(value) is float and value.is_integer() and abs(value) <= EXACT:
+        return int(value)
+    return value if type(value) is int else None
 
 
 def _shown(value: Any) -> str:

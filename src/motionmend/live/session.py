@@ -16,6 +16,7 @@ from .messages import (
     is_hello,
     read_frame,
     read_hello,
+    whole_number,
 )
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def replied(
             session, answers = rested(model, session)
             return session, Reply(None, before=tuple(_reply(*one, whole) for one in answers))
         if session is None:
-            raise MessageError(NO_HELLO, fields["seq"] if type(fields.get("seq")) is int else None)
+            raise MessageError(NO_HELLO, whole_number(fields.get("seq")))
         frame = read_frame(fields, session.hello, text)
         session, answers = answered(model, session, frame, t_in, flags)
         *before, last = [_reply(*one, whole) for one in answers] or [Reply(None)]

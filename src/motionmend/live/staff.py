@@ -228,7 +228,8 @@ def _context() -> Any:
 
 def _work(model: "CorrectorModel", online: bool, look_ahead: float, line: socket.socket) -> None:
     """A process of the staff: correct what comes over the line until it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends the line
+    for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
+        signal.signal(number, signal.SIG_IGN)  # Ctrl-C and a closed terminal are for the server, which ends the line
     with suppress(BrokenPipeError, ConnectionResetError):  # it may while somebody is spoken of whom it will not hear of
         _serve(model, online, look_ahead, line)
 
