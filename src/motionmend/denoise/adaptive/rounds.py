@@ -23,6 +23,7 @@ from ..noise.passing import loudness, without_floor
 from ..noise.rattling import but_for_poses, rattles
 from ..outliers.bursts import long_runs
 from ..outliers.moved_away import moved_away
+from ..outliers.one_ended import begins_or_ends
 from ..outliers.poles import bends_of
 from .filling import DOUBT, in_gaps, with_dynamics
 from .histories import FACTORS, OUTLIER_SPAN, likeliest_histories, pulled
@@ -308,6 +309,11 @@ def _searched(asked: _Asked, beliefs: _Beliefs, turn: int) -> _Search:
         moved, moving = moved_away(measured - values, outlier, noise, fps, asked.together)
         vouched, outlier = vouched | moved, outlier & ~moved
         mode = np.where(bends_of(moving), len(FACTORS) - 1, mode)
+        if asked.together == 1:
+            one_sided, leap = begins_or_ends(measured, outlier)
+            vouched, outlier = vouched | leap, outlier & ~one_sided
+            mode = np.where(bends_of(leap), len(FACTORS) - 1, mode)
+            leaps = np.where(leap, np.abs(measured - values), leaps)
         back = np.zeros(outlier.shape, dtype=bool)
         if asked.as_pose is not None:
             back = asked.as_pose(measured, outlier, values)
