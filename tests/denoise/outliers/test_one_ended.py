@@ -63,6 +63,19 @@ def test_two_outliers_on_end_are_none_where_one_sample_in_twenty_is(seed):
     assert not begins_or_ends(measured, outlier)[0][:, 5].any()
 
 
+def test_two_channels_of_sixty_that_are_off_at_an_end_together_are_chance_where_one_sample_in_ten_is():
+    kept = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        measured, outlier = _noisy(rng, 60), rng.random((FRAMES, 60)) < 0.1
+        outlier[-3:] = False
+        outlier[-2:, [5, 40]] = True
+        measured[outlier] += rng.uniform(-80.0, 80.0, int(outlier.sum()))
+        measured[-2:, [5, 40]] = measured[-3, [5, 40]] + 60.0
+        kept.append(begins_or_ends(measured, outlier)[0].any())
+    assert not any(kept)
+
+
 def test_zeros_to_the_last_digit_and_lone_samples_are_not_kept():
     measured, outlier = 60.0 + _noisy(np.random.default_rng(1)), np.zeros((FRAMES, 8), dtype=bool)
     measured[:9, 0], outlier[:9, 0] = 0.0, True
