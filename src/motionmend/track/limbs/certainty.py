@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ...arrays import Bools, Floats
-from ...bodies.performer import BONES, FIRST, LANDMARK_BONES, PARENTS, Performer, Pose, landmarks, twists
+from ...arrays import Bools, Floats, frozen
+from ...bodies.performer import BONES, FIRST, LANDMARK_BONES, LANDMARKS, PARENTS, Performer, Pose, landmarks, twists
 from ...kernels import limbs
 from ...kernels.bone_systems import spreads
 from ...numerics.least_squares import Solution
@@ -23,8 +23,11 @@ UNSHOWN, AT_MOST = 0.8, 0.09  # m, where nothing of a forearm is shown that shou
 LINGERS = 0.3  # s, over about which it is not: noise takes an outline's pixels for a frame or two
 NOBODYS = 0.3  # share of pixels explained wrongly, above which a pose is in doubt, whatever is usual
 REACH = 0.25  # m, about as far as it gets
+# m, of joints deep in the trunk: how far beneath their surface they lie differs from person to person.
+WITHIN = {"pelvis": 0.012, "chest": 0.010, "neck": 0.010, "l_hip": 0.007, "r_hip": 0.007}
 _PARENTS = PARENTS.tolist()
 _FOREARMS = [BONES.index(bone) for bone in ("l_forearm", "r_forearm")]  # legs stand out from the rest, arms lie on it
+_WITHIN = frozen([WITHIN.get(name, 0.0) for name in LANDMARKS])
 _BONE_OF = np.repeat(np.arange(len(BONES)), np.diff(FIRST))  # of each joint coordinate
 
 
@@ -102,4 +105,4 @@ def certainty_of(
     place, moving = landmarks(performer, solution.state), twists(performer, solution.state)
     spreads(covariance, moving, MOVED_FIRST, BONES_MOVED, LANDMARK_BONES, place, std)
     stray = REACH * (1.0 - np.exp(-STRAY * hidden / REACH))
-    return covariance, np.sqrt(std**2 + stray**2 + doubt**2)
+    return covariance, np.sqrt(std**2 + _WITHIN**2 + stray**2 + doubt**2)

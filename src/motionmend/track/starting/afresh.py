@@ -13,9 +13,9 @@ from ...bodies.performer import Pose
 from ...numerics.neighbors import Neighbors
 from ..misread import odds_misread
 
-DOUBTED = 3.25  # log odds, in the mean of all frames since the start, above which the body is looked for
+DOUBTED = -2.0  # log odds, in the mean of all frames since the start, above which the body is looked for
 FIRST, LAST = 0.5, 4.0  # s since the start, of the first look and, each twice as late as the one before, the last one
-CLEARLY = 3.0  # log odds by which another pose has to be better; and it has to be right more likely than not
+CLEARLY = 2.0  # log odds by which another pose has to be better; and it has to be right more likely than not
 
 
 @final
@@ -41,7 +41,7 @@ class Afresh:
 
     @property
     def doubted(self) -> bool:
-        """Whether the body is likely followed wrongly, ever since it was found."""
+        """Whether the body may well be followed wrongly, ever since it was found."""
         return self.frames > 0 and self.odds > DOUBTED * self.frames
 
     @property
