@@ -160,13 +160,16 @@ def _dismissed(_signal: int, _frame: object) -> None:
     raise _Dismissed
 
 
+def left_to_parent() -> None:
+    """Let Ctrl-C and a terminal that closes be the parent's affair, which ends its processes."""
+    for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
+        signal.signal(number, signal.SIG_IGN)
+
+
 def _serve(line: "connection.Connection[Any, Any]") -> None:
     """Answer every call that comes down the line until it ends."""
     os.environ.update(dict.fromkeys(BLAS_VARIABLES, "1"))  # before numpy is loaded
-    for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
-        signal.signal(
-            number, signal.SIG_IGN
-        )  # Ctrl-C and a closed terminal are for the parent, which ends its processes
+    left_to_parent()
     signal.signal(signal.SIGTERM, _dismissed)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:

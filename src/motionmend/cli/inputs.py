@@ -118,7 +118,7 @@ def _stood_for(
     if path.is_dir():
         top = Path(name_of(path)) if several else Path()
         refused = closed_below(path)
-        files = _meant(_files_in(path, endings), what, meant)
+        files = _meant(_files_in(path, endings, {why.path for why in refused}), what, meant)
         if not files and not refused:
             refused = [Refusal(path, f"no {what} in this folder ({', '.join(sorted(endings))})")]
         return [Input(file, top / file.relative_to(path)) for file in files], refused
@@ -275,15 +275,15 @@ def _owner(sidecar: Path) -> str | None:
     return owner if isinstance(owner, str) else None
 
 
-def _files_in(folder: Path, endings: Collection[str]) -> Iterator[Path]:
-    """The files below a folder that have an ending, sorted; says which are left out because their names hide them.
+def _files_in(folder: Path, endings: Collection[str], closed: Collection[Path]) -> Iterator[Path]:
+    """The files below a folder that have an ending, sorted, without those of `closed` folders; says which are left
+    out as their names hide them.
 
     What is there under such a name but is no file, as a link to nothing, is among them, so that reading it says why.
     """
     hidden: list[Path] = []
-    closed = {one.path for one in closed_below(folder)}
     for file in sorted(folder.rglob("*")):
-        if not closed.isdisjoint((file, *file.parents)):
+        if closed and any(one in closed for one in (file, *file.parents)):
             continue
         unseen = any(part.startswith(".") for part in file.relative_to(folder).parts)
         if file.is_dir():

@@ -170,7 +170,7 @@ def joined(recording: Recording, pieces: Sequence[Repaired[Recording]]) -> Repai
 
 def _finished(state: Live[Recording], due: int) -> Repaired[Recording]:
     """The repair of the frames that come next, up to `due` and without it."""
-    outcome: Repaired[Recording] = state.model.repair(state.recent, "adaptive")
+    outcome: Repaired[Recording] = state.model.repair(state.recent, "adaptive", whole=False)
     first = state.seen - state.recent.frames
     own = slice(state.given - first, due - first)
     about_the_window = left_open(outcome.origin)

@@ -146,6 +146,7 @@ class DenoiserModel:
         robust: str = "welsch",
         footskate: bool = False,
         max_std: float | None = None,
+        whole: bool = True,
     ) -> Repaired[Recording]:
         """Repair a recording: remove noise and outliers, fill what is missing.
 
@@ -156,6 +157,7 @@ class DenoiserModel:
         robust : the estimator of method paper: welsch, tukey, huber, student or square (figure 2.3).
         footskate : clean foot skate afterwards (motions only).
         max_std : a gap less sure than this stays open: rad for motions, m for markers; None fills what it can.
+        whole : False where the recording goes on before and after its frames, as while it is still being made.
 
         Returns
         -------
@@ -180,14 +182,14 @@ class DenoiserModel:
             outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
-                outcome = by_bare_names(partial(self._taught, method=method, robust=robust), recording)
+                outcome = by_bare_names(partial(self._taught, method=method, robust=robust, whole=whole), recording)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome
 
-    def _taught(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
+    def _taught(self, recording: Recording, method: str, robust: str, whole: bool) -> Repaired[Recording]:
         model, said = self._with_joints_as_in(recording)
-        by_example = partial(model._by_example, method=method, robust=robust)
+        by_example = partial(model._by_example, method=method, robust=robust, whole=whole)
         meant = partial(by_what_is_meant, by_example, layout=model.layout, library=model.library)
         taught = partial(but_for_rest_pose, meant)
         if method == "adaptive":
@@ -213,10 +215,12 @@ class DenoiserModel:
         except MismatchError:  # so few windows teach nothing anew
             return self, ()
 
-    def _by_example(self, recording: Recording, method: str, robust: str) -> Repaired[Recording]:
+    def _by_example(self, recording: Recording, method: str, robust: str, whole: bool) -> Repaired[Recording]:
         fps = self.settings.fps
         if method == "adaptive":
-            known = Knowledge(self.layout, self.library, self.bases, self.postures, fps, process_of(self.dynamics))
+            known = Knowledge(
+                self.layout, self.library, self.bases, self.postures, fps, process_of(self.dynamics), whole
+            )
             return mend_recording(recording, known)
         channels = to_channels(recording, self.layout)
         if method == "paper":

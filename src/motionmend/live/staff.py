@@ -3,7 +3,6 @@
 import asyncio
 import multiprocessing
 import pickle
-import signal
 import socket
 import struct
 from collections import deque
@@ -12,6 +11,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast, final
 
 from ..errors import FileError
+from ..processes import left_to_parent
 from .messages import MessageError, encode_error
 from .session import Reply, Session, replied
 
@@ -228,8 +228,7 @@ def _context() -> Any:
 
 def _work(model: "CorrectorModel", online: bool, look_ahead: float, line: socket.socket) -> None:
     """A process of the staff: correct what comes over the line until it ends."""
-    for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
-        signal.signal(number, signal.SIG_IGN)  # Ctrl-C and a closed terminal are for the server, which ends the line
+    left_to_parent()  # the server, which then ends the line
     with suppress(BrokenPipeError, ConnectionResetError):  # it may while somebody is spoken of whom it will not hear of
         _serve(model, online, look_ahead, line)
 

@@ -92,3 +92,28 @@ def test_an_arm_that_rests_before_it_is_driven_costs_nothing_else():
     spoiled = truth.with_q(q + noise * np.random.default_rng(0).standard_normal(q.shape))
     off = np.degrees(mm.repair_without_model(spoiled, "adaptive").recording.q - q)[:, arm]
     assert np.sqrt(np.mean(np.square(off))) < 1.0
+
+
+@given(SEEDS, st.integers(3, 12), st.booleans())
+@settings(max_examples=20)
+def test_what_leaps_where_the_recording_goes_on_may_still_come_back(seed, length, last):
+    measured, outlier = _noisy(np.random.default_rng(seed)), np.zeros((FRAMES, 8), dtype=bool)
+    end = slice(FRAMES - length, None) if last else slice(0, length)
+    measured[end, 2] += 60.0
+    outlier[end, 2] = True
+    assert begins_or_ends(measured, outlier)[0].any()
+    assert not begins_or_ends(measured, outlier, (last, not last))[0].any()
+
+
+def test_a_slip_under_way_is_no_truth_to_who_repairs_what_is_still_being_made():
+    clips = [mm.samples.clip("walk", seconds=5, seed=seed) for seed in range(3)]
+    model, truth = mm.Denoiser(fps=30).fit(clips), mm.samples.clip("walk", seconds=3, seed=9)
+    column = truth.skeleton.dof_names.index("ltibia.rx")
+    q = truth.q + np.radians(1.0) * np.random.default_rng(0).standard_normal(truth.q.shape)
+    q[-12:, column] += np.radians(60.0)
+    off = {
+        whole: np.degrees(model.repair(truth.with_q(q), whole=whole).recording.q - truth.q)[-12:, column]
+        for whole in (True, False)
+    }
+    assert np.abs(off[True]).min() > 40.0  # what never comes back is left
+    assert np.abs(off[False]).max() < 20.0

@@ -71,6 +71,7 @@ def mend_channels(
     rounded: Callable[[slice], Floats] | None = None,
     joints: Ints | None = None,
     lasting: Lasting | None = None,
+    whole: bool = True,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -90,6 +91,7 @@ def mend_channels(
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
     joints : (C,) which columns are angles of one joint, as `adapt` has them.
     lasting : noise that lasts; None = it is new in every frame.
+    whole : False where the recording goes on before and after these frames.
 
     Returns
     -------
@@ -104,8 +106,8 @@ def mend_channels(
     noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
     leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
 
-    def block(part: tuple[Floats, Floats | None]) -> Adapted:
-        padded, open_by = part
+    def block(part: tuple[Floats, Floats | None, tuple[bool, bool]]) -> Adapted:
+        padded, open_by, ends = part
         return adapt(
             padded,
             prior,
@@ -119,14 +121,19 @@ def mend_channels(
             rounding=open_by,
             joints=joints,
             lasting=lasting,
+            whole=ends,
         )
 
     places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))
     parts = (
-        (_among_missing(measured[seen], least), None if rounded is None else _among_missing(rounded(seen), least))
+        (
+            _among_missing(measured[seen], least),
+            None if rounded is None else _among_missing(rounded(seen), least),
+            (whole and seen.start == 0, whole and seen.stop == len(measured)),
+        )
         for _, seen in places
     )
-    for (core, seen), ((padded, _), adapted) in zip(places, _at_once(block, parts, len(places)), strict=True):
+    for (core, seen), ((padded, *_), adapted) in zip(places, _at_once(block, parts, len(places)), strict=True):
         before = (len(padded) - (seen.stop - seen.start)) // 2 - seen.start
         own = slice(before + core.start, before + core.stop)
         values[core] = adapted.values[own]

@@ -80,6 +80,7 @@ class Knowledge:
     postures : examples of marker sets; None for motions.
     fps : Hz.
     process : how clean motion goes on, for gaps.
+    whole : False where the recording goes on before and after its frames.
     """
 
     layout: Layout
@@ -88,6 +89,7 @@ class Knowledge:
     postures: MarkerLibrary | None
     fps: float
     process: Process | None = None
+    whole: bool = True
 
 
 def mend_alone(recording: Recording) -> Repaired[Recording]:
@@ -99,8 +101,8 @@ def mend_alone(recording: Recording) -> Repaired[Recording]:
     return mend_recording(recording, _of_itself(recording))
 
 
-def _of_itself(recording: Motion | Markers) -> Knowledge:
-    return Knowledge(own_layout(recording), None, None, None, OWN_RATE)
+def _of_itself(recording: Motion | Markers, *, whole: bool = True) -> Knowledge:
+    return Knowledge(own_layout(recording), None, None, None, OWN_RATE, whole=whole)
 
 
 def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -204,13 +206,13 @@ def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
         of_motion, seen = _of_motion(recording, known)
 
         def motion_alone(beside: Motion, asked: Ints) -> Repaired[Motion]:
-            return _of_motion(beside, _of_itself(beside), asked)[0]
+            return _of_motion(beside, _of_itself(beside, whole=known.whole), asked)[0]
 
         return within_body_limits(with_untaught(recording, of_motion, known.layout, motion_alone), seen)
     assert isinstance(recording, Markers)
 
     def markers_alone(beside: Markers, asked: Ints) -> Repaired[Markers]:
-        return _of_markers(beside, _of_itself(beside), asked)
+        return _of_markers(beside, _of_itself(beside, whole=known.whole), asked)
 
     found = with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
     return _filled_from_all(found, known.layout)
@@ -367,6 +369,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         rounded=rounded,
         joints=joints,
         lasting=lasting,
+        whole=known.whole,
     )
 
     def unmoved(found: Mended) -> Unmoving:

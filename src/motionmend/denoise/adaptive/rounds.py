@@ -84,7 +84,7 @@ class _Asked:
     shaken, rattle : True where samples rattle, and by how much where they still count, 0 elsewhere.
     loud : the noise, by its channel's level.
     least : no noise is smaller.
-    fps, together, closer, process, as_pose, own_leaps, joints, lasting : as of `adapt`.
+    fps, together, closer, process, as_pose, own_leaps, joints, lasting, whole : as of `adapt`.
     """
 
     measured: Floats
@@ -100,6 +100,7 @@ class _Asked:
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None
     joints: Ints | None
     lasting: Lasting | None
+    whole: tuple[bool, bool]
 
     @property
     def present(self) -> Bools:
@@ -197,6 +198,7 @@ def adapt(
     rounding: Floats | None = None,
     joints: Ints | None = None,
     lasting: Lasting | None = None,
+    whole: tuple[bool, bool] = (True, True),
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
 
@@ -216,6 +218,7 @@ def adapt(
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
     lasting : noise that lasts; None = it is new in every frame.
+    whole : whether the recording begins, and ends, with these frames.
     """
     nowhere = np.zeros(measured.shape, dtype=bool)
     vouched = nowhere if vouched is None else vouched
@@ -228,7 +231,20 @@ def adapt(
     if lasting is not None:
         least = np.sqrt(np.square(least) + lasting.in_band)
     asked = _Asked(
-        measured, shaken, rattle, loud, least, fps, together, closer, process, as_pose, own_leaps, joints, lasting
+        measured,
+        shaken,
+        rattle,
+        loud,
+        least,
+        fps,
+        together,
+        closer,
+        process,
+        as_pose,
+        own_leaps,
+        joints,
+        lasting,
+        whole,
     )
     beliefs = _first(asked, prior, vouched)
     steps, turn, last = 0, 0, False
@@ -310,7 +326,7 @@ def _searched(asked: _Asked, beliefs: _Beliefs, turn: int) -> _Search:
         vouched, outlier = vouched | moved, outlier & ~moved
         mode = np.where(bends_of(moving), len(FACTORS) - 1, mode)
         if asked.together == 1:
-            one_sided, leap = begins_or_ends(measured, outlier)
+            one_sided, leap = begins_or_ends(measured, outlier, asked.whole)
             vouched, outlier = vouched | leap, outlier & ~one_sided
             mode = np.where(bends_of(leap), len(FACTORS) - 1, mode)
             leaps = np.where(leap, np.abs(measured - values), leaps)

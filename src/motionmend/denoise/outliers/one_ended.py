@@ -22,13 +22,14 @@ HALF_TURN = 180.0  # degrees; 0 and half turns, to the last digit, are written w
 MOSTLY = 0.5  # of its samples
 
 
-def begins_or_ends(measured: Floats, outlier: Bools) -> tuple[Bools, Bools]:
+def begins_or_ends(measured: Floats, outlier: Bools, whole: tuple[bool, bool] = (True, True)) -> tuple[Bools, Bools]:
     """Rejected samples that are on one side of a leap, and the recording has no other side.
 
     Parameters
     ----------
     measured : (T, C) degrees and centimetres, NaN = missing.
     outlier : (T, C) rejected.
+    whole : whether the recording begins, and ends, with these frames; what goes on beyond them may still come back.
 
     Returns
     -------
@@ -49,7 +50,7 @@ def begins_or_ends(measured: Floats, outlier: Bools) -> tuple[Bools, Bools]:
             span = int(seen[start]), int(seen[stop - 1])
             if start and stop < len(seen):
                 within[span].append(channel)
-            elif np.mean(shown[start:stop] % HALF_TURN == 0.0) < MOSTLY:
+            elif whole[1 if start else 0] and np.mean(shown[start:stop] % HALF_TURN == 0.0) < MOSTLY:
                 ends[span].append(channel)
     if not ends:
         return kept, leap
