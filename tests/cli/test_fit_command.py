@@ -102,3 +102,19 @@ def test_clips_of_other_channels_are_named_with_what_differs(cli: Command, libra
     assert "few.c3d" in ran.failures[0]
     assert said in ran.failures[0]
     assert out.exists()
+
+
+def test_a_clip_that_is_spoiled_itself_is_repaired_first_and_named(cli: Command, library: Path, tmp_path: Path) -> None:
+    shutil.copytree(library / "amc", tmp_path / "clips")
+    bad = tmp_path / "clips" / "walk_1.amc"
+    assert cli("corrupt", library / "amc" / "walk_1.amc", "-o", bad, "--noise", "3", "--force").code == 0
+    ran = cli("fit", "denoiser", tmp_path / "clips", "-o", tmp_path / "m.mend", "--jobs", "1", "--json")
+    assert ran.code == 0
+    (told,) = json.loads(ran.out)["spoiled"]
+    assert told["clip"] == str(bad)
+    assert abs(told["noise"] - 3.0) < 0.3
+    assert [line for line in ran.err.splitlines() if line.startswith(f"note: {bad}: noise of ")]
+    assert any("repaired by what they show themselves" in note for note in load_model(tmp_path / "m.mend").notes)
+    many = cli("fit", "denoiser", tmp_path / "clips", "-o", tmp_path / "n.mend", "--jobs", "2")
+    assert many.code == 0
+    assert (tmp_path / "m.mend").read_bytes() == (tmp_path / "n.mend").read_bytes()

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..bodies.motion import Markers, Motion
     from ..denoise.channels.layout import Layout, Sketch
     from ..denoise.library.statistics import Statistics
+    from ..denoise.spoiled_clips import Spoiled
 
 CHUNKS = 32  # into which files are cut, so that any number of workers has something to do
 MOST_CLIPS = 64  # in a chunk; the sums sent back are as large for many clips as for one
@@ -105,13 +106,14 @@ class Survey:
 
 @dataclass(frozen=True, eq=False)
 class Lesson:
-    """What clips teach, and those in which no whole window lies."""
+    """What clips teach, those in which no whole window lies, and those that were spoiled themselves."""
 
     statistics: "Statistics"
     short: tuple[Path, ...]
+    spoiled: "tuple[tuple[Path, Spoiled], ...]"
 
     def __add__(self, other: "Lesson") -> "Lesson":
-        return Lesson(self.statistics + other.statistics, self.short + other.short)
+        return Lesson(self.statistics + other.statistics, self.short + other.short, self.spoiled + other.spoiled)
 
 
 def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
@@ -130,19 +132,24 @@ def survey(chunk: Sequence[Input], /, *, reading: Reading) -> Part[Survey]:
 def learn(
     chunk: Sequence[Input], /, *, reading: Reading, layout: "Layout", window: int, model_fps: float
 ) -> Part[Lesson]:
-    """Statistics of clips; a task for `batch.in_turn`."""
+    """Statistics of clips, spoiled ones repaired first; a task for `batch.in_turn`."""
     from ..denoise.library.statistics import statistics
+    from ..denoise.spoiled_clips import unspoiled
 
     failures: list[tuple[Path, Failure]] = []
     taught: list[Path] = []
+    repaired: list[tuple[Path, Spoiled]] = []
 
     def clips() -> Iterator["Motion | Markers"]:
         for item, clip in _clips(chunk, reading, failures):
+            cleaned, spoiled = unspoiled(clip)
             taught.append(item.path)
-            yield clip
+            if spoiled is not None:
+                repaired.append((item.path, spoiled))
+            yield cleaned
 
     found = statistics(clips(), layout, window, model_fps)
-    lesson = Lesson(found, tuple(taught[number] for number in found.barren))
+    lesson = Lesson(found, tuple(taught[number] for number in found.barren), tuple(repaired))
     return Part(lesson if found.clips else None, tuple(failures))
 
 

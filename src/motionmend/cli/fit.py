@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from ..batch import Failure, one_blas_thread, workers
 from ..errors import FileError, MismatchError, UsageError, counted
-from .archive import Reading, learn, survey, total
+from .archive import Lesson, Reading, learn, survey, total
 from .inputs import gather
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
 from .output import exit_code, tell_failure, tell_guesses
@@ -33,7 +33,8 @@ def denoiser(
 ) -> int:
     """Learn a denoiser from clean clips of one kind: joint angles of one channel set, or one marker set.
 
-    A clip that cannot be read is reported and left out.
+    A clip that cannot be read is reported and left out. One that is noisy or full of outliers itself is repaired by
+    what it shows itself first, which is said.
     """
     from ..denoise import Denoiser
     from ..io import READABLE
@@ -70,7 +71,7 @@ def denoiser(
         say(f"note: {path}: no {window / model_fps:.3g} s in which nothing is missing: no bases are learned from it")
     try:
         with one_blas_thread():
-            model = settings.learned(layout, learned.value.statistics)
+            model = settings.learned(layout, learned.value.statistics, _repaired_first(learned.value, layout.kind))
     except MismatchError as error:
         raise MismatchError(f"{out} not written: {error}") from None
     was_fitted = perf_counter()
@@ -90,6 +91,10 @@ def denoiser(
         "settings": {"window": window, "model_fps": model_fps, "energy": energy},
         "failed": len(failures) + len(refused),
         "short": learned.value.short,
+        "spoiled": [
+            {"clip": path, "noise": round(one.noise, 3), "outliers": round(one.outliers, 4)}
+            for path, one in learned.value.spoiled
+        ],
         "warnings": notes,
         "guesses": list(found.value.guesses),
         "seconds": {
@@ -111,6 +116,17 @@ def _told(failures: Iterable[tuple[Path, Failure]], working: Working) -> list[Fa
         tell_failure(path, failure, as_json=False, debug=working.debug)
         told.append(failure)
     return told
+
+
+def _repaired_first(lesson: Lesson, kind: str) -> tuple[str, ...]:
+    """What is said of clips that were spoiled themselves."""
+    from ..denoise.spoiled_clips import told
+
+    if not lesson.spoiled:
+        return ()
+    paths = [path for path, _ in lesson.spoiled]
+    those = f"{paths[0]}:" if len(paths) == 1 else f"{len(paths)} clips, {paths[0]} first:"
+    return (f"{those} {told([one for _, one in lesson.spoiled], 'cm' if kind == 'markers' else 'degrees')}",)
 
 
 def _of_another_order(clips: Sequence[Path]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ _HOME = {
     "repair_without_model": "model",
     "FixedLag": "fixed_lag",
     "repair_with_lag": "fixed_lag",
+    "unspoiled": "spoiled_clips",
 }
 
 __all__ = list(_HOME)

@@ -86,13 +86,14 @@ class Denoiser:
             layout = learn_layout(again)
             return self.learned(layout, statistics(again, layout, self.window, self.fps))
 
-    def learned(self, layout: Layout, clips: Statistics) -> "DenoiserModel":
+    def learned(self, layout: Layout, clips: Statistics, notes: tuple[str, ...] = ()) -> "DenoiserModel":
         """The model that statistics of clips make.
 
         Parameters
         ----------
         layout : the clips' channels.
         clips : their statistics at this window and rate.
+        notes : what was done to the clips before.
 
         Raises
         ------
@@ -108,7 +109,7 @@ class Denoiser:
             postures=clips.postures,
             clips=clips.clips,
             frames=clips.frames,
-            notes=clips.notes(),
+            notes=(*clips.notes(), *notes),
         )
 
 
