@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..bodies.skeleton import ROTATION
+from .channels.pieces import PIECE, blocks
 from .model import repair_without_model
 from .noise.level import first_noise
 from .too_short import FEWEST_FRAMES
@@ -51,7 +52,7 @@ def unspoiled(clip: Motion | Markers) -> tuple[Motion | Markers, Spoiled | None]
     ------
     Section 2.4: what a noisy recording shows can be learned from.
     """
-    if clip.frames < FEWEST_FRAMES or not looks_spoiled(clip):
+    if not looks_spoiled(clip):
         return clip, None
     if isinstance(clip, Markers):
         markers = repair_without_model(clip)
@@ -62,11 +63,15 @@ def unspoiled(clip: Motion | Markers) -> tuple[Motion | Markers, Spoiled | None]
 
 
 def looks_spoiled(clip: Motion | Markers) -> bool:
-    """Whether most channels are noisier than motion ever looks, or lone samples leap more often than in any."""
+    """Whether somewhere most channels are noisier than motion ever looks, or lone samples leap oftener than in any."""
+    return any(_spoiled_piece(clip.at_frames(frames)) for frames, _ in blocks(clip.frames, PIECE, 0))
+
+
+def _spoiled_piece(clip: Motion | Markers) -> bool:
     turns = isinstance(clip, Motion)
     values = _angles(clip) if isinstance(clip, Motion) else 100.0 * clip.positions.reshape(clip.frames, -1)
     values = values[:, _moving(values)]
-    if not values.shape[1]:
+    if not values.shape[1] or clip.frames < FEWEST_FRAMES:
         return False
     noise, alone = float(np.median(first_noise(values))), float(_alone(values, turns=turns).mean())
     slower = max(1.0, SLOW / clip.fps)
