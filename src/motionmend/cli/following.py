@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from ..track.hindsight.backwards import Moment
     from ..track.measure.calibrate import Calibration
     from ..track.model import TrackerModel
+    from ..track.outcome import Estimate
     from ..track.person.room import Scene
     from ..track.recording import Told
     from ..track.settings import TrackSettings
     from ..track.starting.furniture import Room
-    from ..track.tracker import Estimate
 
 WINDOW = 3.0  # s, looked at to measure the person
 MEASURED_FPS = 15.0  # Hz, of the frames looked at

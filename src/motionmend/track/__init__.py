@@ -3,7 +3,7 @@
 from ..rooms import opened_late
 
 _HOME = {
-    "Estimate": "tracker",
+    "Estimate": "outcome",
     "TrackSettings": "settings",
     "TrackState": "state",
     "Tracked": "recording",

@@ -15,9 +15,10 @@ from .hindsight.backwards import Moment, moment, revised
 from .hindsight.smoothing import smoothed
 from .measure.plausible import doubts
 from .model import TrackerModel
+from .outcome import Estimate
 from .settings import TrackSettings, settings_of
 from .starting.furniture import Room, is_furniture, room_behind
-from .tracker import Estimate, start, step
+from .tracker import start, step
 
 UNSURE = 0.10  # m; a joint whose place has this standard deviation or more is not said to be known
 DEFAULT = settings_of("default")

@@ -1,104 +1,57 @@
 """Following one body, frame by frame: a state goes in with a frame, the next state and an estimate come out."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Singles, frozen
+from ..arrays import Singles, frozen
 from ..bodies.camera import DepthFrame
-from ..bodies.performer import DOFS, Performer, Pose, landmarks
-from ..bodies.surface import intrinsics
+from ..bodies.performer import DOFS, Performer, Pose
 from ..errors import UsageError
 from .frame.evidence import evidence_of
 from .frame.observation import Observation
-from .limbs.certainty import astray, bare_of, certainty_of, shown_and_denied, trust_of
 from .limbs.mend import mend_limbs
 from .limbs.offers import MUCH, offers_tried
 from .limbs.other_poses import coarse_of, disagreement, left_over
 from .limbs.pieces import CLAIMED, claimed
 from .limbs.rescue import rescued
-from .lost import UNPROVEN, is_lost, is_unproven
-from .measure.girth import FRAMES, Girth, learned
-from .misread import held, misread, odds_misread
+from .lost import is_lost
+from .measure.girth import Girth
 from .model import TrackerModel
+from .outcome import DOUBTFUL, Estimate, Searched, followed, nobody
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
 from .person.pixels import person_of
-from .readings.facing import lies
 from .readings.hypotheses import contested
-from .readings.pair import either
 from .readings.second import faced
 from .settings import TrackSettings
 from .stages import Stages
-from .starting.afresh import Afresh, watched
+from .starting.afresh import Afresh
 from .starting.look import look_for_body, taken_up
 from .state import EVERY, Fit, Sight, TrackState
-from .terms.objective import PAUSE, expected_pose, fitted
-from .terms.smooth import difference
+from .terms.objective import expected_pose, fitted
 
-__all__ = ["Estimate", "start", "step"]
-
-FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
-BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
-PROBATION = 1.0  # s, in which it has to prove itself; what is usual gives way meanwhile
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
-DOUBTFUL = 1.15  # times the same, above which a pose may be wrong
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Estimate:
-    """What one frame gave.
+class _Body:
+    """The body in a frame, while it is made out.
 
     Attributes
     ----------
-    pose : None while nobody was ever found. landmarks : (16, 3) m in camera axes, NaN then.
-    std : (16,) m, standard deviation of each joint (one coordinate); half of how far apart two readings of front and
-        back have it at least, until one of them is refuted.
-    settled : (16,) m, the deviation if this reading is the right one; None where nobody is.
-    flags : of `FLAGS`; `held` joints are in `held`, and only `hindsight` says `revised`.
-    held : (16,) True where nothing of the limb is seen and the prior holds it.
-    costs, inliers : of each term. wrong : share of the person's pixels explained wrongly.
-    converged, iterations : of Gauss-Newton. covariance : (34, 34) m² and rad².
-    restarts : how many limbs or bodies were found anew.
-    seconds : of each stage.
-    """
-
-    pose: Pose | None
-    landmarks: Floats
-    std: Floats
-    flags: tuple[str, ...]
-    held: Bools
-    costs: Mapping[str, float] = field(default_factory=dict)
-    inliers: Mapping[str, int] = field(default_factory=dict)
-    wrong: float = float("nan")
-    converged: bool = False
-    iterations: int = 0
-    covariance: Floats | None = None
-    restarts: int = 0
-    settled: Floats | None = None
-    seconds: Mapping[str, float] = field(default_factory=dict)
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """What looking for limbs, and for the whole body from where it is, came to.
-
-    Attributes
-    ----------
-    fit : the best one. restarts : how many limbs were found anew.
-    busy : this frame was searched for something. unclaimed : a piece of the person has nothing of the body near it.
-    doubt : (16,) m, about each joint.
+    fit : the best one so far. elapsed : s since the pose that it moved from; 0 where it was found anew.
+    recovered : whether it was. ways : poses that the last look for it gave; None where nobody looked.
+    restarts : how many limbs were found anew.
     """
 
     fit: Fit
-    restarts: int = 0
-    busy: bool = False
-    unclaimed: bool = False
-    doubt: Floats = field(default_factory=lambda: frozen(np.zeros(16)))
+    elapsed: float
+    recovered: bool
+    ways: list[Pose] | None
+    restarts: int
 
 
 def start(
@@ -155,57 +108,30 @@ def step(
     state, seen, elapsed = _seen(settings, state, evened(frame))
     clock.lap("foreground")
     if state.evidence is None:
-        return _nobody(replace(state, searched=EVERY, looked=EVERY), elapsed, ("empty",), clock)
+        return nobody(replace(state, searched=EVERY, looked=EVERY), elapsed, ("empty",), clock)
     sight = Sight(model, settings, seen, state.evidence, coarse_of(state.evidence))
-    first, waits, recovered = state.pose is None, state.looked < EVERY, False
+    first, waits = state.pose is None, state.looked < EVERY
     state = replace(state, looked=state.looked + 1)
-    ways: list[Pose] | None = None
+    ways, recovered = None, False
     if state.pose is None or state.lost:
-        # Between two looks a lost body is looked for where it was: a look takes as long as many frames.
-        found = state.pose
-        if not waits:
-            ways = look_for_body(sight, state)
-            found = ways[0] if ways else None
-            state = replace(state, searched=0, looked=1)
+        state, ways, found = _placed(sight, state, waits=waits)
         clock.lap("detect")
-        if found is None:
-            return _nobody(state, elapsed, ("lost",), clock)
-        recovered = not (first or waits)
-        state = replace(state, pose=found, velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
-        elapsed = 0.0
+        if not found:
+            return nobody(state, elapsed, ("lost",), clock)
+        elapsed, recovered = 0.0, not (first or waits)
     fit = fitted(sight, state, expected_pose(state, settings, elapsed, sight.coarse), clock=clock)
-    search = _limbs_searched(sight, fit, elapsed, clock) if settings.search else _Search(fit)
-    fit, restarts = search.fit, search.restarts
+    searched = _limbs_searched(sight, fit, elapsed, clock) if settings.search else Searched(fit)
+    body = _Body(searched.fit, elapsed, recovered, ways, searched.restarts)
     searches = settings.search and model.detector is not None
-    if searches and is_lost(fit.state.wrong, fit.wrong) and not (recovered or waits):
-        ways = look_for_body(sight, fit.state)
-        fit = replace(fit, state=replace(fit.state, looked=1))
-        if ways and disagreement(fit.state.performer, ways[0], sight.coarse) < 0.8 * fit.wrong:
-            fresh = replace(fit.state, pose=ways[0], velocity=frozen(np.zeros(DOFS)))
-            fit, recovered = replace(fitted(sight, fresh, ways[0]), state=fit.state), True
-        clock.lap("detect")
-    afresh = fit.state.afresh
-    if afresh is not None and afresh.due:
-        anew = None
-        if afresh.doubted and not (recovered or is_lost(fit.state.wrong, fit.wrong)):
-            ways = look_for_body(sight, replace(fit.state, pose=None))
-            anew = taken_up(sight, fit, ways)
-        fit = replace(fit, state=replace(fit.state, afresh=afresh.later if afresh.doubted else None))
-        if anew is not None:
-            fit, elapsed, recovered = anew, 0.0, True
-        clock.lap("detect")
-    if settings.search and not is_lost(fit.state.wrong, fit.wrong):
-        mended = fit.solution
-        asked = (ways or []) if recovered or first else None
-        fit, turned_about = faced(sight, fit, elapsed, asked, busy=search.busy)
-        if turned_about:
-            elapsed, recovered = 0.0, True  # it did not move there
-        else:
-            restarts += fit.solution is not mended
-        clock.lap("facing")
+    if searches and not (recovered or waits):
+        body = _found_again(sight, body, clock)
+    body = _looked_at_afresh(sight, body, clock)
+    if settings.search:
+        body = _faced(sight, body, clock, first=first, busy=searched.busy)
+    fit = body.fit
     if searches and first:
         fit = replace(fit, state=replace(fit.state, afresh=Afresh()))
-    return _tracked(sight, fit, replace(search, restarts=restarts), elapsed, recovered, clock)
+    return followed(sight, fit, replace(searched, restarts=body.restarts), body.elapsed, body.recovered, clock)
 
 
 def _seen(settings: TrackSettings, state: TrackState, frame: DepthFrame) -> tuple[TrackState, Observation, float]:
@@ -220,7 +146,24 @@ def _seen(settings: TrackSettings, state: TrackState, frame: DepthFrame) -> tupl
     return replace(state, scene=scene, time=frame.time, evidence=evidence, observation=observation), seen, elapsed
 
 
-def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> _Search:
+def _placed(sight: Sight, state: TrackState, *, waits: bool) -> tuple[TrackState, list[Pose] | None, bool]:
+    """A body that is lost, or was never seen, looked for: the state with it in place at rest, the poses that the look
+    gave, None if there was none, and whether it is anywhere.
+
+    Between two looks a lost body is looked for where it was: a look takes as long as many frames.
+    """
+    ways, pose = None, state.pose
+    if not waits:
+        ways = look_for_body(sight, state)
+        pose = ways[0] if ways else None
+        state = replace(state, searched=0, looked=1)
+    if pose is None:
+        return state, ways, False
+    still, trusted = frozen(np.zeros(DOFS)), frozen(np.ones(DOFS - 6))
+    return replace(state, pose=pose, velocity=still, trust=trusted), ways, True
+
+
+def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> Searched:
     """Limbs that the frame shows elsewhere, and other poses of the whole where that explains little."""
     state, coarse = fit.state, sight.coarse
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
@@ -252,104 +195,51 @@ def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> _S
     restarts += fit.solution is not mended
     clock.lap("hypothesis")
     fit = replace(fit, state=replace(fit.state, searched=0 if asks else state.searched + 1))
-    return _Search(fit, restarts, busy, unclaimed, doubt)
+    return Searched(fit, restarts, busy, unclaimed, doubt)
 
 
-def _tracked(
-    sight: Sight, fit: Fit, search: _Search, elapsed: float, recovered: bool, clock: Stages
-) -> tuple[TrackState, Estimate]:
-    """The next state and the estimate, after a frame in which the body was followed, or lost while it was."""
-    settings, seen, evidence, coarse = sight.settings, sight.seen, sight.evidence, sight.coarse
-    state, solution, wrong = fit.state, fit.solution, fit.wrong
-    assert state.pose is not None
-    performer, pose = state.performer, solution.state
-    shown, denied, unknown = shown_and_denied(performer, pose, coarse, evidence.weight)
-    trust, visible = trust_of(shown)
-    odds = odds_misread(sight.model.database.search, pose, wrong, trust)
-    past, bare = (float("nan"), np.full(len(shown), np.nan)) if recovered else (state.misread, state.bare)
-    mean = held(past, odds, elapsed)
-    bare = bare_of(bare, shown, denied, unknown, elapsed)
-    doubt = np.hypot(search.doubt, astray(shown, denied, bare, wrong, state.wrong))
-    doubt = np.sqrt(doubt**2 + either(state.sides.question, performer, pose) ** 2 + misread(mean) ** 2)
-    hidden = np.where(visible, 0.0, state.hidden + elapsed)
-    covariance, std = certainty_of(performer, solution, hidden, doubt, wrong)
-    # Not who is seen for the first time, unless they lie.
-    anew = recovered or (state.lost and (bool(np.isfinite(state.wrong)) or lies(pose)))
-    found = 0.0 if anew else state.found + elapsed
-    refuted = settings.search and is_lost(state.wrong, wrong)
-    lost = refuted or (settings.search and found < PROBATION and is_unproven(state.wrong, pose, wrong))
-    velocity = np.zeros(DOFS)
-    if 0.0 < elapsed < PAUSE:
-        velocity = difference(pose, state.pose) / elapsed
-        velocity[6:] *= np.minimum(1.0, 0.2 + trust)  # what is not seen is not known to go on moving
-    before = None
-    if "color" in settings.terms and seen.intensity is not None:
-        from ..bodies.performer import bone_frames
-
-        images = seen.intensity, seen.depth
-        before = bone_frames(performer, pose), *images, intrinsics(seen.camera)
-    girth = state.girth
-    # A pose that was just found, or fits worse than usual, says little of widths.
-    sure = elapsed > 0.0 and not (lost or recovered or search.restarts or wrong > DOUBTFUL * state.wrong + 0.01)
-    if girth is not None and girth.frames < FRAMES and sure:
-        girth = learned(girth, performer, pose, evidence, coarse, settings)
-        performer = girth.performer
-        clock.lap("girth")
-    afresh = None if lost or state.afresh is None else watched(state.afresh, elapsed, odds)
-    # A pose that fits worse than usual says little of what is usual, nor does the first one if it fits badly.
-    share = 0.1 if wrong < 1.2 * state.wrong and not search.unclaimed else 0.02
-    running = min(wrong, UNPROVEN) if not np.isfinite(state.wrong) else (1.0 - share) * state.wrong + share * wrong
-    flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or search.restarts else ()))
-    flags += ("held",) if not visible.all() else ()
-    assert state.scene is not None
-    vouched = not lost and (state.scene.vouched or running < BODY)
-    scene = replace(state.scene, vouched=vouched, stirred=0.0 if lost else state.scene.stirred)
-    after = replace(
-        state,
-        scene=scene,
-        performer=performer,
-        girth=girth,
-        afresh=afresh,
-        pose=pose,
-        velocity=frozen(velocity),
-        trust=frozen(trust),
-        hidden=frozen(hidden),
-        lost=lost,
-        found=found,
-        wrong=state.wrong if refuted else running,
-        misread=mean,
-        bare=frozen(bare),
-        hypothesis=None if lost or recovered else state.hypothesis,
-        before=before,
-    )
-    std = np.maximum(std, 0.10) if lost else std
-    unsure = np.maximum(std, either(state.facing.question, performer, pose))
-    clock.lap("certainty")
-    return after, Estimate(
-        pose,
-        landmarks(performer, pose),
-        unsure,
-        flags,
-        ~visible,
-        solution.system.costs,
-        solution.system.inliers,
-        wrong,
-        solution.converged,
-        solution.iterations,
-        covariance,
-        search.restarts + recovered,
-        std,
-        clock.seconds,
-    )
+def _found_again(sight: Sight, body: _Body, clock: Stages) -> _Body:
+    """A body that its pose explains no longer, looked for in the whole image."""
+    fit = body.fit
+    if not is_lost(fit.state.wrong, fit.wrong):
+        return body
+    ways = look_for_body(sight, fit.state)
+    body = replace(body, ways=ways, fit=replace(fit, state=replace(fit.state, looked=1)))
+    if ways and disagreement(fit.state.performer, ways[0], sight.coarse) < 0.8 * fit.wrong:
+        fresh = replace(body.fit.state, pose=ways[0], velocity=frozen(np.zeros(DOFS)))
+        anew = replace(fitted(sight, fresh, ways[0]), state=body.fit.state)
+        body = replace(body, fit=anew, recovered=True)
+    clock.lap("detect")
+    return body
 
 
-def _nobody(state: TrackState, elapsed: float, flags: tuple[str, ...], clock: Stages) -> tuple[TrackState, Estimate]:
-    """The last pose is kept; its joints may be anywhere within reach by now."""
-    hidden = state.hidden + elapsed
-    after = replace(state, hidden=frozen(hidden), lost=True, velocity=frozen(np.zeros(DOFS)), before=None)
-    place = np.full((16, 3), np.nan) if state.pose is None else landmarks(state.performer, state.pose)
-    std = np.full(16, np.nan) if state.pose is None else 0.15 + 0.5 * hidden
-    return after, Estimate(state.pose, place, std, flags, np.ones(16, bool), seconds=clock.seconds)
+def _looked_at_afresh(sight: Sight, body: _Body, clock: Stages) -> _Body:
+    """A body that may well be followed wrongly ever since it was found, looked for anew when it is time."""
+    fit = body.fit
+    afresh = fit.state.afresh
+    if afresh is None or not afresh.due:
+        return body
+    ways, anew = body.ways, None
+    if afresh.doubted and not (body.recovered or is_lost(fit.state.wrong, fit.wrong)):
+        ways = look_for_body(sight, replace(fit.state, pose=None))
+        anew = taken_up(sight, fit, ways)
+    fit = replace(fit, state=replace(fit.state, afresh=afresh.later if afresh.doubted else None))
+    clock.lap("detect")
+    if anew is not None:
+        return replace(body, fit=anew, elapsed=0.0, recovered=True, ways=ways)
+    return replace(body, fit=fit, ways=ways)
+
+
+def _faced(sight: Sight, body: _Body, clock: Stages, *, first: bool, busy: bool) -> _Body:
+    """The body as of the likelier of two readings, front or back, left or right."""
+    if is_lost(body.fit.state.wrong, body.fit.wrong):
+        return body
+    asked = (body.ways or []) if body.recovered or first else None
+    fit, turned_about = faced(sight, body.fit, body.elapsed, asked, busy=busy)
+    clock.lap("facing")
+    if turned_about:
+        return replace(body, fit=fit, elapsed=0.0, recovered=True)  # it did not move there
+    return replace(body, fit=fit, restarts=body.restarts + (fit.solution is not body.fit.solution))
 
 
 def _tones(frame: DepthFrame, settings: TrackSettings) -> Singles | None:

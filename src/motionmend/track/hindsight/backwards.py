@@ -27,6 +27,7 @@ from ..limbs.other_poses import LIMBS, coarse_of, disagreements, with_limb
 from ..lost import is_lost
 from ..misread import held, misread, odds_misread
 from ..model import TrackerModel
+from ..outcome import Estimate
 from ..readings.left_right import strange_legs
 from ..readings.pair import either
 from ..settings import TrackSettings
@@ -34,7 +35,6 @@ from ..state import TrackState
 from ..terms.objective import PAUSE, expected_pose, terms_of
 from ..terms.smooth import difference
 from ..terms.solve import solve_pose
-from ..tracker import Estimate
 from .together import between_turns, solved_together
 
 WINDOW, AHEAD = 90, 15  # frames told of at a time, and how many after them are waited for
