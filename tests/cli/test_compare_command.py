@@ -16,7 +16,7 @@ from motionmend.bodies.postures import Postures
 from motionmend.bodies.rig import motion_landmarks
 from motionmend.bodies.truth_joints import joints_of_motion
 from motionmend.io import read, write
-from motionmend.io.joint_table import write_joint_table
+from motionmend.io.joint_table import read_joint_table, write_joint_table
 from skeletons import turned_otherwise
 
 
@@ -101,6 +101,28 @@ def test_tables_of_other_rates_are_compared_in_time_and_that_is_said(cli: Comman
         assert round(facts["fps"]) == 30
         assert "40 rows at" in facts["notes"][0]
     assert "compared at 40 times" in cli("compare", truth, other).out
+
+
+def test_a_table_in_other_units_is_said(cli: Command, tmp_path: Path) -> None:
+    truth, other = joints(tmp_path / "truth.csv", 0.0), joints(tmp_path / "other.csv", 0.03)
+    assert json.loads(cli("compare", truth, other, "--json").out)["warnings"] == []
+    table = read_joint_table(other)
+    write_joint_table(tmp_path / "mm.csv", table.with_positions(1000.0 * table.positions))
+    (said,) = json.loads(cli("compare", truth, tmp_path / "mm.csv", "--json").out)["warnings"]
+    assert said.startswith("mm.csv: metres were wanted")
+    assert "millimetres?" in said
+
+
+def test_what_was_supposed_of_one_file_has_its_name(cli: Command, library: Path, tmp_path: Path) -> None:
+    motion = read(library / "clean.amc")
+    assert isinstance(motion, Motion)
+    write(tmp_path / "truth.bvh", motion)
+    write_joint_table(tmp_path / "seen.csv", Postures(LANDMARKS, motion_landmarks(motion), np.arange(motion.frames)))
+    guesses = json.loads(cli("compare", tmp_path / "truth.bvh", tmp_path / "seen.csv", "--json").out)["guesses"]
+    assert any("unit of length" in one for one in guesses)
+    assert all(one.startswith("truth.bvh: ") for one in guesses)
+    both = json.loads(cli("compare", tmp_path / "truth.bvh", tmp_path / "truth.bvh", "--json").out)["guesses"]
+    assert guesses == [f"truth.bvh: {one}" for one in both]
 
 
 def test_a_folder_of_tables(cli: Command, tmp_path: Path) -> None:

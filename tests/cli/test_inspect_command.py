@@ -143,6 +143,11 @@ def test_a_depth_folder_alone_and_within_another(cli: Command, tmp_path: Path) -
     (folder / "color").mkdir()
     assert "color/ holds no images" in json.loads(cli("inspect", folder, "--json").out)["warnings"][0]
     assert "16 x 12" in cli("inspect", folder).out
+    write_depth_folder(
+        tmp_path / "lapse", [DepthFrame(camera, images[1], None, t) for t in (0.0, 0.1, 0.2, 0.7, 0.8)], 10.0
+    )
+    (said,) = json.loads(cli("inspect", tmp_path / "lapse", "--json").out)["warnings"]
+    assert said.startswith("1 step in time longer than 1.5 frames, up to 0.5 s")
     (folder / "camera.json").unlink()
     ran = cli("inspect", folder)
     assert (ran.code, len(ran.failures)) == (1, 1)

@@ -244,7 +244,8 @@ def test_without_its_model_a_take_fails_and_the_others_are_done(cli: Command, ta
         ("fps = -1\n", "fps"),
         ("format = 'fbx'\n", "format"),
         ("[denoise]\nmax_std = -1\n", "denoise.max_std"),
-        ("[denoise]\nmethod = 'magic'\n", "magic"),
+        ("[denoise]\nmethod = 'magic'\n", "bad.toml: --method"),
+        ("track = 'people.mend'\n", "track: a section was wanted"),
         ("[correct\n", "TOML"),
     ],
 )

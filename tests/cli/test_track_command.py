@@ -196,6 +196,49 @@ def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_
     assert lengths[0] == lengths[1]
 
 
+def test_a_start_that_is_not_where_the_person_is_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
+    start = read_joint_table(studio / "start.csv")
+    upright = start.positions * np.array([1.0, -1.0, 1.0])  # y up, as sensors' skeletons have it
+    write_joint_table(tmp_path / "up.csv", Postures(LANDMARKS, upright, start.times))
+    given = ["track", studio / "take", "-m", studio / "m.mend", "--skeleton", studio / "clip.asf", "--json"]
+    for name, where, doubted in (("fine", studio / "start.csv", False), ("up", tmp_path / "up.csv", True)):
+        ran = cli(*given, "--start", where, "-o", tmp_path / f"{name}_tracked.csv")
+        assert ran.code == 0
+        warnings = json.loads(ran.out)["warnings"]
+        assert any("--start are" in one and "not believed" in one for one in warnings) == doubted
+        assert json.loads((tmp_path / f"{name}_tracked.mend.json").read_text())["warnings"] == warnings
+
+
+def test_a_start_where_nobody_is_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
+    take = read_depth(studio / "take")
+    empty = DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32), None, 0.0)
+    frames = [empty, *(replace(take.frame(k), time=(k + 1) / FPS) for k in range(FRAMES - 1))]
+    write_depth_folder(tmp_path / "late", frames, FPS)
+    known = ["--skeleton", studio / "clip.asf", "--start", studio / "start.csv"]
+    ran = cli("track", tmp_path / "late", "-m", studio / "m.mend", *known, "-o", tmp_path / "o.csv", "--json")
+    assert ran.code == 0
+    assert any("nobody was found in frame 0" in one for one in json.loads(ran.out)["warnings"])
+
+
+def test_what_was_supposed_of_the_skeleton_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
+    text = (studio / "clip.asf").read_text()
+    unsaid = "\n".join(line for line in text.splitlines() if "metres per length unit" not in line)
+    (tmp_path / "unsaid.asf").write_text(unsaid)
+    given = ["track", studio / "take", "-m", studio / "m.mend", "--start", studio / "start.csv", "--json"]
+    ran = cli(*given, "--skeleton", tmp_path / "unsaid.asf", "-o", tmp_path / "o.csv")
+    assert ran.code == 0
+    guesses = json.loads(ran.out)["guesses"]
+    assert any(one.startswith("unsaid.asf: length") and "unit of length" in one for one in guesses)
+    assert json.loads((tmp_path / "o.mend.json").read_text())["guesses"] == guesses
+    assert "unit of length" in ran.err
+    for unit, named in ((1.0, "nobody was found"), (400.0, "tiny.asf: a performer's")):
+        (tmp_path / "tiny.asf").write_text(unsaid.replace("length 0.45", f"length {unit}"))
+        failed = cli(*given[:4], "--skeleton", tmp_path / "tiny.asf", "-o", tmp_path / "t.csv")
+        assert (failed.code, len(failed.failures)) == (1, 1)
+        assert named in failed.failures[0]
+        assert "lengths may be wrong" in failed.failures[0]
+
+
 def test_the_first_recording_with_somebody_in_it_gives_the_body(cli: Command, studio: Path, tmp_path: Path) -> None:
     nobody = (DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32), None, t / FPS) for t in range(3))
     write_depth_folder(tmp_path / "in" / "a_nobody", nobody, FPS)
@@ -324,10 +367,13 @@ def test_what_is_no_start_no_model_no_body(cli: Command, studio: Path, library: 
     shutil.copy(studio / "truth.csv", tmp_path / "rows.csv")  # more than one row
     columns = ",".join(f"{joint}_{axis}" for joint in ("head", "pelvis", "l_knee") for axis in "xyz")
     (tmp_path / "mm.csv").write_text(f"time,{columns}\n0,0,-800,3000,0,0,3000,150,400,2900\n")
+    (tmp_path / "behind.csv").write_text(f"time,{columns}\n0,0,-0.8,-3,0,0,-3,0.15,0.4,-3.1\n")
     given = ["track", studio / "take", "-o", tmp_path / "o.csv"]
     for more, said in (
         (["-m", studio / "m.mend", "--start", tmp_path / "start.csv"], "start.csv"),
         (["-m", studio / "m.mend", "--start", tmp_path / "mm.csv"], "mm.csv: joints in m were wanted"),
+        (["-m", studio / "m.mend", "--start", tmp_path / "behind.csv"], "behind.csv: joints before the camera were"),
+        (["-m", studio / "m.mend", "--skeleton", studio / "truth.csv"], "truth.csv: wanted a skeleton (.asf or .bvh)"),
         (
             ["-m", studio / "m.mend", "--start", tmp_path / "rows.csv"],
             f"rows.csv: one row was wanted, the pose of frame 0, came {FRAMES}",

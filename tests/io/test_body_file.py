@@ -58,3 +58,24 @@ def test_an_editor_may_have_put_a_mark_before_it(tmp_path: Path) -> None:
     write_body(path, average(1.7))
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     np.testing.assert_allclose(read_body(path).lengths, average(1.7).lengths, rtol=1e-8)
+
+
+def test_lengths_that_were_changed_alone_are_not_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "body.json"
+    write_body(path, average(1.7))
+    facts = json.loads(path.read_text())
+    facts["lengths_m"]["l_thigh"] *= 1.1
+    path.write_text(json.dumps(facts))
+    with pytest.raises(FileError, match=r"l_thigh is .* in lengths_m") as failure:
+        read_body(path)
+    assert "\n" not in str(failure.value)
+
+
+def test_a_solid_on_no_bone(tmp_path: Path) -> None:
+    path = tmp_path / "body.json"
+    write_body(path, average(1.7))
+    facts = json.loads(path.read_text())
+    facts["solids"]["bone"][3] = 99
+    path.write_text(json.dumps(facts))
+    with pytest.raises(FileError, match="solids on bones that it lacks"):
+        read_body(path)

@@ -97,6 +97,23 @@ def test_an_image_without_any_return_or_saturated_throughout_is_blank(folder: Pa
     assert np.isfinite(read.frame(1).depth).any()
 
 
+def test_a_saturated_pixel_holds_no_depth(folder: Path) -> None:
+    samples = cv2.imread(str(folder / "depth/000002.png"), cv2.IMREAD_UNCHANGED)
+    samples[:, :4] = 65535
+    write_depth_png(folder / "depth/000002.png", samples)
+    read = read_depth_folder(folder).frame(2).depth
+    assert np.isnan(read[:, :4]).all()
+    assert (np.isfinite(read) == ((samples > 0) & (samples < 65535))).all()
+    assert np.isfinite(read).any()
+
+
+def test_bytes_after_an_images_end_do_no_harm(folder: Path) -> None:
+    file = folder / "depth/000002.png"
+    depth = read_depth_folder(folder).frame(2).depth
+    file.write_bytes(file.read_bytes() + b"\0" * 40)
+    np.testing.assert_array_equal(read_depth_folder(folder).frame(2).depth, depth)
+
+
 def test_frames_are_read_when_asked_for(folder: Path) -> None:
     read = read_depth_folder(folder)
     shutil.rmtree(folder / "depth")
@@ -181,6 +198,10 @@ def no_colour(folder: Path) -> None:
     (folder / "color").mkdir()
 
 
+def vars_of(camera: Camera) -> dict[str, float]:
+    return {name: getattr(camera, name) for name in ("width", "height", "fx", "fy", "cx", "cy")}
+
+
 def in_milliseconds(folder: Path) -> None:
     (folder / "times.csv").write_text("0\n40\n80\n120\n")
 
@@ -191,6 +212,10 @@ PROMISES: dict[str, tuple[Callable[[Path], object], str]] = {
     "colour of other numbers": (lambda f: renumber(f, 100), "for 4 of 4 .* 000100 to 000103"),
     "no colour in its folder": (no_colour, "color/ holds no images"),
     "milliseconds": (in_milliseconds, r"0\.025 Hz, camera.json says 25 Hz; .* milliseconds"),
+    "a colour camera far away": (
+        lambda f: change(f, color={**vars_of(CAMERA), "R": np.eye(3).tolist(), "T": [-25.0, 0.0, 0.0]}),
+        "stands 25 m from the depth camera: is 'T' in mm",
+    ),
     "another rate": (lambda f: change(f, fps=50.0), "25 Hz, camera.json says 50 Hz; the times count"),
     "a file of the system": (lambda f: (f / "depth/Thumbs.db").touch(), r"Thumbs\.db in depth/ is no image"),
 }

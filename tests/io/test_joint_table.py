@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.postures import Postures
 from motionmend.errors import FileError
 from motionmend.io.joint_table import beside_of, read_joint_table, starts_as_joint_table, write_joint_table
+from motionmend.io.table import read_table
 
 PLAIN = "time,head_x,head_y,head_z,l_hand_x,l_hand_y,l_hand_z\n0,0.1,0.2,2.3,0,0.5,2\n0.033333,,,,0,0.5,2\n"
 
@@ -102,6 +103,21 @@ def test_a_bad_table_is_one_line(tmp_path: Path, text: str, said: str) -> None:
         read_joint_table(written(tmp_path, text))
     assert "a.csv" in str(failure.value)
     assert "\n" not in str(failure.value)
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, None), (100.0, "centimetres"), (1000.0, "millimetres")])
+def test_a_body_larger_than_anybody_is_said_to_be_in_other_units(
+    tmp_path: Path, scale: float, unit: str | None
+) -> None:
+    body = np.array([[0.0, 1.7, 3.0], [0.0, 1.0, 3.0], [0.1, 0.1, 3.0]])
+    for names in (("head", "pelvis", "l_ankle"), ("a1", "a2", "a3")):  # markers of a room may well lie apart
+        table = Postures(names, np.tile(scale * body, (4, 1, 1)), np.arange(4) / 30)
+        write_joint_table(tmp_path / "a.csv", table)
+        for warnings in (read_joint_table(tmp_path / "a.csv").warnings, read_table(tmp_path / "a.csv").warnings):
+            said = [one for one in warnings if "metres were wanted" in one]
+            assert len(said) == (unit is not None and names[0] == "head")
+            assert all(f"are the numbers {unit}?" in one for one in said)
+        (tmp_path / "a.csv").unlink()
 
 
 def test_what_starts_as_one(tmp_path: Path) -> None:

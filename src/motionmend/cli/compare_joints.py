@@ -63,9 +63,15 @@ def judge_joints(truth: Path, other: Path, *, fps: float | None, skeleton: Path 
 
 
 def doubts_of(*files: "tuple[Path, Postures | Motion | Markers]") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What may be wrong with each of the files read, after its name, and what was supposed of all."""
+    """What may be wrong with each of the files read, after its name; what was supposed of one of them, as well, and
+    what of all."""
     doubts = dict.fromkeys(f"{path.name}: {one}" for path, held in files for one in held.warnings)
-    return tuple(doubts), tuple(dict.fromkeys(one for _, held in files for one in held.guesses))
+    supposed: dict[str, list[str]] = {}
+    for path, held in files:
+        for one in dict.fromkeys(held.guesses):
+            supposed.setdefault(one, []).append(path.name)
+    guesses = (one if len(names) == len(files) else f"{names[0]}: {one}" for one, names in supposed.items())
+    return tuple(doubts), tuple(guesses)
 
 
 def told(

@@ -137,9 +137,10 @@ def _lapses(times: Floats) -> list[str]:
     back = int((steps <= 0).sum())
     said = []
     if long:
-        said.append(f"{long} steps in time longer than 1.5 frames, up to {steps.max():.3g} s: frames were dropped")
+        longer = f"{counted(long, 'step')} in time longer than 1.5 frames, up to {steps.max():.3g} s"
+        said.append(f"{longer}: frames were dropped")
     if back:
-        said.append(f"{back} steps in time that do not go forward")
+        said.append(f"{counted(back, 'step')} in time not forward")
     return said
 
 

@@ -64,7 +64,10 @@ def pipeline(
     if options.track.start is not None and sum(kind == "depth" for _, kind in found) > 1:
         raise UsageError(f"{config}: track.start is the first pose of one depth recording: leave it out for several")
     planned, barred = plan_takes(found, given, out, options.format, writing)
-    chain, lacking = _chain(options, {take.kind for take in planned})
+    try:
+        chain, lacking = _chain(options, {take.kind for take in planned})
+    except UsageError as error:
+        raise UsageError(f"{config}: {error}" if config is not None else str(error)) from None
     with new_folders() as make:
         jobs = []
         for take in planned:
@@ -174,7 +177,7 @@ class Chain:
             tuple(self.follow.warnings(recording, followed)),
         )
         found = followed_motion(followed, self.follow.skeleton, recording.fps) if angles else followed.postures
-        return found, step, recording.guesses, followed.read
+        return found, step, self.follow.guesses(recording), followed.read
 
     def _corrected(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
         """A sensor's skeleton corrected, as joints or joint angles."""

@@ -87,6 +87,8 @@ def read_config(path: Path) -> PipelineConfig:
 
 
 def _reason(where: tuple[int | str, ...], kind: str, message: str) -> str:
+    if kind == "model_type":
+        return f"a section was wanted: [{where[0]}] in a line of its own, and its entries below"
     if kind != "extra_forbidden":
         return message
     sections: dict[str, type[_Section]] = {"track": TrackSection, "correct": CorrectSection, "denoise": DenoiseSection}

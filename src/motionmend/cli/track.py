@@ -10,11 +10,11 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..arrays import runs
-from ..errors import FileError, UsageError, counted
+from ..errors import FileError, MismatchError, UsageError, counted
 from .clock import began
 from .depth_inputs import FORMATS, gather_depth, plan_depth
 from .folders import new_folders, ready_and_housed
-from .inputs import Job
+from .inputs import Job, ending
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
 from .transform import write_json
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .following import Followed
 
 FARTHEST = 4.0  # m that joints of one body are apart, at most
+ELSEWHERE = 0.3  # m between the joints given and those found, from which on the start was not what is followed
 
 
 def track(
@@ -126,6 +127,7 @@ class Follow:
     start: Path | None = None
     body: Path | None = None
     skeleton_file: Path | None = None
+    supposed: tuple[str, ...] = ()  # of the skeleton's file
 
     def knowing(self, model: Path, skeleton: Path | None, body: Path | None, start: Path | None) -> "Follow":
         """The same options with the files read.
@@ -140,8 +142,11 @@ class Follow:
         from ..models import restore
 
         stored = load_model(model)
-        known = None if skeleton is None else _skeleton(skeleton)
-        performer = None if known is None else performer_of(known)
+        known, supposed = (None, ()) if skeleton is None else _skeleton(skeleton)
+        try:
+            performer = None if known is None else performer_of(known)
+        except MismatchError as error:
+            raise FileError(f"{skeleton}: {error}{_of_lengths(supposed)}") from None
         if body is not None and body.exists():
             performer = read_body(body)  # what is known of widths too
         return replace(
@@ -154,6 +159,7 @@ class Follow:
             start=start,
             body=body,
             skeleton_file=skeleton,
+            supposed=supposed,
         )
 
     def __call__(self, job: Job, /) -> Done:
@@ -183,7 +189,8 @@ class Follow:
         settings = settings_of(self.preset, self.terms)
         followed = follow(self.model, settings, recording, self.performer, self.landmarks)
         if not followed.seen.any():
-            raise FileError(f"{source}: {_nobody(followed, given=self.performer is not None)}")
+            said = _nobody(followed, given=self.performer is not None)
+            raise FileError(f"{source}: {said}{_of_lengths(self.supposed)}")
         return followed
 
     def save(self, job: Job, recording: "DepthRecording", followed: "Followed", startup: float, opened: float) -> Done:
@@ -220,11 +227,15 @@ class Follow:
             "terms": self.terms,
             "counts": _summed(followed.counts()),
             "warnings": warnings,
-            "guesses": recording.guesses,
+            "guesses": self.guesses(recording),
         }
         lost = f", {followed.lost} of them without the person" if followed.lost else ""
         line = f"{job.source}: {counted(recording.frames, 'frame')}{lost}: {job.target}"
-        return Done(said, line=line, warnings=tuple(warnings), guesses=recording.guesses)
+        return Done(said, line=line, warnings=tuple(warnings), guesses=self.guesses(recording))
+
+    def guesses(self, recording: "DepthRecording") -> tuple[str, ...]:
+        """What was supposed of the images, and of the skeleton that was given."""
+        return (*recording.guesses, *self.supposed)
 
     def warnings(self, recording: "DepthRecording", followed: "Followed") -> list[str]:
         """What a user should know before they trust the joints."""
@@ -235,6 +246,8 @@ class Follow:
             taken = "the person could not be measured, proportions of an average adult were taken: give their skeleton"
             warnings.append(f"{taken} or body" if self.body is None else f"{taken}; {self.body.name} has them too")
         warnings += followed.doubts
+        if self.landmarks is not None:
+            warnings += _elsewhere(self.landmarks, followed)
         if followed.furnished:
             warnings.append(
                 "something as large as a body keeps its place in all frames while somebody moves: it was taken for "
@@ -286,22 +299,29 @@ class Follow:
             "cost": {name: float(f"{value:.6g}") for name, value in sorted(followed.cost.items())},
             "converged": followed.converged,
             "warnings": warnings,
-            "guesses": recording.guesses,
+            "guesses": self.guesses(recording),
         }
 
 
-def _skeleton(path: Path) -> "Skeleton":
-    """The skeleton of an .asf, or of a recording of joint angles."""
+def _skeleton(path: Path) -> "tuple[Skeleton, tuple[str, ...]]":
+    """The skeleton of an .asf, or of a recording of joint angles, and what was supposed of its file."""
     from ..bodies.motion import Motion
     from ..io import read
     from ..io.asf import read_asf, skeleton_of
 
-    if path.suffix.lower() == ".asf":
-        return skeleton_of(read_asf(path))
+    if ending(path) == ".asf":
+        acclaim = read_asf(path)
+        return skeleton_of(acclaim), acclaim.guesses
+    if ending(path) not in (".amc", ".bvh"):
+        raise FileError(f"{path}: wanted a skeleton (.asf or .bvh), came {path.suffix or 'a file without ending'!r}")
     recording = read(path)
-    if not isinstance(recording, Motion):
-        raise FileError(f"{path}: wanted a skeleton (.asf or .bvh), came markers")
-    return recording.skeleton
+    assert isinstance(recording, Motion)
+    return recording.skeleton, tuple(f"{path.name}: {one}" for one in recording.guesses if "Hz" not in one)  # no rate
+
+
+def _of_lengths(supposed: tuple[str, ...]) -> str:
+    """What of all that was supposed makes a body larger or smaller, as the end of a sentence."""
+    return "".join(f"; {one}" for one in supposed if "unit of length" in one)
 
 
 def _landmarks(path: Path) -> "Floats":
@@ -323,7 +343,27 @@ def _landmarks(path: Path) -> "Floats":
     apart = float(np.ptp(found[np.isfinite(found).all(axis=1)], axis=0).max())
     if apart > FARTHEST:
         raise FileError(f"{path}: joints in m were wanted, came some that are {apart:.3g} m apart: in mm or cm?")
+    nearest = int(np.nanargmin(found[:, 2]))
+    if found[nearest, 2] <= 0.0:
+        raise FileError(
+            f"{path}: joints before the camera were wanted (x right, y down, z forward), came {LANDMARKS[nearest]} at "
+            f"z {found[nearest, 2]:.3g} m: in other axes?"
+        )
     return found
+
+
+def _elsewhere(given: "Floats", followed: "Followed") -> list[str]:
+    """What is said of a start pose (16, 3) m that is not where the person is in frame 0."""
+    if not followed.seen[0]:
+        return ["nobody was found in frame 0, where --start has somebody: it did nothing"]
+    apart = np.linalg.norm(followed.postures.positions[0] - given, axis=1)
+    off = float(np.median(apart[np.isfinite(apart)]))
+    if off < ELSEWHERE:
+        return []
+    return [
+        f"in frame 0 the joints of --start are {off:.2g} m from those found, and were not believed: x right, y down, z "
+        "forward, m?"
+    ]
 
 
 def _stretches(frames: "Bools", most: int = 5) -> str:

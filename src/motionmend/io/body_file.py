@@ -70,10 +70,21 @@ def read_body(path: str | os.PathLike[str]) -> Performer:
             for part, keys in (("offsets", BONES), ("landmarks", LANDMARKS), ("tips", TIPS))
         )
         performer = Performer(offsets, landmarks, tips, solids)
+        stated = np.array([facts["lengths_m"][bone] for bone in BONES], dtype=np.float64)
     except (KeyError, TypeError, ValueError, MismatchError) as failure:
         raise FileError(f"{name}: this body is damaged ({failure}); calibrate it again without this file") from None
     if not all(np.isfinite(part).all() for part in (offsets, landmarks, tips)):
         raise FileError(f"{name}: this body has lengths that are no numbers; calibrate it again without this file")
+    if not np.isin(solids.bone, range(len(BONES))).all():
+        raise FileError(f"{name}: this body has solids on bones that it lacks; calibrate it again without this file")
+    other = np.flatnonzero(~np.isclose(stated, performer.lengths, rtol=1e-6))
+    if len(other):
+        bone = BONES[other[0]]
+        found = performer.lengths[other[0]]
+        raise FileError(
+            f"{name}: {bone} is {stated[other[0]]:g} m in lengths_m and {found:g} m by offsets and landmarks, which "
+            "count: change these or neither"
+        )
     return performer
 
 

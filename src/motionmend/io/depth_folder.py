@@ -33,6 +33,7 @@ _IMAGE_ENDINGS = (*_COLOR_ENDINGS, ".tif", ".tiff", ".bmp", ".pgm", ".ppm", ".pn
 _WIDEST = 20000  # px
 _OTHER_RATE = 1.5  # times another; rates that differ by more are no matter of a few dropped frames
 _SATURATED = 0xFFFF  # of 16 bits
+_ASIDE = 2.0  # m between the two cameras, from which on their distance must be in mm or cm
 
 
 def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
@@ -75,7 +76,7 @@ def read_depth_folder(path: str | os.PathLike[str]) -> DepthRecording:
 
     def depth_of(number: int) -> Singles:
         raw = png_pixels(images[number])
-        there = (raw > 0) & bool((raw < _SATURATED).any())  # the largest number throughout is no image
+        there = (raw > 0) & (raw < _SATURATED)  # what does not fit is no depth, nor what cameras write for none
         depth = np.where(there, raw * np.float32(scale), np.float32(np.nan)).astype(np.float32)
         return depth if lens is None else lens.straight_depth(depth)
 
@@ -309,8 +310,11 @@ def _colors(
             f"no colour for {len(lacking)} of {counted(len(numbers), 'depth image')}, {lacking[0]:06d} first: of "
             f"color/ the image of the same number is taken, and it holds {min(found):06d} to {max(found):06d}",
         )
-    wanted = set(numbers)
-    return {number: file for number, file in found.items() if number in wanted}, _color_camera(facts, folder), said
+    wanted, taker = set(numbers), _color_camera(facts, folder)
+    aside = 0.0 if taker is None else float(np.linalg.norm(taker.translation))
+    if aside > _ASIDE:
+        said += (f"the colour camera of camera.json stands {aside:.3g} m from the depth camera: is 'T' in mm or cm?",)
+    return {number: file for number, file in found.items() if number in wanted}, taker, said
 
 
 def _color_camera(facts: Mapping[str, Any], folder: Path) -> ColorCamera | None:

@@ -17,6 +17,7 @@ from ..bodies.postures import TRACKED, Postures
 from ..errors import FileError
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, unended
+from .kinect_table import not_in_metres
 from .sensor_source import seconds_of
 
 _WANTED = "a table with time,<joint>_x,<joint>_y,<joint>_z,..."
@@ -55,7 +56,7 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     beside = {what: _beside(rows, places, what) for what in BESIDE}
     _check(beside, name)
     state = beside["state"]
-    warnings = unended(lines)
+    warnings = (*unended(lines), *not_in_metres(tuple(places), xyz))
     times, guesses = _in_seconds(times)
     falling = int((np.diff(times) < 0).sum())
     if falling:

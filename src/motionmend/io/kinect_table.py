@@ -141,6 +141,20 @@ def size_of_body(positions: Floats) -> float:
     return float(np.median((highest - lowest).max(axis=1)))
 
 
+def not_in_metres(names: Sequence[str], positions: Floats) -> tuple[str, ...]:
+    """A sentence when a table that promises metres holds a body larger than anybody; none of what is no body.
+
+    Parameters
+    ----------
+    names : of J joints or markers.
+    positions : (T, J, 3) as they stand in the table, NaN = missing.
+    """
+    size = size_of_body(positions) if 2 * sum(map(bool, meanings(names))) > len(names) else 0.0
+    if size <= LARGEST_BODY:
+        return ()
+    return (f"metres were wanted, the body is {size:.4g} m large: are the numbers {unit_of_body(size)[1]}?",)
+
+
 def unit_of_body(size: float) -> tuple[float, str]:
     """The unit in m, and its name, in which a body must be given that is so large that it cannot be metres."""
     return (0.01, "centimetres") if size <= 100 * LARGEST_BODY else (0.001, "millimetres")

@@ -43,7 +43,7 @@ def png_header(path: Path) -> PngHeader:
         raise FileError(f"{path}: wanted a PNG image, this file is empty; get a complete copy")
     if not head.startswith(_SIGNATURE) or head[12:16] != b"IHDR" or len(head) < _HEADER:
         raise FileError(f"{path}: wanted a PNG image, it does not start as one; write the images as 16-bit PNG")
-    if tail[4:8] != b"IEND":
+    if tail[4:8] != b"IEND" and not _whole(path.read_bytes()):  # something may stand after an image's end
         raise FileError(f"{path}: this PNG image is cut off; get a complete copy")
     width, height, bits, kind = struct.unpack(">IIBB", head[16:26])
     return PngHeader(width, height, bits, _KINDS.get(kind, f"type {kind}"))

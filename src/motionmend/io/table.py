@@ -20,6 +20,7 @@ from ..errors import FileError, counted
 from .atomic import atomic
 from .columns import cells_of, read_lines, read_rows, steady_rate, unended
 from .joint_table import read_joint_table, time_cell, write_joint_table
+from .kinect_table import not_in_metres
 from .number_rows import split_cells
 from .vertical import up_of
 
@@ -83,6 +84,7 @@ def read_table(path: str | os.PathLike[str], fps: float | None = None) -> Marker
     else:
         raise FileError(f"{name}: wanted two rows or more to tell the rate, came one; give it with --fps")
     positions = rows[:, columns].reshape(len(rows), len(names), 3)
+    warnings = tuple(dict.fromkeys((*warnings, *not_in_metres(names, positions))))
     start = float(times[0]) if np.isfinite(times[0]) else 0.0
     return _markers(names, positions, rate, TableSource(start, joints if kept else None), said, warnings)
 

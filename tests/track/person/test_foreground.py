@@ -56,6 +56,21 @@ def test_floor_and_wall_are_taken_away(seed, wall, floor):
     assert _overlap(find_person(scene, whole), seen) > 0.90
 
 
+@given(SEEDS, st.floats(0.25, 0.35))
+@settings(max_examples=8)
+def test_who_stands_right_before_a_wall_is_told_from_the_strip_of_floor_before_it(seed, gap):
+    """Seen from its own height the floor has little area that faces the camera."""
+    rng = np.random.default_rng(seed)
+    alone = picture(standing((rng.uniform(-0.4, 0.4), -0.05, 2.7)))
+    lowest = float(np.nanmax(alone.camera.points(alone.depth)[..., 1])) + 0.01
+    whole = in_room(alone, floor=lowest, wall=float(np.nanmax(alone.depth)) + gap, rng=rng)
+    scene = scene_of(whole)
+    np.testing.assert_allclose(np.sort(scene.planes[:, 3])[:1], [lowest], rtol=0.03)
+    assert _overlap(find_person(scene, whole), alone) > 0.90
+    nothing = told_again(scene, DepthFrame(whole.camera, whole.depth, None, 0.1))
+    np.testing.assert_array_equal(nothing.planes, scene.planes)
+
+
 def test_the_floor_between_the_feet_is_nobodys(rng):
     pose = standing((0.0, 0.0, 2.8))
     alone = picture(pose)

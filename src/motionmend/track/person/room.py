@@ -16,6 +16,7 @@ NOISE_NEAR, NOISE_STEEP = 0.015, 0.007
 
 STIRRED = 0.15  # share of a body's pixels with the room seen behind them before, from which on it is no furniture
 PLANE_AREA = 1.3  # m^2, of a floor or a wall: more than a person's front
+GRAZING = 0.1  # cosine, at which a plane is looked along at most: so much of its area faces the camera
 BEYOND = 0.02  # share of the points that may lie behind a floor or a wall
 MORE = 1.25, 0.02  # times as much of the image, and a share of it more, from where on a frame tells the room anew
 WHOLE = 0.8  # of what is usually measured, or was, below which a frame does not tell of a room
@@ -130,7 +131,11 @@ def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
     points, area = _grid(frame.camera, frame.depth)
     free = np.isfinite(area)
     cloud, weight = points[free], area[free]
-    return bool((_support(cloud, weight, planes) >= LEFT * PLANE_AREA).all())
+    for plane in planes:
+        on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
+        if _spread(cloud[on], weight[on], plane).sum() < LEFT * PLANE_AREA:
+            return False
+    return True
 
 
 def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
@@ -141,7 +146,7 @@ def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, d
     every = points[free]
     planes: list[Floats] = []
     for _ in range(most):
-        if area[free].sum() < PLANE_AREA:
+        if area[free].sum() < GRAZING * PLANE_AREA:
             break
         candidates = _drawn(points, free, rng, draws)
         if not len(candidates):
@@ -150,13 +155,12 @@ def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, d
         supported = _support(cloud, weight, candidates)
         best = None
         for i in np.argsort(-supported)[:20]:
-            if supported[i] < 0.5 * PLANE_AREA:
+            if supported[i] < GRAZING * PLANE_AREA:
                 break
             plane = _refitted(cloud, weight, candidates[i])
             behind = every @ plane[:3] + plane[3] < -2.0 * slack(every, plane[None])[:, 0]
             on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
-            towards = np.abs(cloud[on] @ plane[:3]) / np.linalg.norm(cloud[on], axis=1)
-            size = float((weight[on] / np.maximum(towards, 0.1)).sum())
+            size = float(_spread(cloud[on], weight[on], plane).sum())
             # Behind a floor or a wall is nothing: what lies behind a table top or a person's front is much.
             if size >= PLANE_AREA and np.mean(behind) < BEYOND and (best is None or size > best[0]):
                 best = (size, plane)
@@ -212,6 +216,12 @@ def _drawn(points: Floats, free: Bools, rng: np.random.Generator, draws: int) ->
 def _support(cloud: Floats, weight: Floats, planes: Floats) -> Floats:
     """(N,) m^2 of points on each plane."""
     return np.asarray(weight @ (np.abs(cloud @ planes[:, :3].T + planes[:, 3]) < slack(cloud, planes)))
+
+
+def _spread(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
+    """(N,) m^2 that points of a plane stand for on it, as they face the camera (N,) m^2."""
+    towards = np.abs(cloud @ plane[:3]) / np.linalg.norm(cloud, axis=1)
+    return np.asarray(weight / np.maximum(towards, GRAZING))
 
 
 def _refitted(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
