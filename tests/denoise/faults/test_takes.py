@@ -12,7 +12,7 @@ from motionmend.denoise import repair_without_model
 from motionmend.denoise.channels.joints import root_rows
 from motionmend.denoise.faults.takes import first_frames, repaired_in_takes
 from motionmend.evaluate import corrupt
-from motionmend.samples import markers
+from motionmend.samples import clip, markers
 from performers import joints_model, markers_model, truth
 
 ACTIONS = ("walk", "run", "jump", "reach", "turn")
@@ -120,3 +120,15 @@ def test_what_is_said_of_a_take_counts_from_its_first_frame_and_what_holds_of_al
     assert common == "of all"
     assert "before frame 100;" in cut
     assert said == ["of 100 frames", f"from frame 100 on, counted from there: of {clean.frames - 100} frames"]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_rattles_near_the_root_throws_half_of_the_body_and_is_no_other_take(seed):
+    clean = clip("walk", seconds=2, fps=120.0, seed=seed)
+    rng = np.random.default_rng(seed)
+    trunk = np.flatnonzero(clean.skeleton.parents[clean.skeleton.dof_joint] == 0)
+    q = np.array(clean.q)
+    for channel in rng.permutation(trunk)[:3]:
+        first = int(rng.integers(30, 160))
+        q[first : first + 40, channel] += np.radians(45.0) * rng.choice([-1.0, 1.0], 40)
+    assert not len(first_frames(clean.with_q(q)))

@@ -70,6 +70,7 @@ def mend_channels(
     trying: bool = False,
     rounded: Callable[[slice], Floats] | None = None,
     joints: Ints | None = None,
+    limb: Bools | None = None,
     lasting: Lasting | None = None,
     whole: bool = True,
 ) -> Mended:
@@ -89,7 +90,7 @@ def mend_channels(
     deviations : False leaves them out, where nobody asks how sure the values are.
     trying : True gives `tried` too.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
-    joints : (C,) which columns are angles of one joint, as `adapt` has them.
+    joints, limb : which columns are angles of one joint, and of one limb, as `adapt` has them.
     lasting : noise that lasts; None = it is new in every frame.
     whole : False where the recording goes on before and after these frames.
 
@@ -120,6 +121,7 @@ def mend_channels(
             own_leaps=own_leaps,
             rounding=open_by,
             joints=joints,
+            limb=limb,
             lasting=lasting,
             whole=ends,
         )

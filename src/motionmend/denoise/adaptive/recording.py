@@ -20,6 +20,7 @@ from ..faults.displaced import displaced, lasting
 from ..faults.fallen import but_for_fallen
 from ..faults.held import SAID, held, in_noise, told, without
 from ..faults.slid import slides
+from ..faults.stuck_again import said_of_stuck_again
 from ..faults.takes import repaired_in_takes
 from ..faults.thrown_root import thrown
 from ..gaps.hedge import filled_both_ways
@@ -46,7 +47,7 @@ from ..noise.digits import rounding, shaken
 from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_noise
 from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
 from ..outcome import brought_back, repaired_recording
-from ..outliers.as_pose import smoother_as_pose
+from ..outliers.as_pose import of_one_limb, smoother_as_pose
 from ..outliers.bursts import long_runs, short_runs
 from ..outliers.poles import pole_crossings
 from ..rivals.filtered import Filtered
@@ -130,6 +131,7 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
         warnings=(
             *outcome.warnings,
             *_sliding(outcome.recording, outcome.origin),
+            *said_of_stuck_again(recording, outcome.origin),
             *_hardly_believed(outcome),
             *made_up_beyond(outcome),
             *_never_seen(outcome),
@@ -348,13 +350,14 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
     """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    poles = as_pose = own_leaps = joints = None
+    poles = as_pose = own_leaps = joints = limb = None
     if isinstance(recording, Motion):
         poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
         as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
         linked = channels_that_meet(recording.skeleton, channels.columns)
         own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
         joints = joints_of(recording.skeleton, channels.columns)
+        limb = of_one_limb(recording.skeleton, channels.columns)
     rounded = rounding(recording, channels.columns)
     usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
     lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
@@ -368,6 +371,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         own_leaps=own_leaps,
         rounded=rounded,
         joints=joints,
+        limb=limb,
         lasting=lasting,
         whole=known.whole,
     )
@@ -399,8 +403,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         calm = calmer(first, known.library.usual_bends(recording.fps), recording.fps)
         if isinstance(recording, Markers) or not (calm or doubtful(first)):
             return first  # markers get their labels back first
-        own, _ = seen_alone()
-        if own.bases is None:  # what is missing was left open: only the library fills it
+        if (own := seen_alone()[0]).bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
         return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values)), rest)
     own, rest = seen_alone()

@@ -197,6 +197,7 @@ def adapt(
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
     joints: Ints | None = None,
+    limb: Bools | None = None,
     lasting: Lasting | None = None,
     whole: tuple[bool, bool] = (True, True),
 ) -> Adapted:
@@ -217,12 +218,13 @@ def adapt(
     own_leaps : of the same, what leaps like the recording itself: `own_jumps.own_jumps`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
+    limb : (C, C) which columns are angles of joints of which one carries the other; None = none are.
     lasting : noise that lasts; None = it is new in every frame.
     whole : whether the recording begins, and ends, with these frames.
     """
     nowhere = np.zeros(measured.shape, dtype=bool)
     vouched = nowhere if vouched is None else vouched
-    rattle = but_for_poses(rattles(measured, fps, together), measured, vouched, as_pose)
+    rattle = but_for_poses(rattles(measured, fps, together), measured, vouched, as_pose, joints, limb)
     shaken = rattle > 0
     if prior.bases is not None and not prior.own:  # clips tell more of what is missing than such samples do
         measured, rattle = np.where(shaken, np.nan, measured), np.zeros(measured.shape)

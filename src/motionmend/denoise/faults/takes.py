@@ -19,6 +19,7 @@ from .thrown_root import HARDEST, LONGEST, RUN_UP, closes
 LEAST, LEAPS = 0.3, 6.0  # m and times the usual surprise from frame to frame; where half of all leaps by less is motion
 SHORTEST = 0.25  # s of a take; what is elsewhere for less is a burst of outliers
 LASTS = 0.5  # of the leap, by which what comes before and after it must fail to meet
+ONCE = 0.6  # of the leap; where takes are joined nothing leaps so far just before or after, as what rattles does
 SEEN = 3  # markers or joints that are seen on both sides
 
 
@@ -89,12 +90,19 @@ def first_frames(recording: Motion | Markers) -> Ints:
     before, after = np.r_[0.0, surprise[:-1]], np.r_[surprise[1:], 0.0]
     leaps = [t for t in np.flatnonzero((surprise > far) & (surprise >= before) & (surprise > after)).tolist() if t]
     reach = max(2, round(RUN_UP * recording.fps))
+    leaps = [t for t in leaps if not _others(surprise, t, reach, ONCE * surprise[t])]
     cuts = [t for t in leaps if _stays_away(recording, t, reach, LASTS * surprise[t])]
     cuts = _but_for_those_that_close(recording, cuts, reach)
     shortest = SHORTEST * recording.fps
     edges = np.array([0, *cuts, recording.frames])
     long = np.diff(edges) >= shortest
     return np.array([cut for cut, left, right in zip(cuts, long, long[1:], strict=False) if left and right], np.int64)
+
+
+def _others(surprise: Floats, leap: int, reach: int, least: float) -> bool:
+    """True if within reach of a leap, but not in the frames beside it which share it, others are as large."""
+    before, after = surprise[max(0, leap - reach) : leap - 1], surprise[leap + 2 : leap + reach + 1]
+    return bool((before > least).any() or (after > least).any())
 
 
 def _surprise(recording: Motion | Markers, part: slice) -> Floats:

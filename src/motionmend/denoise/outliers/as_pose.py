@@ -61,6 +61,23 @@ def smoother_as_pose(measured: Floats, outlier: Bools, values: Floats, skeleton:
     return found
 
 
+def of_one_limb(skeleton: Skeleton, columns: Ints) -> Bools:
+    """(C, C) True for two channels of one joint, or of joints of which one carries the other.
+
+    Parameters
+    ----------
+    skeleton : of the motion.
+    columns : (C,) rows of the skeleton, -1 = a channel it does not have.
+    """
+    carries = np.eye(len(skeleton.names), dtype=np.bool_)
+    for joint, parent in enumerate(skeleton.parents):
+        if parent >= 0:
+            carries[:, joint] |= carries[:, parent]
+    owner = skeleton.dof_joint[columns]
+    either = (carries | carries.T)[owner[:, None], owner]
+    return np.asarray(either & (columns >= 0) & (columns >= 0)[:, None])
+
+
 def _needed(joints: Bools, measured: Floats, values: Floats, owner: Ints, skeleton: Skeleton, columns: Ints) -> Bools:
     """Joints (T, J) without whose own samples, all others kept, the body would move less smoothly."""
     needed = np.zeros_like(joints)
