@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.performer import standing
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.readings.facing import about_face
-from motionmend.track.readings.pair import EVERY, PATIENCE, Follow, due, looked_at
+from motionmend.track.readings.pair import EVERY, LEAST, PATIENCE, Follow, due, looked_at
 from motionmend.track.state import Question, TrackState
 from walkers import BODY, begun_at, finished
 
@@ -72,3 +72,16 @@ def test_a_reading_that_is_taken_is_solved_in_the_frame_in_which_it_is():
             break
     assert taken is not None
     np.testing.assert_allclose(taken.pose.translation - began[0].translation, place - places[0], atol=1e-9)
+
+
+def test_what_is_usual_refutes_no_reading_only_images_do():
+    """Most who are new face the camera: a little in the images and that are not enough to close the question."""
+    pose = standing()
+    usual, looks = Question(about_face(BODY, pose), pose.translation, prior=-1.5), 0
+    while usual is not None and looks < LEAST:
+        for _ in range(2):
+            usual, taken = looking(usual, pose, 0.20, 0.23)  # 0.6 a look: 1.5 after three, 3 with what is usual
+        looks += 1
+    assert taken is None
+    assert usual is not None
+    assert -2.0 < usual.odds < 2.0 * usual.prior / 3.0

@@ -142,6 +142,8 @@ def test_only_what_is_clearly_better_and_likely_right_is_taken():
     assert not better(search, right, 0.3, wrong, 0.3)
     assert not better(search, wrong, 0.9, wrong, 0.7)  # better, but no good either
     assert not better(search, right, 0.21, right, 0.2)
+    assert better(search, wrong, 0.3, right, 0.2, 1.0)
+    assert not better(search, wrong, 0.3, right, 0.2, -1e3)  # something else speaks against it
 
 
 def test_who_is_lost_is_looked_for_in_one_frame_of_four_and_found_when_they_are_back(model, monkeypatch):

@@ -22,6 +22,9 @@ TURNED = 1.0  # odds against having turned about just now; they fade within a se
 WALK = 0.2  # odds for a reading that walks forward with 1 m/s
 FASTEST = 1.0  # m/s; faster tells no more
 BACKWARDS = 0.4  # m walked backwards, after which the other reading is tried
+BENDS = 2.0  # odds against a reading one radian farther from the library: beside feet it tells less
+FEET = 35.0  # odds for a reading that explains all of the feet's pixels more
+CONFIRMED = 1.0  # odds for a reading that was asked for once
 STROLL = 0.3  # m/s; slower is swaying
 AGAIN = 1.0  # m, more of it after a reading was confirmed
 BENT = 0.25  # rad from the library's poses, up to which people bend so
@@ -108,11 +111,14 @@ def weighed(
                 return facing, None
             if strange(search, pose, state.trust) < BENT:
                 return replace(facing, wait=LATER), None
-        question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected)
+        prior = -CONFIRMED if suspected else 0.0
+        question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected, prior=prior)
     if not due(question, busy):
         return replace(facing, question=question.waiting), None
     ahead = -2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
-    question, taken = looked_at(question, state, pose, wrong, search, follow, beside=ahead, one=_face_alike)
+    question, taken = looked_at(
+        question, state, pose, wrong, search, follow, beside=ahead, bends=BENDS, feet=FEET, one=_face_alike
+    )
     return (Facing(backwards=-AGAIN, wait=LATER) if question is None else replace(facing, question=question)), taken
 
 

@@ -38,11 +38,13 @@ class Follow:
     ----------
     sight : this frame. begin : state and the pose to begin at, to how the frame is explained.
     finish : of that frame, with its limbs looked for, and how well each joint coordinate (28,) is shown.
+    feet : of that frame and two readings, by how much more of the feet the first one explains wrongly.
     """
 
     sight: Sight
     begin: Callable[[TrackState, Pose], Fit]
     finish: Callable[[Sight, Fit], tuple[Fit, Floats]]
+    feet: Callable[[Sight, Performer, Pose, Pose], float] = lambda *_: 0.0
 
 
 def due(question: Question, busy: bool) -> bool:
@@ -59,6 +61,8 @@ def looked_at(
     follow: Follow,
     *,
     beside: float = 0.0,
+    bends: float = STRANGE,
+    feet: float = 0.0,
     counted: Floats = EVERYWHERE,
     one: Callable[[Pose, Pose], bool],
 ) -> tuple[Question | None, Fit | None]:
@@ -70,6 +74,8 @@ def looked_at(
     pose, wrong : of the reading that is followed: this frame's pose, the share of pixels that it explains wrongly.
     search : poses of the library. follow : the tracker's step.
     beside : odds (log) for the other reading by what else is known of this frame.
+    bends : odds (log) against a reading one radian farther from the library.
+    feet : odds (log) for a reading that explains all of the feet's pixels more.
     counted : (28,) how much strangeness counts in each joint coordinate, 0 to 1.
     one : whether two poses have become one reading.
 
@@ -84,9 +90,11 @@ def looked_at(
         return replace(question, look=Look(follow.sight, begun, pose, state.trust, wrong, beside), frames=0), None
     other, trust = follow.finish(look.sight, look.begun)
     score = IMAGE * (look.wrong - other.wrong) + look.beside
+    if feet > 0.0:
+        score += feet * follow.feet(look.sight, state.performer, look.pose, other.pose)
     if len(search.samples):
         ours, theirs = strange(search, look.pose, look.trust, counted), strange(search, other.pose, trust, counted)
-        score += STRANGE * (ours - theirs)
+        score += bends * (ours - theirs)
     odds, looks = FADES * question.odds + score, question.looks + 1
     if one(look.pose, other.pose):
         return None, None
@@ -101,7 +109,8 @@ def looked_at(
     if looks >= LEAST and odds + question.prior > SURE:
         twin = replace(state, trust=seen.trust, wrong=seen.wrong, before=None)
         return None, follow.begin(twin, seen.moved(pose.translation))
-    if looks >= MOST or (looks >= LEAST and odds + question.prior < -SURE):
+    # What is usual may take a reading, but only images refute one.
+    if looks >= MOST or (looks >= LEAST and odds + max(question.prior, 0.0) < -SURE):
         return None, None
     return replace(seen, odds=odds, looks=looks, frames=question.frames + 1), None
 

@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Floats
-from ...bodies.performer import Pose
+from ...bodies.performer import Performer, Pose
 from ..limbs.certainty import shown_and_denied, trust_of
 from ..limbs.mend import mend_limbs
 from ..measure.girth import Girth
 from ..state import Facing, Fit, Sides, Sight, TrackState
 from ..terms.objective import PAUSE, fitted
 from .facing import along, doubted, walked, weighed
+from .feet import feet_against
 from .left_right import PAIRS, of_pair, sides_weighed
 from .pair import Follow
 
@@ -47,7 +48,7 @@ def faced(
         twin = replace(twin, pose=expected, facing=Facing(), sides=Sides(), hypothesis=None)
         return fitted(sight, twin, expected, STEPS)
 
-    follow, search = Follow(sight, begin, _finished), sight.model.database.search
+    follow, search = Follow(sight, begin, _finished, _feet), sight.model.database.search
     facing, asked = state.facing, state.facing.question is not None
     speed = 0.0
     if 0.0 < elapsed < PAUSE:
@@ -74,3 +75,7 @@ def _finished(sight: Sight, begun: Fit) -> tuple[Fit, Floats]:
     found, *_ = mend_limbs(sight, begun)
     shown, *_ = shown_and_denied(begun.state.performer, found.pose, sight.coarse, sight.evidence.weight)
     return found, trust_of(shown)[0]
+
+
+def _feet(sight: Sight, performer: Performer, pose: Pose, other: Pose) -> float:
+    return feet_against(performer, pose, other, sight.coarse)

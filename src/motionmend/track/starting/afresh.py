@@ -60,7 +60,10 @@ def watched(afresh: Afresh, elapsed: float, odds: float) -> Afresh:
     return replace(afresh, odds=afresh.odds + odds, frames=afresh.frames + 1, time=afresh.time + elapsed)
 
 
-def better(search: Neighbors, pose: Pose, wrong: float, other: Pose, share: float) -> bool:
-    """Whether another pose, which explains a share of the pixels wrongly, is taken for the one that is followed."""
+def better(search: Neighbors, pose: Pose, wrong: float, other: Pose, share: float, beside: float = 0.0) -> bool:
+    """Whether another pose, which explains a share of the pixels wrongly, is taken for the one that is followed.
+
+    What else is known `beside` that are log odds for the other one.
+    """
     now, then = odds_misread(search, pose, wrong), odds_misread(search, other, share)
-    return then < min(0.0, now - CLEARLY)
+    return then < min(0.0, now - CLEARLY + beside)

@@ -11,10 +11,14 @@ from ..limbs.judge import JUDGED, judge
 from ..limbs.rescue import moved_to, turned
 from ..lost import LOST
 from ..measure.girth import Girth
-from ..readings.facing import faces_otherwise, unlikeliness
+from ..readings.facing import FEET, faces_otherwise, unlikeliness
+from ..readings.feet import feet_against
+from ..readings.pair import IMAGE
 from ..state import Fit, Sight, TrackState
 from ..terms.objective import fitted
 from .afresh import better
+
+UNSETTLED = 0.5  # of what feet tell counts of one frame's search: where they are is not settled there
 
 
 def look_for_body(sight: Sight, state: TrackState) -> list[Pose]:
@@ -61,9 +65,20 @@ def look_for_body(sight: Sight, state: TrackState) -> list[Pose]:
     if not ways or ways[0].cost > 1.5 * LOST:
         return []
     gone = float(state.hidden.min())
-    ways.sort(key=lambda way: unlikeliness(model.database.search, way.pose, way.cost, state.pose, gone))
+
+    def against(way: Candidate) -> float:
+        return unlikeliness(model.database.search, way.pose, way.cost, state.pose, gone)
+
+    ways.sort(key=against)
     best = ways[0].pose
-    return [best, *[way.pose for way in ways[1:] if faces_otherwise(best, way.pose)][:1]]
+    other = next((way for way in ways[1:] if faces_otherwise(best, way.pose)), None)
+    if other is None:
+        return [best]
+    # Which of the two the search names first is what is followed, and what the other has to be better than.
+    ahead = (
+        against(ways[0]) - against(other) + UNSETTLED * FEET / IMAGE * feet_against(performer, best, other.pose, coarse)
+    )
+    return [best, other.pose] if ahead <= 0.0 else [other.pose, best]
 
 
 def taken_up(sight: Sight, fit: Fit, ways: list[Pose]) -> Fit | None:
@@ -79,7 +94,10 @@ def taken_up(sight: Sight, fit: Fit, ways: list[Pose]) -> Fit | None:
     state = fit.state
     fresh = replace(state, pose=ways[0], velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
     found = fitted(sight, fresh, ways[0])
-    if not better(sight.model.database.search, fit.pose, fit.wrong, found.pose, found.wrong):
+    beside = 0.0
+    if faces_otherwise(fit.pose, found.pose):
+        beside = UNSETTLED * FEET * feet_against(state.performer, fit.pose, found.pose, sight.coarse)
+    if not better(sight.model.database.search, fit.pose, fit.wrong, found.pose, found.wrong, beside):
         return None
     # What was usual, and what was learned of widths, was the other pose's.
     girth = None if state.girth is None else Girth(state.girth.base)
