@@ -78,3 +78,4 @@ def test_a_model_of_spoiled_clips_is_about_as_good_as_one_of_clean_ones():
 def test_how_badly_is_one_sentence():
     assert told([Spoiled(1.234, 0.05)], "degrees").startswith("noise of 1.2 degrees and 5 % outliers: repaired")
     assert "0.3 cm and 1 % outliers at most" in told([Spoiled(0.3, 0.0), Spoiled(0.1, 0.01)], "cm")
+    assert told([Spoiled(float("nan"), 0.05)], "cm").startswith("5 % outliers: repaired")

@@ -28,7 +28,7 @@ class Spoiled:
 
     Attributes
     ----------
-    noise : median over channels, degrees or cm. outliers : share of the samples.
+    noise : median over channels, degrees or cm; NaN = not told. outliers : share of the samples.
     """
 
     noise: float
@@ -79,12 +79,18 @@ def _spoiled_piece(clip: Motion | Markers) -> bool:
 
 
 def told(found: Sequence[Spoiled], unit: str) -> str:
-    """How badly clips were spoiled, in one sentence."""
-    noise = max(one.noise for one in found)
-    outliers = max(one.outliers for one in found)
+    """How badly clips were spoiled, in one sentence.
+
+    Parameters
+    ----------
+    found : of each clip, one at least. unit : of their noise, in full.
+    """
+    known = [one.noise for one in found if np.isfinite(one.noise)]
+    noise = f"noise of {max(known):.2g} {unit} and " if known else ""
+    most = " at most" if len(found) > 1 else ""
     return (
-        f"noise of {noise:.2g} {unit} and {100 * outliers:.2g} % outliers{' at most' if len(found) > 1 else ''}: "
-        "repaired by what they show themselves before anything was learned from them"
+        f"{noise}{100 * max(one.outliers for one in found):.2g} % outliers{most}: repaired by what they show "
+        "themselves before anything was learned from them"
     )
 
 

@@ -1,6 +1,7 @@
 """A single channel that rattles for a moment: noise many times as loud as its own, from one frame to the next."""
 
 from collections.abc import Callable
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -164,10 +165,7 @@ def _smooth_share(some: Floats, off: float) -> float:
     Of lone outliers near each other, whose second differences are all large, the samples between lie on it.
     """
     count = min(BENT, len(some))
-    frame = np.arange(count, dtype=np.float64)
-    through = np.array(list(combinations(range(count), 3)))
-    powers = frame[:, None] ** np.arange(3)
-    weights = powers @ np.linalg.inv(powers[through])  # (P, count, 3) of the three samples in each of all
+    through, weights = _parabolas(count)
     starts = [*range(0, len(some) - count, BENT // 3), len(some) - count]
     on_it = []
     for start in starts:
@@ -176,3 +174,11 @@ def _smooth_share(some: Floats, off: float) -> float:
             near = np.abs((weights @ here[through][:, :, None])[..., 0] - here) <= off
         on_it.append(near.sum(axis=1).max() / max(1, np.isfinite(here).sum()))
     return float(np.mean(on_it))
+
+
+@cache
+def _parabolas(count: int) -> tuple[Ints, Floats]:
+    """(P, 3) all threes of so many frames, and (P, count, 3) what each of them counts in every frame of a parabola."""
+    through = np.array(list(combinations(range(count), 3)))
+    powers = np.arange(count, dtype=np.float64)[:, None] ** np.arange(3)
+    return through, np.asarray(powers @ np.linalg.inv(powers[through]))

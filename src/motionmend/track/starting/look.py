@@ -66,19 +66,16 @@ def look_for_body(sight: Sight, state: TrackState) -> list[Pose]:
         return []
     gone = float(state.hidden.min())
 
-    def against(way: Candidate) -> float:
-        return unlikeliness(model.database.search, way.pose, way.cost, state.pose, gone)
-
-    ways.sort(key=against)
-    best = ways[0].pose
-    other = next((way for way in ways[1:] if faces_otherwise(best, way.pose)), None)
+    told = [unlikeliness(model.database.search, way.pose, way.cost, state.pose, gone) for way in ways]
+    order = np.argsort(told, kind="stable")
+    best = ways[order[0]].pose
+    other = next((k for k in order[1:] if faces_otherwise(best, ways[k].pose)), None)
     if other is None:
         return [best]
     # Which of the two the search names first is what is followed, and what the other has to be better than.
-    ahead = (
-        against(ways[0]) - against(other) + UNSETTLED * FEET / IMAGE * feet_against(performer, best, other.pose, coarse)
-    )
-    return [best, other.pose] if ahead <= 0.0 else [other.pose, best]
+    facing = ways[other].pose
+    feet = UNSETTLED * FEET / IMAGE * feet_against(performer, best, facing, coarse)
+    return [best, facing] if told[order[0]] + feet <= told[other] else [facing, best]
 
 
 def taken_up(sight: Sight, fit: Fit, ways: list[Pose]) -> Fit | None:
