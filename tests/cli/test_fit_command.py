@@ -114,7 +114,7 @@ def test_a_clip_that_is_spoiled_itself_is_repaired_first_and_named(cli: Command,
     assert told["clip"] == str(bad)
     assert abs(told["noise"] - 3.0) < 0.3
     assert [line for line in ran.err.splitlines() if line.startswith(f"note: {bad}: noise of ")]
-    assert any("repaired by what they show themselves" in note for note in load_model(tmp_path / "m.mend").notes)
+    assert any("repaired by what it shows itself" in note for note in load_model(tmp_path / "m.mend").notes)
     many = cli("fit", "denoiser", tmp_path / "clips", "-o", tmp_path / "n.mend", "--jobs", "2")
     assert many.code == 0
     assert (tmp_path / "m.mend").read_bytes() == (tmp_path / "n.mend").read_bytes()

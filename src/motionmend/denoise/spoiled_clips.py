@@ -87,11 +87,9 @@ def told(found: Sequence[Spoiled], unit: str) -> str:
     """
     known = [one.noise for one in found if np.isfinite(one.noise)]
     noise = f"noise of {max(known):.2g} {unit} and " if known else ""
-    most = " at most" if len(found) > 1 else ""
-    return (
-        f"{noise}{100 * max(one.outliers for one in found):.2g} % outliers{most}: repaired by what they show "
-        "themselves before anything was learned from them"
-    )
+    most, who, whom = (" at most", "they show themselves", "them") if len(found) > 1 else ("", "it shows itself", "it")
+    outliers = 100.0 * max(one.outliers for one in found)
+    return f"{noise}{outliers:.2g} % outliers{most}: repaired by what {who} before anything was learned from {whom}"
 
 
 def _seen(outcome: Repaired[Recording]) -> Bools:
