@@ -8,11 +8,17 @@ best few of them that differ in their latest turns are kept.
 """
 
 from math import log, pi
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..arrays import Bools, Bytes, Floats
+from ..arrays import Bools, Bytes, Floats, Ints
 from .compile import compiled
+
+# Of a coordinate in a history: place, speed, and their covariance (place, place with speed, speed); and after an
+# outlier how far off it was, its covariance with place and speed, and its variance
+State: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
 
 RECENT = 4  # frames in which two histories have to differ to be kept side by side
 
@@ -65,8 +71,6 @@ def likeliest_history(
     frames, coordinates = observed.shape
     modes = len(factors)
     most = width * (2 * modes + 1) + 1
-    # of each history and coordinate: place, speed, and their covariance (place, place with speed, speed); and after an
-    # outlier how far off it was, its covariance with place and speed, and its variance
     state, after = np.zeros((width, coordinates, 9)), np.zeros((width, coordinates, 9))
     score, turns, mode_of = np.zeros(width), np.zeros(width, np.int64), np.zeros(width, np.int64)
     new_score, new_turns, new_mode = np.zeros(most), np.zeros(most, np.int64), np.zeros(most, np.int64)
@@ -148,67 +152,116 @@ def likeliest_history(
                 came_from[count], rejects[count] = h, 0
                 count += 1
         begun = begun or seen
-        # the best of those that differ in their latest turns
-        kept = 0
-        for n in range(count):
-            if kept == width and new_score[n] <= new_score[order[kept - 1]]:
-                continue
-            twin = -1
-            for i in range(kept):
-                if new_turns[order[i]] == new_turns[n]:
-                    twin = i
-                    break
-            if twin >= 0:
-                if new_score[n] <= new_score[order[twin]]:
-                    continue
-                for i in range(twin, kept - 1):
-                    order[i] = order[i + 1]
-                kept -= 1
-            place = kept if kept < width else width - 1
-            while place > 0 and new_score[order[place - 1]] < new_score[n]:
-                order[place] = order[place - 1]
-                place -= 1
-            order[place] = n
-            if kept < width:
-                kept += 1
+        kept = _best_that_differ(new_score, new_turns, count, width, order)
         # only their states are worked out
         best = new_score[order[0]]
         for i in range(kept):
             n = order[i]
             h = came_from[n]
             for g in range(coordinates):
-                x, v = state[h, g, 0], state[h, g, 1]
-                a, b, c = state[h, g, 2], state[h, g, 3], state[h, g, 4]
-                o, d, j, f = state[h, g, 5], state[h, g, 6], state[h, g, 7], state[h, g, 8]
+                now = _of(state, h, g)
                 if t > 0:
-                    e = step_var[t, g] * factors[new_mode[n]]
-                    x, v = x + v + pull[t, g], v + pull[t, g]
-                    a, b, c, d = a + 2.0 * b + c + e, b + c + e, c + e, d + j
+                    now = _moved(now, pull[t, g], step_var[t, g] * factors[new_mode[n]])
                 if hint_var[t, g] < np.inf:
-                    s, r = 1.0 / (a + hint_var[t, g]), hint[t, g] - x
-                    x, v, o = x + a * s * r, v + b * s * r, o + d * s * r
-                    d, j, f = d - a * d * s, j - b * d * s, f - d * d * s
-                    a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
+                    now = _told(now, hint[t, g], hint_var[t, g])
                 if seen and rejects[n] == 0:
-                    s, r = 1.0 / (a + noise_var[t, g]), observed[t, g] - x
-                    x, v = x + a * s * r, v + b * s * r
-                    a, b, c = a - a * a * s, b - a * b * s, c - b * b * s
+                    now = _measured(now, observed[t, g], noise_var[t, g])
                 elif rejects[n] == 1:
-                    o, d, j, f = observed[t, g] - x, -a, -b, a + noise_var[t, g]
-                elif rejects[n] == 2:  # of place and how far off together there is a measurement
-                    p, q, u = a + d, b + j, d + f
-                    s, r = 1.0 / (p + u + noise_var[t, g]), observed[t, g] - x - o
-                    x, v, o = x + p * s * r, v + q * s * r, o + u * s * r
-                    a, b, c = a - p * p * s, b - p * q * s, c - q * q * s
-                    d, j, f = d - p * u * s, j - q * u * s, f - u * u * s
-                after[i, g, 0], after[i, g, 1] = x, v
-                after[i, g, 2], after[i, g, 3], after[i, g, 4] = a, b, c
-                after[i, g, 5], after[i, g, 6], after[i, g, 7], after[i, g, 8] = o, d, j, f
+                    now = _thrown(now, observed[t, g], noise_var[t, g])
+                elif rejects[n] == 2:
+                    now = _held(now, observed[t, g], noise_var[t, g])
+                for m in range(9):
+                    after[i, g, m] = now[m]
             parent[t, i], event[t, i] = h, 2 * new_mode[n] + min(rejects[n], 1)
         for i in range(kept):
             n = order[i]
             score[i], turns[i], mode_of[i] = new_score[n] - best, new_turns[n], new_mode[n]
         state, after = after, state
+    return _traced(parent, event)
+
+
+@compiled
+def _best_that_differ(score: Floats, turns: Ints, count: int, width: int, order: Ints) -> int:
+    """How many of `count` histories are kept: the best `width` that differ in their latest turns, in `order`."""
+    kept = 0
+    for n in range(count):
+        if kept == width and score[n] <= score[order[kept - 1]]:
+            continue
+        twin = -1
+        for i in range(kept):
+            if turns[order[i]] == turns[n]:
+                twin = i
+                break
+        if twin >= 0:
+            if score[n] <= score[order[twin]]:
+                continue
+            for i in range(twin, kept - 1):
+                order[i] = order[i + 1]
+            kept -= 1
+        place = kept if kept < width else width - 1
+        while place > 0 and score[order[place - 1]] < score[n]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = n
+        if kept < width:
+            kept += 1
+    return kept
+
+
+@compiled
+def _of(state: Floats, h: int, g: int) -> State:
+    """A coordinate's state in a history."""
+    one = state[h, g]
+    return one[0], one[1], one[2], one[3], one[4], one[5], one[6], one[7], one[8]
+
+
+@compiled
+def _moved(state: State, pull: float, bend: float) -> State:
+    """A state one frame on."""
+    x, v, a, b, c, o, d, j, f = state
+    return x + v + pull, v + pull, a + 2.0 * b + c + bend, b + c + bend, c + bend, o, d + j, j, f
+
+
+@compiled
+def _told(state: State, hint: float, hint_var: float) -> State:
+    """A state that was told where the channel is."""
+    x, v, a, b, c, o, d, j, f = state
+    s, r = 1.0 / (a + hint_var), hint - x
+    x, v, o = x + a * s * r, v + b * s * r, o + d * s * r
+    d, j, f = d - a * d * s, j - b * d * s, f - d * d * s
+    return x, v, a - a * a * s, b - a * b * s, c - b * b * s, o, d, j, f
+
+
+@compiled
+def _measured(state: State, observed: float, noise_var: float) -> State:
+    """A state after a measurement; how far off outliers were no longer matters."""
+    x, v, a, b, c, o, d, j, f = state
+    s, r = 1.0 / (a + noise_var), observed - x
+    return x + a * s * r, v + b * s * r, a - a * a * s, b - a * b * s, c - b * b * s, o, d, j, f
+
+
+@compiled
+def _thrown(state: State, observed: float, noise_var: float) -> State:
+    """A state after an outlier that lies anywhere: it tells no more than how far off it is."""
+    x, v, a, b, c, _, _, _, _ = state
+    return x, v, a, b, c, observed - x, -a, -b, a + noise_var
+
+
+@compiled
+def _held(state: State, observed: float, noise_var: float) -> State:
+    """A state after an outlier off by as much as the one before: place and distance together are measured."""
+    x, v, a, b, c, o, d, j, f = state
+    p, q, u = a + d, b + j, d + f
+    s, r = 1.0 / (p + u + noise_var), observed - x - o
+    x, v, o = x + p * s * r, v + q * s * r, o + u * s * r
+    d, j, f = d - p * u * s, j - q * u * s, f - u * u * s
+    return x, v, a - p * p * s, b - p * q * s, c - q * q * s, o, d, j, f
+
+
+@compiled
+def _traced(parent: NDArray[np.int16], event: Bytes) -> tuple[Bytes, Bytes]:
+    """(T,) outliers and modes of the history that ends best, from its end back."""
+    frames = len(parent)
     outlier, mode = np.zeros(frames, np.uint8), np.zeros(frames, np.uint8)
     history = 0
     for t in range(frames - 1, -1, -1):

@@ -7,6 +7,7 @@ from motionmend.bodies.motion import Origin
 from motionmend.denoise import repair_without_model
 from motionmend.denoise.adaptive.blocks import mend_channels
 from motionmend.denoise.adaptive.rounds import adapt
+from motionmend.denoise.adaptive.traits import Traits
 from motionmend.denoise.library.local_prior import Prior
 from motionmend.samples import markers
 from performers import FPS, channels_of, f1, joints_model, mend, prior_of, rms, spoilt, truth
@@ -205,7 +206,7 @@ def test_coordinates_of_one_marker_are_rejected_together(rng):
     walks, _ = _random_walks(rng, 120, 6)
     measured = walks + rng.normal(0, 0.5, walks.shape)
     measured[40, 1] += 30.0
-    found = adapt(measured, Prior(np.diag(np.full(6, 0.04)), None), FPS, together=3)
+    found = adapt(measured, Prior(np.diag(np.full(6, 0.04)), None), FPS, traits=Traits(together=3))
     assert found.outlier[40, :3].all()
     assert not found.outlier[40, 3:].any()
     assert (found.outlier.reshape(120, 2, 3).any(axis=2) == found.outlier.reshape(120, 2, 3).all(axis=2)).all()

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.skeleton import Skeleton
 from motionmend.denoise.adaptive.blocks import mend_channels
+from motionmend.denoise.adaptive.traits import Traits
 from motionmend.denoise.channels.joints import root_angles
 from motionmend.denoise.library.local_prior import Prior
 from motionmend.denoise.outliers.poles import bends_of, pole_crossings
@@ -142,7 +143,7 @@ def test_repair_keeps_the_crossing_and_takes_the_outlier(seed):
     measured[10, 1] += 40.0
     vouched = pole_crossings(measured, skeleton, COLUMNS)
     bends = np.diag(np.full(5, 0.3**2))
-    mended = mend_channels(measured, Prior(bends, None), FPS, poles=lambda _: vouched)
+    mended = mend_channels(measured, Prior(bends, None), FPS, traits=Traits(poles=lambda _: vouched))
     rejected = mended.found.origin == 1
     assert rejected[10, 1]
     jumps = np.flatnonzero(_bend(truth[:, 1:4]).max(axis=1) > 40.0) + 1

@@ -17,8 +17,8 @@ from ..bases.support import missed_by
 from ..channels.pieces import blocks
 from ..gaps.likeliest import Process
 from ..library.local_prior import Neighbourhood, Prior, local_prior
-from ..noise.lasting import Lasting
 from .rounds import Adapted, adapt
+from .traits import UNKNOWN, Traits
 
 Item = TypeVar("Item")
 
@@ -59,19 +59,12 @@ def mend_channels(
     prior: Prior,
     fps: float,
     *,
+    traits: Traits = UNKNOWN,
     near: Neighbourhood | None = None,
     process: Process | None = None,
-    together: int = 1,
-    poles: Callable[[Floats], Bools] | None = None,
-    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
-    own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     into: Floats | None = None,
     deviations: bool = True,
     trying: bool = False,
-    rounded: Callable[[slice], Floats] | None = None,
-    joints: Ints | None = None,
-    limb: Bools | None = None,
-    lasting: Lasting | None = None,
     whole: bool = True,
 ) -> Mended:
     """Repair channels without being told how noisy they are.
@@ -81,17 +74,12 @@ def mend_channels(
     measured : (T, C) in degrees and centimetres at `fps` Hz, NaN = missing.
     prior : what clean motion is like at `fps`.
     fps : Hz.
+    traits : what the channels are.
     near : a library to pick from what is most like the recording; None takes the prior as it is.
     process : of clean motion, for gaps.
-    together : neighbouring columns that are outliers together.
-    poles : gives `poles.pole_crossings` of some frames; None = there are none.
-    as_pose, own_leaps : find what was rejected and is no outlier, as `adapt` has them; None = nothing.
     into : (T, C) where the values are written; it may be `measured`, which is lost then. None = a new array.
     deviations : False leaves them out, where nobody asks how sure the values are.
     trying : True gives `tried` too.
-    rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
-    joints, limb : which columns are angles of one joint, and of one limb, as `adapt` has them.
-    lasting : noise that lasts; None = it is new in every frame.
     whole : False where the recording goes on before and after these frames.
 
     Returns
@@ -108,29 +96,14 @@ def mend_channels(
     leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
 
     def block(part: tuple[Floats, Floats | None, tuple[bool, bool]]) -> Adapted:
-        padded, open_by, ends = part
-        return adapt(
-            padded,
-            prior,
-            fps,
-            closer=closer,
-            process=process,
-            together=together,
-            vouched=None if poles is None else poles(padded),
-            as_pose=as_pose,
-            own_leaps=own_leaps,
-            rounding=open_by,
-            joints=joints,
-            limb=limb,
-            lasting=lasting,
-            whole=ends,
-        )
+        padded, rounding, ends = part
+        return adapt(padded, prior, fps, traits=traits, closer=closer, process=process, rounding=rounding, whole=ends)
 
     places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))
     parts = (
         (
             _among_missing(measured[seen], least),
-            None if rounded is None else _among_missing(rounded(seen), least),
+            None if traits.rounded is None else _among_missing(traits.rounded(seen), least),
             (whole and seen.start == 0, whole and seen.stop == len(measured)),
         )
         for _, seen in places
@@ -160,17 +133,19 @@ def mend_channels(
     values[opened] = np.nan
     if deviations:
         std[opened] = np.nan
-    said = (
-        (
-            f"the library misses this recording by {missed:.1f} {'cm' if together > 1 else 'degrees or cm'} (root mean "
-            "square): it may not know this motion or person and was believed accordingly; long gaps are as unsure as "
-            "their deviations say",
-        )
-        if missed > MUCH_MISSED
-        else ()
-    )
+    said = _unknown(missed, "cm" if traits.together > 1 else "degrees or cm")
     found = ChannelRepair(values, std, origin == Origin.MEASURED, origin, steps, np.empty(0), True, warnings=said)
     return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed, leaps, farthest, tried)
+
+
+def _unknown(missed: float, unit: str) -> tuple[str, ...]:
+    """The sentence that says that a library misses the recording; none where it hardly does."""
+    if missed <= MUCH_MISSED:
+        return ()
+    return (
+        f"the library misses this recording by {missed:.1f} {unit} (root mean square): it may not know this motion or "
+        "person and was believed accordingly; long gaps are as unsure as their deviations say",
+    )
 
 
 def _at_once(task: Callable[[Item], Adapted], items: Iterator[Item], count: int) -> Iterator[tuple[Item, Adapted]]:

@@ -57,6 +57,7 @@ from .limits import seen_between, within_body_limits, within_seen
 from .own_jumps import channels_that_meet, own_jumps
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .smoothing import least_bend
+from .traits import Traits
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
@@ -350,31 +351,9 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
 
 def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
     """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    poles = as_pose = own_leaps = joints = limb = None
-    if isinstance(recording, Motion):
-        poles = partial(pole_crossings, skeleton=recording.skeleton, columns=channels.columns)
-        as_pose = partial(smoother_as_pose, skeleton=recording.skeleton, columns=channels.columns)
-        linked = channels_that_meet(recording.skeleton, channels.columns)
-        own_leaps = partial(own_jumps, linked=linked, fps=recording.fps)
-        joints = joints_of(recording.skeleton, channels.columns)
-        limb = of_one_limb(recording.skeleton, channels.columns)
-    rounded = rounding(recording, channels.columns)
-    usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
-    lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
-    mended = partial(
-        mend_channels,
-        values,
-        fps=recording.fps,
-        together=3 if isinstance(recording, Markers) else 1,
-        poles=poles,
-        as_pose=as_pose,
-        own_leaps=own_leaps,
-        rounded=rounded,
-        joints=joints,
-        limb=limb,
-        lasting=lasting,
-        whole=known.whole,
-    )
+    traits = _traits(values, recording, channels)
+    rounded, lasting = traits.rounded, traits.lasting
+    mended = partial(mend_channels, values, fps=recording.fps, traits=traits, whole=known.whole)
 
     def unmoved(found: Mended) -> Unmoving:
         if isinstance(recording, Markers):
@@ -409,6 +388,25 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
     own, rest = seen_alone()
     again = kept_still(mended(own, into=values), rest)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
+
+
+def _traits(values: Floats, recording: Motion | Markers, channels: Channels) -> Traits:
+    """What the channels are whose samples are `values` (T, C)."""
+    rounded = rounding(recording, channels.columns)
+    usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
+    lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
+    if isinstance(recording, Markers):
+        return Traits(together=3, rounded=rounded, lasting=lasting)
+    skeleton, columns = recording.skeleton, channels.columns
+    return Traits(
+        joints=joints_of(skeleton, columns),
+        limb=of_one_limb(skeleton, columns),
+        poles=partial(pole_crossings, skeleton=skeleton, columns=columns),
+        as_pose=partial(smoother_as_pose, skeleton=skeleton, columns=columns),
+        own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps),
+        rounded=rounded,
+        lasting=lasting,
+    )
 
 
 def _held(motion: Motion, channels: Channels) -> Bools:

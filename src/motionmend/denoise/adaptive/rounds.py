@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Bools, Bytes, Floats, Ints
+from ...arrays import Bools, Bytes, Floats
 from ...numerics.coupled import lone_step_variance, smooth_coupled
 from ..bases.support import Support, as_alike_for_long, ends_alone
 from ..gaps.likeliest import Process
 from ..gaps.never_seen import never_seen
 from ..library.local_prior import Prior
 from ..noise.kept_distances import noise_by_distances
-from ..noise.lasting import Lasting
 from ..noise.level import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
 from ..noise.passing import loudness, without_floor
 from ..noise.rattling import but_for_poses, rattles
@@ -29,6 +28,7 @@ from .filling import DOUBT, in_gaps, with_dynamics
 from .histories import FACTORS, OUTLIER_SPAN, likeliest_histories, pulled
 from .liveliness import LEAST_LIVELY, MOST_LIVELY, liveliness_of, lively_around
 from .smoothing import calm_bends, certainty, joined, told_by_library
+from .traits import UNKNOWN, Traits
 
 ROUNDS = 3
 # Where outliers come in bursts each round finds more of every burst, and so how long they are: it goes on meanwhile.
@@ -84,7 +84,7 @@ class _Asked:
     shaken, rattle : True where samples rattle, and by how much where they still count, 0 elsewhere.
     loud : the noise, by its channel's level.
     least : no noise is smaller.
-    fps, together, closer, process, as_pose, own_leaps, joints, lasting, whole : as of `adapt`.
+    fps, traits, closer, process, whole : as of `adapt`.
     """
 
     measured: Floats
@@ -93,13 +93,9 @@ class _Asked:
     loud: Floats
     least: Floats
     fps: float
-    together: int
+    traits: Traits
     closer: Callable[[Floats], Prior | None] | None
     process: Process | None
-    as_pose: Callable[[Floats, Bools, Floats], Bools] | None
-    own_leaps: Callable[[Floats, Bools, Floats], Bools] | None
-    joints: Ints | None
-    lasting: Lasting | None
     whole: tuple[bool, bool]
 
     @property
@@ -109,7 +105,7 @@ class _Asked:
 
     def louder(self, level: Floats) -> Floats:
         """(T, C) times the level (C,) of its channel that the noise is at each moment."""
-        return np.maximum(without_floor(self.loud, level, self.together), self.rattle / level)
+        return np.maximum(without_floor(self.loud, level, self.traits.together), self.rattle / level)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,16 +185,10 @@ def adapt(
     prior: Prior,
     fps: float,
     *,
+    traits: Traits = UNKNOWN,
     closer: Callable[[Floats], Prior | None] | None = None,
     process: Process | None = None,
-    together: int = 1,
-    vouched: Bools | None = None,
-    as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None,
-    own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None,
     rounding: Floats | None = None,
-    joints: Ints | None = None,
-    limb: Bools | None = None,
-    lasting: Lasting | None = None,
     whole: tuple[bool, bool] = (True, True),
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
@@ -208,46 +198,23 @@ def adapt(
     measured : (T, C) in degrees and centimetres, NaN = missing; T >= 3 and at least a window of the bases.
     prior : what clean motion is like at `fps`.
     fps : Hz.
+    traits : what the channels are.
     closer : a prior nearer to a first estimate (T, C); None, or what gives None, keeps the first.
     process : of clean motion, for gaps; None = nothing is known of them.
-    together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
-    vouched : (T, C) True where a sample is no outlier and what bends there may bend as it will, as at
-        `poles.pole_crossings`; None = nowhere.
-    as_pose : of measured, rejected and values, what is no outlier for the pose: `as_pose.smoother_as_pose`; None =
-        nothing.
-    own_leaps : of the same, what leaps like the recording itself: `own_jumps.own_jumps`; None = nothing.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
-    joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
-    limb : (C, C) which columns are angles of joints of which one carries the other; None = none are.
-    lasting : noise that lasts; None = it is new in every frame.
     whole : whether the recording begins, and ends, with these frames.
     """
-    nowhere = np.zeros(measured.shape, dtype=bool)
-    vouched = nowhere if vouched is None else vouched
-    rattle = but_for_poses(rattles(measured, fps, together), measured, vouched, as_pose, joints, limb)
+    vouched = np.zeros(measured.shape, dtype=bool) if traits.poles is None else traits.poles(measured)
+    rattle = rattles(measured, fps, traits.together)
+    rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
     shaken = rattle > 0
     if prior.bases is not None and not prior.own:  # clips tell more of what is missing than such samples do
         measured, rattle = np.where(shaken, np.nan, measured), np.zeros(measured.shape)
-    loud = loudness(measured, fps, together, joints)
+    loud = loudness(measured, fps, traits.together, traits.joints)
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
-    if lasting is not None:
-        least = np.sqrt(np.square(least) + lasting.in_band)
-    asked = _Asked(
-        measured,
-        shaken,
-        rattle,
-        loud,
-        least,
-        fps,
-        together,
-        closer,
-        process,
-        as_pose,
-        own_leaps,
-        joints,
-        lasting,
-        whole,
-    )
+    if traits.lasting is not None:
+        least = np.sqrt(np.square(least) + traits.lasting.in_band)
+    asked = _Asked(measured, shaken, rattle, loud, least, fps, traits, closer, process, whole)
     beliefs = _first(asked, prior, vouched)
     steps, turn, last = 0, 0, False
     while not last:
@@ -320,23 +287,23 @@ def _searched(asked: _Asked, beliefs: _Beliefs, turn: int) -> _Search:
         beliefs.follow,
         beliefs.held,
         np.diag(calm),
-        asked.together,
+        asked.traits.together,
         vouched,
     )
     if values is not None:
-        moved, moving = moved_away(measured - values, outlier, noise, fps, asked.together)
+        moved, moving = moved_away(measured - values, outlier, noise, fps, asked.traits.together)
         vouched, outlier = vouched | moved, outlier & ~moved
         mode = np.where(bends_of(moving), len(FACTORS) - 1, mode)
-        if asked.together == 1:
+        if asked.traits.together == 1:
             one_sided, leap = begins_or_ends(measured, outlier, asked.whole)
             vouched, outlier = vouched | leap, outlier & ~one_sided
             mode = np.where(bends_of(leap), len(FACTORS) - 1, mode)
             leaps = np.where(leap, np.abs(measured - values), leaps)
         back = np.zeros(outlier.shape, dtype=bool)
-        if asked.as_pose is not None:
-            back = asked.as_pose(measured, outlier, values)
-        if asked.own_leaps is not None:
-            own = asked.own_leaps(measured, outlier & ~back, values)
+        if asked.traits.as_pose is not None:
+            back = asked.traits.as_pose(measured, outlier, values)
+        if asked.traits.own_leaps is not None:
+            own = asked.traits.own_leaps(measured, outlier & ~back, values)
             leaps, back = np.where(own, np.abs(measured - values), leaps), back | own
         if back.any():
             vouched, outlier = vouched | back, outlier & ~back
@@ -346,7 +313,7 @@ def _searched(asked: _Asked, beliefs: _Beliefs, turn: int) -> _Search:
     last = turn >= ROUNDS and not (rising and turn < MOST_ROUNDS)
     left = measured
     # not before the last search: what is taken for a gap no longer speaks for itself (markers are filled elsewhere)
-    if last and asked.together == 1 and (gone := long_runs(outlier | ~present, fps) & outlier).any():
+    if last and asked.traits.together == 1 and (gone := long_runs(outlier | ~present, fps) & outlier).any():
         left = np.where(gone, np.nan, measured)
         told = told_by_library(left, outlier, values, values, prior, noise, fps)
     return _Search(outlier, mode, vouched, follow, leaps, told, left, last)
@@ -373,7 +340,7 @@ def _smoothed(asked: _Asked, beliefs: _Beliefs, search: _Search) -> _Smooth:
 
 def _read_off(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth, turn: int) -> _Beliefs:
     """What the next round begins with: noise and outliers as this one leaves them."""
-    present, together, louder = asked.present, asked.together, beliefs.louder
+    present, together, louder = asked.present, asked.traits.together, beliefs.louder
     # of noise twice, and of what the repair is off
     spread = 4.0 * np.square(beliefs.noise) + np.diag(beliefs.calm) * smooth.liveliness
     off = np.where(present, asked.measured, 0.0) - smooth.values
@@ -414,11 +381,11 @@ def _finished(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth
     measured, fps, process = asked.measured, asked.fps, asked.process
     prior, noise, calm = beliefs.prior, beliefs.noise, beliefs.calm
     outlier, values, variance = search.outlier, smooth.values, smooth.variance
-    taught, markers = prior.bases is not None and not prior.own, asked.together > 1
+    taught, markers = prior.bases is not None and not prior.own, asked.traits.together > 1
     if not markers:
         values, variance = with_dynamics(measured, outlier, values, variance, process, noise, fps)
-    if asked.lasting is not None:
-        variance = asked.lasting.left_by(variance)
+    if asked.traits.lasting is not None:
+        variance = asked.traits.lasting.left_by(variance)
     variance = _doubted(
         overlooked(measured, values, outlier, noise) * variance,
         np.square(noise),
@@ -436,7 +403,7 @@ def _finished(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth
         )
         steps += taken
         if prior.bases is not None and taught:
-            away = never_seen(measured, outlier, values, prior.bases, prior.stride, asked.joints, fps)
+            away = never_seen(measured, outlier, values, prior.bases, prior.stride, asked.traits.joints, fps)
             variance = np.maximum(variance, away)
     return Adapted(
         values=values,
