@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -216,6 +216,7 @@ def test_a_missing_angle_is_scored_as_the_mean_on_the_circle():
 
 @given(st.integers(0, 10**6), st.floats(0.0, 30.0))
 @settings(max_examples=20)
+@example(165, 27.0)  # more is lost of angles that err more
 def test_to_lose_samples_of_a_bad_recording_improves_no_score(seed, noise):
     rng = np.random.default_rng(seed)
     off = np.radians(noise) * rng.standard_normal(MOTION.q.shape)

@@ -32,7 +32,8 @@ class Comparison:
     frames, fps : of both recordings; fps in Hz.
     rms_deg : RMS difference of the body joint angles (`body_channels`), over the samples both have, degrees.
     rms_deg_counting_missing : the same, each missing angle scored as if it were the truth's mean over time, or as
-        the channel's other angles are where they err more: what is missing counts no less than what is there.
+        the channel's other angles are, or all angles, where they err more: what is missing counts no less than what is
+        there.
     rms_deg_all, rms_deg_by_channel : over all rotation channels, and each by its name; the root's left out, and None,
         where the other lies in other axes.
     mean_cm : mean distance over joints or markers and frames, over the samples both have, cm.
@@ -320,7 +321,7 @@ def _no_match(wanted: tuple[str, ...], came: tuple[str, ...]) -> MismatchError:
 def _counted(truth: Motion, other_q: Floats, angles: Bools) -> Floats:
     """(T, A) rad, by how much each sample of some channels (D,) is missed; see `rms_deg_counting_missing`."""
     off = wrapped(other_q - truth.q)[:, angles]
-    usual = np.array([np.sqrt(_mean(column**2)) for column in off.T])
+    usual = np.sqrt([np.fmax(_mean(column**2), _mean(off**2)) for column in off.T])
     at_least = np.fmax(np.abs(wrapped(_mean_pose(truth) - truth.q))[:, angles], usual)
     return np.asarray(np.where(truth.present[:, angles] & ~np.isfinite(off), at_least, off))
 
