@@ -15,9 +15,9 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def reach(targets, weights, hold, pose, rounds=40):
-    translation, root, joints = pose.translation.copy(), pose.root.copy(), pose.joints.copy()
+    posed = pose.arrays
     cost = articulated.reach(
-        *PERSON.chain,
+        PERSON.chain,
         bodies.MOVES,
         bodies.LANDMARK_BONES,
         PERSON.landmark_place,
@@ -26,11 +26,9 @@ def reach(targets, weights, hold, pose, rounds=40):
         hold,
         bodies.LIMITS,
         rounds,
-        translation,
-        root,
-        joints,
+        posed,
     )
-    return cost, bodies.Pose(translation, root, joints)
+    return cost, bodies.Pose(*posed)
 
 
 def near(pose, rng, much):
@@ -109,6 +107,6 @@ def test_points_of_many_poses_are_those_of_each(seed):
     rng = np.random.default_rng(seed)
     joints = rng.uniform(-1.5, 1.5, (4, len(bodies.AXES)))
     world = np.empty((4, len(bodies.LANDMARKS), 3))
-    articulated.upright(*PERSON.chain, joints, *PERSON.marks, world)
+    articulated.upright(PERSON.chain, joints, *PERSON.marks, world)
     each = [bodies.landmarks(PERSON, bodies.Pose(np.zeros(3), np.eye(3), row)) for row in joints]
     np.testing.assert_array_equal(world, each)

@@ -21,18 +21,15 @@ TRUNK, FOREARMS = BODY.trunk_and_forearms
 def sums_of(pose, clear, scale=0.03):
     """Cost, normal matrix and right side that the kernel adds to nothing."""
     normal, right = np.zeros((DOFS, DOFS)), np.zeros(DOFS)
-    carriers, kinds, centers, turns, sizes, tapers = BODY.solids.arrays
-    placed = np.empty((len(carriers), 3, 4))
-    raycast.place(bone_frames(BODY, pose), carriers, centers, turns, placed)
+    shell = BODY.solids.arrays
+    placed = np.empty((len(shell.carriers), 3, 4))
+    raycast.place(bone_frames(BODY, pose), shell.carriers, shell.centers, shell.turns, placed)
     cost = kept_out(
         placed,
         twists(BODY, pose),
         MOVED_FIRST,
         BONES_MOVED,
-        carriers,
-        kinds,
-        sizes,
-        tapers,
+        shell,
         TRUNK,
         FOREARMS,
         np.array(clear),

@@ -108,7 +108,7 @@ def test_a_body_is_judged_pixel_by_pixel(rng):
     free = np.isnan(seen) & (rng.random(seen.shape) < 0.5)
     loose, counts = np.empty((seen.size, 2), np.int64), np.empty(5, np.int64)
     visible, denied = np.zeros((2, len(BONES)))
-    bone = BODY.solids.arrays[0]
+    bone = BODY.solids.arrays.carriers
     off = judging.judged(seen, free, picture.depth, picture.solid, bone, 0.1, loose, visible, denied, counts)
     wanted = naive.judged(seen, free, picture.depth, picture.bones, 0.1, len(BONES))
     assert off == pytest.approx(wanted[0])
@@ -123,7 +123,7 @@ def test_pixels_are_counted_for_their_bones(rng):
     seen[rng.random(seen.shape) < 0.2] = np.nan
     free = np.isnan(seen) & (rng.random(seen.shape) < 0.5)
     counts = np.zeros((3, len(BONES)))
-    limbs.shown_and_denied(seen, free, picture.depth, picture.solid, BODY.solids.arrays[0], 0.05, *counts)
+    limbs.shown_and_denied(seen, free, picture.depth, picture.solid, BODY.solids.arrays.carriers, 0.05, *counts)
     wanted = naive.shown_and_denied(seen, free, picture.depth, picture.bones, np.float32(0.05), len(BONES))
     np.testing.assert_array_equal(counts, wanted)
     assert (counts.sum(axis=1) > 20).all()
@@ -152,7 +152,7 @@ def test_widths_are_told_by_the_matches_of_both_ways(rng):
     assert 20 < len(aside) < outside  # some are too far
     np.testing.assert_allclose(systems, wanted, rtol=1e-7, atol=1e-7 * np.abs(wanted).max())
     systems[:] = 0.0
-    carriers, seen = BODY.solids.arrays[0], (evidence.pixels, evidence.samples)
+    carriers, seen = BODY.solids.arrays.carriers, (evidence.pixels, evidence.samples)
     widths.from_seen(*seen, view.depth, view.solid, evidence.intrinsics, carriers, view.placed, *near, systems)
     model, bones = evidence.camera.points(view.depth), np.append(carriers, -1)[view.solid]
     wanted, hit = naive.widths_from_seen(*seen, model, bones, view.placed, half, gate, scale, trust)

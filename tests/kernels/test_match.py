@@ -10,6 +10,7 @@ import naive_tracking as naive
 from motionmend.bodies.camera import Camera
 from motionmend.bodies.performer import MOVES
 from motionmend.kernels import bone_systems, match, raycast, rendered, widths
+from motionmend.kernels.body import Shell
 from motionmend.track.terms.view import BONES_MOVED, MOVED_FIRST
 
 NONE = np.empty(0, np.float32)
@@ -17,12 +18,15 @@ F = 200.0
 
 
 CAMERA = np.array([F, F, 15.0, 12.0])
-BALL = {
-    "placed": np.concatenate((np.eye(3), [[0.0], [0.0], [2.2]]), axis=1)[None],
-    "kinds": np.zeros(1, np.uint8),
-    "sizes": np.full((1, 3), 0.15),
-    "tapers": np.zeros(1),
-}
+PLACED = np.concatenate((np.eye(3), [[0.0], [0.0], [2.2]]), axis=1)[None]
+BALL = Shell(
+    carriers=np.zeros(1, np.int64),
+    kinds=np.zeros(1, np.uint8),
+    centers=np.zeros((1, 3)),
+    turns=np.eye(3)[None],
+    sizes=np.full((1, 3), 0.15),
+    tapers=np.zeros(1),
+)
 
 
 def scene(rng, height=24, width=30, missing=0.3):
@@ -103,16 +107,15 @@ def test_bone_systems_are_sums_over_rows_of_the_jacobian(rng, along, scale):
 def test_observed_points_draw_the_nearest_of_the_model(rng, along):
     camera = Camera(30, 24, *CAMERA)
     depth, solid, parts = np.empty((24, 30), np.float32), np.empty((24, 30), np.int16), np.empty((1, raycast.PARTS))
-    raycast.prepare(*BALL.values(), CAMERA, 30, 24, parts)
+    raycast.prepare(PLACED, BALL.kinds, BALL.sizes, BALL.tapers, CAMERA, 30, 24, parts)
     raycast.cast(parts, depth, solid)
     model = camera.points(depth)
     pixels, samples = seen_points(rng, 60)
     samples[:, 2] += 0.1
     hessian, gradient = np.zeros((1, 6, 6)), np.zeros((1, 6))
     near = 4, 0.3, 0.9 / F
-    carriers = np.zeros(1, np.int64)
     cost, inliers = match.draw_from_seen(
-        pixels, samples, depth, solid, CAMERA, *BALL.values(), carriers, *near, along, 0.1, 2.0, hessian, gradient
+        pixels, samples, depth, solid, CAMERA, PLACED, BALL, *near, along, 0.1, 2.0, hessian, gradient
     )
     _, index = naive.nearest_in_window(pixels, samples, model, *near[:2])
     points = model.reshape(-1, 3)[index]

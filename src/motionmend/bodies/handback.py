@@ -4,6 +4,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..errors import MismatchError
+from ..kernels.body import Posed
 from .ik import solve
 from .motion import Motion
 from .performer import BONES, LANDMARK_BONES, Performer, Poses
@@ -71,9 +72,8 @@ def performer_frames(poses: Poses, performer: Performer) -> Floats:
     frames = np.full((len(poses), len(BONES), 4, 4), np.nan)
     for t in range(len(poses)):
         if np.isfinite(poses.translation[t]).all() and np.isfinite(poses.joints[t]).all():
-            articulated.frames(
-                *performer.chain, poses.translation[t].copy(), poses.root[t].copy(), poses.joints[t].copy(), frames[t]
-            )
+            posed = Posed(poses.translation[t].copy(), poses.root[t].copy(), poses.joints[t].copy())
+            articulated.frames(performer.chain, posed, frames[t])
     return frames
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints, frozen
 from ..errors import MismatchError
+from ..kernels.body import Chain, Posed
 from .solids import CONE, Solids
 
 BONES = (
@@ -205,17 +206,13 @@ class Performer:
                 raise MismatchError(f"a performer's {name} must be {shape}, came {getattr(self, name).shape}")
 
     @cached_property
-    def chain(self) -> tuple[Ints, Floats, Floats, Ints, Floats]:
-        """What the kernels of `articulated` take first: parents, offsets, rests, first, axes.
-
-        Copies that could be written to: read-only arrays cost every call a microsecond each, and kernels are compiled
-        for one kind of arrays only.
-        """
-        return PARENTS.copy(), self.offsets.copy(), RESTS.copy(), FIRST.copy(), AXES.copy()
+    def chain(self) -> Chain:
+        """Copies of what its bones are, as kernels take them."""
+        return Chain(PARENTS.copy(), self.offsets.copy(), RESTS.copy(), FIRST.copy(), AXES.copy())
 
     @cached_property
     def marks(self) -> tuple[Ints, Floats]:
-        """Copies of `LANDMARK_BONES` (16,) and `landmark_place` (16, 3) m, as kernels take points (see `chain`)."""
+        """Copies of `LANDMARK_BONES` (16,) and `landmark_place` (16, 3) m, as kernels take points."""
         return LANDMARK_BONES.copy(), self.landmark_place.copy()
 
     @cached_property
@@ -294,9 +291,9 @@ class Pose:
                 raise MismatchError(f"a pose's {name} must be {shape}, came {getattr(self, name).shape}")
 
     @property
-    def arrays(self) -> tuple[Floats, Floats, Floats]:
-        """Copies of translation, root and joints, as kernels take them (see `Performer.chain`)."""
-        return self.translation.copy(), self.root.copy(), self.joints.copy()
+    def arrays(self) -> Posed:
+        """Copies of translation, root and joints, as kernels take them."""
+        return Posed(self.translation.copy(), self.root.copy(), self.joints.copy())
 
 
 @final
@@ -357,9 +354,9 @@ def advance(performer: Performer, pose: Pose, delta: Floats) -> Pose:
     """
     from ..kernels import articulated
 
-    translation, root, joints = pose.arrays
-    articulated.advance(translation, root, joints, np.ascontiguousarray(delta, dtype=np.float64))
-    return Pose(translation, root, joints)
+    posed = pose.arrays
+    articulated.advance(posed, np.ascontiguousarray(delta, dtype=np.float64))
+    return Pose(*posed)
 
 
 def bone_frames(performer: Performer, pose: Pose) -> Floats:
@@ -367,7 +364,7 @@ def bone_frames(performer: Performer, pose: Pose) -> Floats:
     from ..kernels import articulated
 
     placed = np.empty((len(BONES), 4, 4))
-    articulated.frames(*performer.chain, *pose.arrays, placed)
+    articulated.frames(performer.chain, pose.arrays, placed)
     return placed
 
 
@@ -379,8 +376,7 @@ def twists(performer: Performer, pose: Pose) -> Floats:
     from ..kernels import articulated
 
     moving = np.empty((DOFS, 6))
-    parents, _, rests, first, axes = performer.chain
-    articulated.twists(parents, rests, first, axes, pose.joints.copy(), bone_frames(performer, pose), moving)
+    articulated.twists(performer.chain, pose.joints.copy(), bone_frames(performer, pose), moving)
     return moving
 
 

@@ -98,7 +98,7 @@ def poses_of_joints(postures: Postures, performer: Performer) -> Retargeted:
     translation, root = np.full((len(place), 3), np.nan), np.full((len(place), 3, 3), np.nan)
     joints = np.full((len(place), len(AXES)), np.nan)
     error = np.full(place.shape[:2], np.nan)
-    moves, limits = MOVES.copy(), performer.limits.copy()  # as kernels take arrays, see `Performer.chain`
+    moves, limits = MOVES.copy(), performer.limits.copy()  # as kernels take arrays
     last: Pose | None = None
     for t, wanted in enumerate(place):
         seen = np.isfinite(wanted).all(axis=1)
@@ -108,9 +108,9 @@ def poses_of_joints(postures: Postures, performer: Performer) -> Retargeted:
         least = np.inf
         begun = [pose for pose in (last, _upright(performer, wanted, seen)) if pose is not None]
         for pose in begun:
-            here, turn, angles = pose.translation.copy(), pose.root.copy(), pose.joints.copy()
+            posed = pose.arrays
             articulated.reach(
-                *performer.chain,
+                performer.chain,
                 moves,
                 *performer.marks,
                 wanted,
@@ -118,15 +118,13 @@ def poses_of_joints(postures: Postures, performer: Performer) -> Retargeted:
                 hold,
                 limits,
                 ROUNDS,
-                here,
-                turn,
-                angles,
+                posed,
             )
-            reached = Pose(here, turn, angles)
+            reached = Pose(*posed)
             missed = np.linalg.norm(landmarks(performer, reached) - wanted, axis=1)
             if float(np.nanmean(missed)) < least:
                 least = float(np.nanmean(missed))
-                translation[t], root[t], joints[t], error[t], last = here, turn, angles, missed, reached
+                (translation[t], root[t], joints[t]), error[t], last = posed, missed, reached
             if least < ASTRAY:
                 break
     return Retargeted(Poses(translation, root, joints), error)

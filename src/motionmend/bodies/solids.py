@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Bytes, Floats, Ints, frozen
 from ..errors import MismatchError
+from ..kernels.body import Shell
 
 ELLIPSOID, CONE = 0, 1
 
@@ -55,9 +56,9 @@ class Solids:
         return len(self.bone)
 
     @cached_property
-    def arrays(self) -> tuple[Ints, Bytes, Floats, Floats, Floats, Floats]:
-        """Copies of bone, kind, center, turn, size and taper, as kernels take them (see `Performer.chain`)."""
-        return (
+    def arrays(self) -> Shell:
+        """Copies of bone, kind, center, turn, size and taper, as kernels take them."""
+        return Shell(
             self.bone.copy(),
             self.kind.copy(),
             self.center.copy(),

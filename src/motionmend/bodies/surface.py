@@ -51,17 +51,8 @@ class Rendering:
         from ..kernels import raycast
 
         normal = np.empty((*self.depth.shape, 3), dtype=np.float32)
-        _, kind, _, _, size, taper = self.performer.solids.arrays
-        raycast.normals(
-            self.placed,
-            kind,
-            size,
-            taper,
-            intrinsics(self.camera),
-            self.depth,
-            self.solid,
-            normal,
-        )
+        shell = self.performer.solids.arrays
+        raycast.normals(self.placed, shell, intrinsics(self.camera), self.depth, self.solid, normal)
         return normal
 
 
@@ -86,22 +77,8 @@ def render(performer: Performer, pose: Pose, camera: Camera, step: int = 1) -> R
     parts = np.empty((len(solids), raycast.PARTS))
     depth = np.empty((camera.height, camera.width), dtype=np.float32)
     solid = np.empty(depth.shape, dtype=np.int16)
-    bone, kind, center, turn, size, taper = solids.arrays
     rendered.picture(
-        *performer.chain,
-        *pose.arrays,
-        bone,
-        kind,
-        center,
-        turn,
-        size,
-        taper,
-        intrinsics(camera),
-        frames,
-        placed,
-        parts,
-        depth,
-        solid,
+        performer.chain, pose.arrays, solids.arrays, intrinsics(camera), frames, placed, parts, depth, solid
     )
     return Rendering(camera, depth, solid, solids.bone, placed, performer)
 

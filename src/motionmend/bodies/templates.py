@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from ..errors import MismatchError
+from ..kernels.body import Posed
 from . import anatomy
 from .motion import Motion
 from .performer import (
@@ -136,7 +137,7 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
     hold[:3], hold[3:6] = 1e-6, HOLD_ROOT
     bones = np.concatenate((LANDMARK_BONES, TIP_BONES))
     local = np.concatenate((performer.landmark_place, performer.tip_place))
-    moves, limits = MOVES.copy(), performer.limits.copy()  # as kernels take arrays, see `Performer.chain`
+    moves, limits = MOVES.copy(), performer.limits.copy()  # as kernels take arrays
     world = np.empty((len(bones), 3))
     frames = np.empty((len(BONES), 4, 4))
     error = np.full(wanted.shape[:2], np.nan)
@@ -144,8 +145,9 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
     for t in range(motion.frames):
         if not whole[t]:
             continue
+        posed = Posed(translation[t], root[t], joints[t])
         articulated.reach(
-            *performer.chain,
+            performer.chain,
             moves,
             bones,
             local,
@@ -154,11 +156,9 @@ def poses_of(motion: Motion, performer: Performer) -> Retargeted:
             hold,
             limits,
             ROUNDS,
-            translation[t],
-            root[t],
-            joints[t],
+            posed,
         )
-        articulated.frames(*performer.chain, translation[t], root[t], joints[t], frames)
+        articulated.frames(performer.chain, posed, frames)
         articulated.points(frames, bones, local, world)
         error[t] = np.linalg.norm(world[: len(LANDMARKS)] - wanted[t], axis=1)
     for t in range(motion.frames):

@@ -1,10 +1,7 @@
 """Frames and twists down a tree of bones that turn by rotation vectors.
 
-Throughout: B bones, J joint coordinates, D = 6 + J degrees of freedom. Bone 0 is the root, free in space. `parents`
-(B,) int64, parents before children; `offsets` (B, 3) m, where a bone begins in its parent's frame; `rests` (B, 3, 3),
-its frame in its parent's while its coordinates are 0; `first` (B + 1,) int64: bone b owns the coordinates first[b] to
-first[b + 1], which turn it by exp(sum of axes · coordinates), `axes` (J, 3) orthonormal within a bone, in the bone's
-own frame. Degrees of freedom are 3 of the root's place, 3 of its rotation, then the J coordinates.
+Throughout: a chain of B bones with J joint coordinates has D = 6 + J degrees of freedom: 3 of the root's place, 3 of
+its rotation, then the J coordinates.
 """
 
 from math import cos, sin, sqrt
@@ -12,6 +9,7 @@ from math import cos, sin, sqrt
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
+from .body import Chain, Posed
 from .compile import compiled
 from .dense import factor_and_solve
 
@@ -58,43 +56,23 @@ def left_jacobian(w: Floats, slope: Floats) -> None:
 
 
 @compiled
-def frames(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
-    placed: Floats,
-) -> None:
-    """One pose, `translation` (3,), `root` (3, 3) and `joints` (J,), to `placed` (B, 4, 4), world from bone."""
+def frames(chain: Chain, pose: Posed, placed: Floats) -> None:
+    """One pose to `placed` (B, 4, 4), world from bone."""
     for i in range(3):
-        placed[0, i, 3] = translation[i]
+        placed[0, i, 3] = pose.translation[i]
         placed[0, 3, i] = 0.0
         for k in range(3):
-            placed[0, i, k] = root[i, k]
+            placed[0, i, k] = pose.root[i, k]
     placed[0, 3, 3] = 1.0
     turn, rested = np.empty((3, 3)), np.empty((3, 3))
-    for b in range(1, parents.shape[0]):
-        frame(b, parents, offsets, rests, first, axes, joints, turn, rested, placed)
+    for b in range(1, chain.parents.shape[0]):
+        frame(b, chain, pose.joints, turn, rested, placed)
 
 
 @compiled
-def frame(
-    b: int,
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    joints: Floats,
-    turn: Floats,
-    rested: Floats,
-    placed: Floats,
-) -> None:
+def frame(b: int, chain: Chain, joints: Floats, turn: Floats, rested: Floats, placed: Floats) -> None:
     """The same of one bone b that has a parent, which is placed already; `turn` and `rested` (3, 3) are overwritten."""
+    parents, offsets, rests, first, axes = chain
     p = parents[b]
     for i in range(3):
         placed[b, 3, i] = 0.0
@@ -119,14 +97,13 @@ def frame(
 
 
 @compiled
-def twists(
-    parents: Ints, rests: Floats, first: Ints, axes: Floats, joints: Floats, placed: Floats, moving: Floats
-) -> None:
+def twists(chain: Chain, joints: Floats, placed: Floats, moving: Floats) -> None:
     """Rows [angular velocity, velocity of the origin] (D, 6) of every degree of freedom, in world axes.
 
     A point x carried by the row d moves at cross(moving[d, :3], x) + moving[d, 3:]. The root turns about its own
     place in world axes (an increment from the left); `placed` is what `frames` gives for the same pose.
     """
+    parents, _, rests, first, axes = chain
     moving[:6] = 0.0
     for i in range(3):
         moving[i, 3 + i] = 1.0
@@ -176,27 +153,18 @@ def points(placed: Floats, bones: Ints, local: Floats, world: Floats) -> None:
 
 
 @compiled
-def upright(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    joints: Floats,
-    bones: Ints,
-    local: Floats,
-    world: Floats,
-) -> None:
+def upright(chain: Chain, joints: Floats, bones: Ints, local: Floats, world: Floats) -> None:
     """`points` of many poses, `joints` (P, J), with the root at 0 and not turned, to `world` (P, N, 3)."""
-    placed, place, straight = np.empty((parents.shape[0], 4, 4)), np.zeros(3), np.eye(3)
+    placed, place, straight = np.empty((chain.parents.shape[0], 4, 4)), np.zeros(3), np.eye(3)
     for p in range(joints.shape[0]):
-        frames(parents, offsets, rests, first, axes, place, straight, joints[p], placed)
+        frames(chain, Posed(place, straight, joints[p]), placed)
         points(placed, bones, local, world[p])
 
 
 @compiled
-def advance(translation: Floats, root: Floats, joints: Floats, delta: Floats) -> None:
+def advance(pose: Posed, delta: Floats) -> None:
     """Add `delta` (D,) to a pose in place: the root's rotation is turned from the left, all else is added to."""
+    translation, root, joints = pose
     turn, before = np.empty((3, 3)), root.copy()
     exponential(delta[3:6], turn)
     for i in range(3):
@@ -223,11 +191,7 @@ def _orthonormal(rotation: Floats) -> None:
 
 @compiled
 def reach(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
+    chain: Chain,
     moves: Bools,
     bones: Ints,
     local: Floats,
@@ -236,9 +200,7 @@ def reach(
     rest_weights: Floats,
     limits: Floats,
     iterations: int,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
+    pose: Posed,
 ) -> float:
     """Bring points of one body to wanted places by damped Gauss-Newton; the pose is changed in place.
 
@@ -257,29 +219,30 @@ def reach(
     -------
     float : the cost, m².
     """
-    bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
+    bodies, count, dofs = chain.parents.shape[0], bones.shape[0], 6 + chain.axes.shape[0]
+    joints = pose.joints
     placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
     # Ever since the start: the increments of the root, and how far each joint coordinate has gone.
     away, held_away, change = np.zeros(dofs), np.zeros(dofs), np.zeros(dofs)
-    held_translation, held_root, held_joints = np.empty(3), np.empty((3, 3)), np.empty(dofs - 6)
+    held_pose = Posed(np.empty(3), np.empty((3, 3)), np.empty(dofs - 6))
     hessian, lifted, gradient = np.empty((dofs, dofs)), np.empty((dofs, dofs)), np.empty(dofs)
     held, downhill = np.zeros(dofs, dtype=np.bool_), np.empty(dofs)
     damping, cost = 1e-4, np.inf
     for step in range(iterations + 1):
-        frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
+        frames(chain, pose, placed)
         points(placed, bones, local, world)
         now = missed(world, wanted, weights) + _missed_start(away, rest_weights)
         if now < cost:
             saved = cost - now
             cost = now
-            _keep(translation, root, joints, away, held_translation, held_root, held_joints, held_away)
+            _keep(pose, away, held_pose, held_away)
             damping = max(damping * 0.1, 1e-9)
             if step == iterations or saved < 1e-7 * cost + 1e-14:
                 break
-            twists(parents, rests, first, axes, joints, placed, moving)
+            twists(chain, joints, placed, moving)
             normal_equations(moves, moving, bones, world, wanted, weights, rest_weights, away, hessian, gradient)
         else:
-            _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
+            _keep(held_pose, held_away, pose, away)
             if step == iterations or damping > 1e6:
                 break
             damping *= 10.0
@@ -305,8 +268,8 @@ def reach(
                 low, high = limits[d, 0] - joints[d - 6], limits[d, 1] - joints[d - 6]
                 change[d] = min(max(change[d], low), high)
             away[d] += change[d]
-        advance(translation, root, joints, change)
-    _keep(held_translation, held_root, held_joints, held_away, translation, root, joints, away)
+        advance(pose, change)
+    _keep(held_pose, held_away, pose, away)
     return cost
 
 
@@ -330,18 +293,9 @@ def _missed_start(away: Floats, rest_weights: Floats) -> float:
 
 
 @compiled
-def _keep(
-    translation: Floats, root: Floats, joints: Floats, away: Floats, to0: Floats, to1: Floats, to2: Floats, to3: Floats
-) -> None:
+def _keep(pose: Posed, away: Floats, kept: Posed, kept_away: Floats) -> None:
     """Copy a pose and how far it has gone."""
-    for i in range(3):
-        to0[i] = translation[i]
-        for k in range(3):
-            to1[i, k] = root[i, k]
-    for d in range(joints.shape[0]):
-        to2[d] = joints[d]
-    for d in range(away.shape[0]):
-        to3[d] = away[d]
+    kept.translation[:], kept.root[:], kept.joints[:], kept_away[:] = pose.translation, pose.root, pose.joints, away
 
 
 @compiled

@@ -9,6 +9,7 @@ from math import sqrt
 import numpy as np
 
 from ..arrays import Floats, Ints
+from .body import Posed
 from .compile import compiled
 from .dense import turn_between
 
@@ -149,23 +150,12 @@ def spreads(
 
 
 @compiled
-def drawn_to(
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
-    to_translation: Floats,
-    to_root: Floats,
-    to_joints: Floats,
-    weights: Floats,
-    away: Floats,
-    normal: Floats,
-    right: Floats,
-) -> float:
+def drawn_to(pose: Posed, to: Posed, weights: Floats, away: Floats, normal: Floats, right: Floats) -> float:
     """A weighted square of what separates a pose from another one: into the system of all degrees of freedom.
 
     Parameters
     ----------
-    translation, root, joints : (3,), (3, 3), (J,) of the pose; `to_...` of the one it is drawn to.
+    pose, to : it, and the one it is drawn to.
     weights : (D,). away : (D,) is written: the increment from the other pose to this one.
     normal, right : (D, D) and (D,), added to.
 
@@ -173,13 +163,13 @@ def drawn_to(
     -------
     The cost.
     """
-    turn_between(root, to_root, away[3:6])
+    turn_between(pose.root, to.root, away[3:6])
     cost = 0.0
     for d in range(weights.shape[0]):
         if d < 3:
-            away[d] = translation[d] - to_translation[d]
+            away[d] = pose.translation[d] - to.translation[d]
         elif d >= 6:
-            away[d] = joints[d - 6] - to_joints[d - 6]
+            away[d] = pose.joints[d - 6] - to.joints[d - 6]
         pull_back = weights[d] * away[d]
         normal[d, d] += weights[d]
         right[d] -= pull_back

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from ..arrays import Bools, Floats, Ints, Singles
 from . import articulated, bone_systems, dense, inside, match, raycast, rendered
+from .body import Chain, Posed, Shell
 from .compile import compiled
 
 _advance = articulated.advance
@@ -40,20 +41,9 @@ SURFACE, EDGE, FREE, SMOOTH, LIMITS, PRIOR = range(6)
 
 @compiled
 def descend(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
-    carriers: Ints,
-    kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
-    sizes: Floats,
-    tapers: Floats,
+    chain: Chain,
+    pose: Posed,
+    shell: Shell,
     moved_first: Ints,
     moved: Ints,
     camera: Floats,
@@ -63,9 +53,7 @@ def descend(
     samples: Singles,
     edge_pixels: Ints,
     edge_samples: Singles,
-    to_translation: Floats,
-    to_root: Floats,
-    to_joints: Floats,
+    expected: Posed,
     smooth: Floats,
     limits: Floats,
     trunk: Ints,
@@ -83,11 +71,10 @@ def descend(
 
     Parameters
     ----------
-    parents .. tapers : body, pose and solids, as for `rendered.picture`.
     moved_first, moved : which degrees of freedom move which bone, see `bone_systems.assemble`.
     camera, seen, free : (4,) px, (H, W) m and True where nobody is.
     pixels, samples, edge_pixels, edge_samples : (N, 2), (N, 3) and (E, 2), (E, 3) m, observed.
-    to_translation .. smooth : see `bone_systems.drawn_to`. limits : (D, 2). trunk .. clear : see `inside.kept_out`.
+    expected, smooth : see `bone_systems.drawn_to`. limits : (D, 2). trunk .. clear : see `inside.kept_out`.
     mean, form : of the prior.
     wishes : (1,) of `WISHES`.
     normal, right : (D, D) and (D,), written: the system about the pose before the last step.
@@ -99,9 +86,9 @@ def descend(
     singular.
     """
     wish = wishes[0]
-    bones, dofs = len(parents), len(right)
+    bones, solids, dofs = len(chain.parents), len(shell.carriers), len(right)
     frames, moving = np.empty((bones, 4, 4)), np.empty((dofs, 6))
-    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
+    placed, parts = np.empty((solids, 3, 4)), np.empty((solids, raycast.PARTS))
     depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
     edge = np.empty(seen.shape, np.float32)
     most = (seen.shape[0] // wish.every + 1) * (seen.shape[1] // wish.every + 1)
@@ -116,9 +103,8 @@ def descend(
         normal[:] = 0.0
         right[:] = 0.0
         count = rendered.sampled(
-            parents, offsets, rests, first, axes, translation, root, joints, carriers, kinds, centers, turns, sizes,
-            tapers, camera, wish.every, frames, moving, placed, parts, depth, solid, own_pixels, own_samples,
-            own_normals, own_bones,
+            chain, pose, shell, camera, wish.every, frames, moving, placed, parts, depth, solid, own_pixels,
+            own_samples, own_normals, own_bones,
         )  # fmt: skip
         half = wish.half + max(0, wish.wide - 2 * (taken - 1))  # wide at first
         costs[SURFACE], counts[SURFACE, 0] = match.draw_to_seen(
@@ -128,20 +114,18 @@ def descend(
         counts[SURFACE, 1] = count
         if wish.two_way:
             cost, inliers = match.draw_from_seen(
-                pixels, samples, depth, solid, camera, placed, kinds, sizes, tapers, carriers, half, wish.gate,
-                wish.apart, wish.back, wish.scale, wish.surface, hessian, gradient,
+                pixels, samples, depth, solid, camera, placed, shell, half, wish.gate, wish.apart, wish.back,
+                wish.scale, wish.surface, hessian, gradient,
             )  # fmt: skip
             costs[SURFACE] += cost
             counts[SURFACE, 0] += inliers
             counts[SURFACE, 1] += len(pixels)
-        costs[SMOOTH] = bone_systems.drawn_to(
-            translation, root, joints, to_translation, to_root, to_joints, smooth, away, normal, right
-        )
+        costs[SMOOTH] = bone_systems.drawn_to(pose, expected, smooth, away, normal, right)
         if wish.edge > 0.0 and len(edge_pixels) > 0:
             rendered.steps(depth, known, wish.jump, edge)
             costs[EDGE], counts[EDGE, 0] = match.draw_from_seen(
-                edge_pixels, edge_samples, edge, solid, camera, placed, kinds, sizes, tapers, carriers,
-                wish.edge_half, wish.gate, wish.apart, 0.0, wish.scale, wish.edge, hessian, gradient,
+                edge_pixels, edge_samples, edge, solid, camera, placed, shell, wish.edge_half, wish.gate, wish.apart,
+                0.0, wish.scale, wish.edge, hessian, gradient,
             )  # fmt: skip
             counts[EDGE, 1] = len(edge_pixels)
         if wish.free > 0.0:
@@ -150,13 +134,13 @@ def descend(
                 wish.free, hessian, gradient,
             )  # fmt: skip
         if wish.limits > 0.0:
-            costs[LIMITS] = bone_systems.within(joints, limits, wish.limits, normal, right)
+            costs[LIMITS] = bone_systems.within(pose.joints, limits, wish.limits, normal, right)
             costs[LIMITS] += inside.kept_out(
-                placed, moving, moved_first, moved, carriers, kinds, sizes, tapers, trunk, forearms, clear,
+                placed, moving, moved_first, moved, shell, trunk, forearms, clear,
                 wish.solid_scale * wish.solid_scale, wish.solid, normal, right,
             )  # fmt: skip
         if wish.prior > 0.0:
-            costs[PRIOR] = bone_systems.about_mean(joints, mean, form, normal, right)
+            costs[PRIOR] = bone_systems.about_mean(pose.joints, mean, form, normal, right)
         bone_systems.assemble(hessian, gradient, moving, moved_first, moved, normal, right)
         largest = 1e-300
         for d in range(dofs):
@@ -177,7 +161,7 @@ def descend(
         if size > wish.longest:
             for d in range(dofs):
                 step[d] *= wish.longest / size
-        _advance(translation, root, joints, step)
+        _advance(pose, step)
         if size < wish.tolerance or promised < wish.settled * total:
             return taken, True
     return wish.iterations, False

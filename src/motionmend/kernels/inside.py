@@ -4,7 +4,8 @@ from math import sqrt
 
 import numpy as np
 
-from ..arrays import Bytes, Floats, Ints
+from ..arrays import Floats, Ints
+from .body import Shell
 from .compile import compiled
 
 CONE = 1
@@ -19,10 +20,7 @@ def kept_out(
     twists: Floats,
     first: Ints,
     order: Ints,
-    carriers: Ints,
-    kinds: Bytes,
-    sizes: Floats,
-    tapers: Floats,
+    shell: Shell,
     trunk: Ints,
     limbs: Ints,
     clear: Floats,
@@ -39,7 +37,6 @@ def kept_out(
     ----------
     placed : (P, 3, 4) world from solid.
     twists, first, order : (D, 6) of each degree of freedom, and which move which bone, as for `bone_systems.assemble`.
-    carriers .. tapers : of the P solids, as in `rendered.picture`.
     trunk : (S,) the solids that are in the way: on bones that carry the limbs'.
     limbs : (L,) the cones that are kept out of them. clear : (L,) m, so far before the surface is inside.
     squared_scale : m², of Geman and McClure's estimator. weight : per m².
@@ -49,6 +46,7 @@ def kept_out(
     -------
     The cost.
     """
+    carriers, kinds, _, _, sizes, tapers = shell
     cost, slope = 0.0, np.empty(right.shape[0])
     for i in range(limbs.shape[0]):
         limb = limbs[i]

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from ..arrays import Bools, Floats, Ints, Singles
 from . import articulated, raycast, rendered
+from .body import Chain, Posed, Shell
 from .compile import compiled
 
 _frames, _frame = articulated.frames, articulated.frame
@@ -63,20 +64,11 @@ def beside(depth: Singles, row: int, column: int) -> bool:
 
 @compiled
 def disagreements(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
+    chain: Chain,
     translations: Floats,
     roots: Floats,
     joints: Floats,
-    carriers: Ints,
-    kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
-    sizes: Floats,
-    tapers: Floats,
+    shell: Shell,
     camera: Floats,
     seen: Singles,
     free: Bools,
@@ -87,43 +79,28 @@ def disagreements(
 
     Parameters
     ----------
-    parents .. axes : as for `articulated.frames`.
     translations, roots, joints : (C, 3) m, (C, 3, 3) and (C, J) rad.
-    carriers .. tapers : of the body's solids, as in `rendered.picture`.
     camera : (4,) of the images. seen, free : (H, W) what is observed, and where nobody is.
     most : m, see `unlikeness`. costs : (C,) is written.
     """
-    frames = np.empty((len(parents), 4, 4))
-    placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
+    frames, count = np.empty((len(chain.parents), 4, 4)), len(shell.carriers)
+    placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
     depth, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
     each = np.empty(seen.shape)
     for c in range(len(costs)):
-        _picture(
-            parents, offsets, rests, first, axes, translations[c], roots[c], joints[c], carriers, kinds, centers,
-            turns, sizes, tapers, camera, frames, placed, parts, depth, solid,
-        )  # fmt: skip
+        pose = Posed(translations[c], roots[c], joints[c])
+        _picture(chain, pose, shell, camera, frames, placed, parts, depth, solid)
         costs[c] = unlikeness(seen, free, depth, most, each)
 
 
 @compiled
 def limb_search(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
+    chain: Chain,
+    pose: Posed,
     columns: Ints,
     candidates: Floats,
     limb: Ints,
-    carriers: Ints,
-    kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
-    sizes: Floats,
-    tapers: Floats,
+    shell: Shell,
     camera: Floats,
     seen: Singles,
     free: Bools,
@@ -141,10 +118,8 @@ def limb_search(
 
     Parameters
     ----------
-    parents .. axes, translation, root, joints : as for `articulated.frames`.
     columns, candidates : (n,) joint coordinates of the limb and (C, n) their values to be tried.
     limb : bones of the limb, parents first.
-    carriers .. tapers : of the body's solids, as in `rendered.picture`.
     camera : (4,) of the images.
     seen, free : (H, W) what is observed, and where nobody is.
     most : m, see `unlikeness`.
@@ -163,10 +138,12 @@ def limb_search(
     What the best costs, beyond what is said against the pose as it is.
     """
     height, width = seen.shape
-    frames = np.empty((len(parents), 4, 4))
-    _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
+    joints = pose.joints
+    carriers, kinds, centers, turns, sizes, tapers = shell
+    frames = np.empty((len(chain.parents), 4, 4))
+    _frames(chain, pose, frames)
     # The limb's solids apart from all others, which are cast only once.
-    moves = np.zeros(len(parents), np.bool_)
+    moves = np.zeros(len(frames), np.bool_)
     for b in limb:
         moves[b] = True
     own = np.empty(len(carriers), np.int64)
@@ -185,16 +162,8 @@ def limb_search(
     _cast(parts, base, solid)
     rest = unlikeness(seen, free, base, most, below)
     depth[:] = np.nan
-    bones, shapes = np.empty(count, np.int64), np.empty(count, np.uint8)
-    middles, axles = np.empty((count, 3)), np.empty((count, 3, 3))
-    extents, slopes = np.empty((count, 3)), np.empty(count)
-    for i in range(count):
-        s = own[i]
-        bones[i], shapes[i], slopes[i] = carriers[s], kinds[s], tapers[s]
-        for k in range(3):
-            middles[i, k], extents[i, k] = centers[s, k], sizes[s, k]
-            for m in range(3):
-                axles[i, k, m] = turns[s, k, m]
+    own = own[:count]
+    part = Shell(carriers[own], kinds[own], centers[own], turns[own], sizes[own], tapers[own])
     placed, parts, tried = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS)), joints.copy()
     turn, rested = np.empty((3, 3)), np.empty((3, 3))
     rounds, drawn, size = picks.shape[0], picks.shape[1], len(columns)
@@ -228,9 +197,8 @@ def limb_search(
             count = begin + drawn
         for c in range(begin, count):
             prices[c] = rest + _changed(
-                pool[c], parents, offsets, rests, first, axes, columns, tried, limb, bones, shapes, middles, axles,
-                extents, slopes, camera, seen, free, most, base, below, frames, placed, parts, depth, solid, turn,
-                rested,
+                pool[c], chain, columns, tried, limb, part, camera, seen, free, most, base, below, frames, placed,
+                parts, depth, solid, turn, rested,
             )  # fmt: skip
             against = _against(pool[c], columns, joints, uphill, form)
             if r == 0:
@@ -248,20 +216,11 @@ def limb_search(
 @compiled
 def _changed(
     values: Floats,
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
+    chain: Chain,
     columns: Ints,
     joints: Floats,
     limb: Ints,
-    bones: Ints,
-    kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
-    sizes: Floats,
-    tapers: Floats,
+    shell: Shell,
     camera: Floats,
     seen: Singles,
     free: Bools,
@@ -280,14 +239,15 @@ def _changed(
 
     The limb's own outline has no margin here: what it leaves beside itself counts in full.
 
-    `bones` .. `tapers` are of the limb's solids; `base`, `below` (H, W) the rest as rendered and its unlikeness;
+    `shell` is of the limb's solids alone; `base`, `below` (H, W) the rest as rendered and its unlikeness;
     `depth` is empty before and after; `joints`, `frames`, `placed`, `parts`, `solid`, `turn` and `rested` are
     overwritten.
     """
+    bones, kinds, centers, turns, sizes, tapers = shell
     for k in range(len(columns)):
         joints[columns[k]] = values[k]
     for b in limb:
-        _frame(b, parents, offsets, rests, first, axes, joints, turn, rested, frames)
+        _frame(b, chain, joints, turn, rested, frames)
     _place(frames, bones, centers, turns, placed)
     _prepare(placed, kinds, sizes, tapers, camera, seen.shape[1], seen.shape[0], parts)
     _cast_onto(parts, depth, solid)
@@ -330,14 +290,8 @@ def _against(values: Floats, columns: Ints, joints: Floats, uphill: Floats, form
 
 @compiled
 def limb_places(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
+    chain: Chain,
+    pose: Posed,
     columns: Ints,
     candidates: Floats,
     limb: Ints,
@@ -349,17 +303,17 @@ def limb_places(
 
     Parameters
     ----------
-    parents .. limb : as above.
+    columns, candidates, limb : as above.
     bones, local : (K,) and (K, 3) m, the points. places : (C, K, 3) m, written.
     """
-    tried, frames = joints.copy(), np.empty((len(parents), 4, 4))
+    tried, frames = pose.joints.copy(), np.empty((len(chain.parents), 4, 4))
     turn, rested = np.empty((3, 3)), np.empty((3, 3))
-    _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
+    _frames(chain, pose, frames)
     for c in range(candidates.shape[0]):
         for k in range(len(columns)):
             tried[columns[k]] = candidates[c, k]
         for b in limb:
-            _frame(b, parents, offsets, rests, first, axes, tried, turn, rested, frames)
+            _frame(b, chain, tried, turn, rested, frames)
         articulated.points(frames, bones, local, places[c])
 
 

@@ -8,7 +8,8 @@ from math import sqrt
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from ..arrays import Bools, Floats, Ints, Singles
+from .body import Shell
 from .bone_systems import pull
 from .compile import compiled
 from .raycast import outward
@@ -149,10 +150,7 @@ def draw_from_seen(
     solid: np.ndarray,
     camera: Floats,
     placed: Floats,
-    kinds: Bytes,
-    sizes: Floats,
-    tapers: Floats,
-    carriers: Ints,
+    shell: Shell,
     half: int,
     gate: float,
     apart: float,
@@ -168,7 +166,7 @@ def draw_from_seen(
     ----------
     pixels, samples : (N, 2) row and column and (N, 3) m of what is seen.
     depth, solid, camera : (H, W), (H, W) and (4,) of the model's picture, or of those of its pixels that count.
-    placed .. carriers : of the solids, as for `rendered.sampled`.
+    placed : (P, 3, 4) m, of the shell's solids.
     half, gate, apart : see `nearest`. along, scale, weight, hessian, gradient : as above.
 
     Returns
@@ -179,6 +177,7 @@ def draw_from_seen(
     over_x, over_y = 1.0 / fx, 1.0 / fy
     cost, inliers, squared_scale = 0.0, 0, scale * scale
     nx, ny, nz = 0.0, 0.0, 0.0
+    carriers, kinds, _, _, sizes, tapers = shell
     for i in range(pixels.shape[0]):
         to_x, to_y, to_z = np.float64(samples[i, 0]), np.float64(samples[i, 1]), np.float64(samples[i, 2])
         row, column = nearest(

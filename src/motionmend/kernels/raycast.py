@@ -12,6 +12,7 @@ from math import ceil, floor, sqrt
 import numpy as np
 
 from ..arrays import Bytes, Floats, Ints, Singles
+from .body import Shell
 from .compile import compiled
 
 NEAR = 0.05  # m; what comes nearer than this is not seen
@@ -203,17 +204,9 @@ def cast_onto(parts: Floats, depth: Singles, solid: np.ndarray) -> None:
 
 
 @compiled
-def normals(
-    placed: Floats,
-    kinds: Bytes,
-    sizes: Floats,
-    tapers: Floats,
-    camera: Floats,
-    depth: Singles,
-    solid: np.ndarray,
-    normal: Singles,
-) -> None:
+def normals(placed: Floats, shell: Shell, camera: Floats, depth: Singles, solid: np.ndarray, normal: Singles) -> None:
     """Outward unit normals (H, W, 3) of what `cast` found, NaN where it found nothing."""
+    _, kinds, _, _, sizes, tapers = shell
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             s = solid[v, u]

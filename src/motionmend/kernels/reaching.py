@@ -5,6 +5,7 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from . import articulated
 from .articulated import missed, normal_equations
+from .body import Chain, Posed
 from .compile import compiled
 from .dense import factor_and_solve
 
@@ -16,11 +17,7 @@ _advance = articulated.advance
 
 @compiled
 def reach_within(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
+    chain: Chain,
     moves: Bools,
     bones: Ints,
     local: Floats,
@@ -29,9 +26,7 @@ def reach_within(
     stiffness: Floats,
     limits: Floats,
     rounds: int,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
+    pose: Posed,
 ) -> None:
     """Bring points to wanted places; the pose is changed in place.
 
@@ -39,15 +34,14 @@ def reach_within(
 
     Parameters
     ----------
-    parents .. axes, translation .. joints : as for `articulated.frames`.
     moves : (B, D) which degrees of freedom move which bone; one that moves none stays.
     bones, local, wanted, weights : (N,), (N, 3) m, (N, 3) m, (N,), the points; those of weight 0 do not count.
     stiffness : (D,) m/rad, 0 for the root. limits : (D, 2) of the joint coordinates.
     rounds : most steps.
     """
-    bodies, count, dofs = parents.shape[0], bones.shape[0], 6 + axes.shape[0]
+    bodies, count, dofs = chain.parents.shape[0], bones.shape[0], 6 + chain.axes.shape[0]
     placed, moving, world = np.empty((bodies, 4, 4)), np.empty((dofs, 6)), np.empty((count, 3))
-    begun, away, step = joints.copy(), np.zeros(dofs), np.empty(dofs)
+    begun, away, step = pose.joints.copy(), np.zeros(dofs), np.empty(dofs)
     # What moves nothing stays: the systems are of the others only.
     loose, free = np.empty(dofs, np.int64), 0
     for d in range(dofs):
@@ -59,12 +53,13 @@ def reach_within(
     hessian, gradient = np.empty((dofs, dofs)), np.empty(dofs)
     lifted, taken = np.empty((free, free)), np.empty(free)
     step[:] = 0.0
-    place, turn, angles = translation.copy(), root.copy(), joints.copy()
-    _frames(parents, offsets, rests, first, axes, translation, root, joints, placed)
+    tried = Posed(pose.translation.copy(), pose.root.copy(), pose.joints.copy())
+    angles = tried.joints
+    _frames(chain, pose, placed)
     _points(placed, bones, local, world)
     cost, damping = missed(world, wanted, weights), 1e-4
     for _ in range(rounds):
-        _twists(parents, rests, first, axes, joints, placed, moving)
+        _twists(chain, pose.joints, placed, moving)
         normal_equations(moves, moving, bones, world, wanted, weights, stiffness, away, hessian, gradient)
         better, now = False, cost
         for _attempt in range(6):
@@ -80,14 +75,14 @@ def reach_within(
                 size = max(size, abs(taken[i]))
             for i in range(free):
                 step[loose[i]] = -taken[i] * min(1.0, LONGEST / max(size, 1e-12))
-            place[:], turn[:], angles[:] = translation, root, joints
-            _advance(place, turn, angles, step)
+            tried.translation[:], tried.root[:], angles[:] = pose
+            _advance(tried, step)
             now = 0.0
             for j in range(dofs - 6):
                 angles[j] = min(max(angles[j], limits[6 + j, 0]), limits[6 + j, 1])
                 away[6 + j] = angles[j] - begun[j]
                 now += (stiffness[6 + j] * away[6 + j]) ** 2
-            _frames(parents, offsets, rests, first, axes, place, turn, angles, placed)
+            _frames(chain, tried, placed)
             _points(placed, bones, local, world)
             now += missed(world, wanted, weights)
             if now < cost:
@@ -96,7 +91,7 @@ def reach_within(
             damping *= 8.0
         if not better:
             break
-        translation[:], root[:], joints[:] = place, turn, angles
+        pose.translation[:], pose.root[:], pose.joints[:] = tried
         gained, cost, damping = cost - now, now, damping / 4.0
         if gained < 1e-5 * cost + 1e-9:
             break

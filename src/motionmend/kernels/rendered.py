@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints, Singles
+from ..arrays import Bools, Floats, Ints, Singles
 from . import articulated, raycast
+from .body import Chain, Posed, Shell
 from .compile import compiled
 
 _frames, _twists = articulated.frames, articulated.twists
@@ -11,20 +12,9 @@ _frames, _twists = articulated.frames, articulated.twists
 
 @compiled
 def picture(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
-    carriers: Ints,
-    kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
-    sizes: Floats,
-    tapers: Floats,
+    chain: Chain,
+    pose: Posed,
+    shell: Shell,
     camera: Floats,
     frames: Floats,
     placed: Floats,
@@ -36,13 +26,12 @@ def picture(
 
     Parameters
     ----------
-    parents .. joints : as for `articulated.frames`.
-    carriers : (P,) the bone of each solid; kinds .. tapers : of the P solids, as in `raycast`.
     camera : (4,) fx, fy, cx, cy, px.
     frames, placed, parts : (B, 4, 4), (P, 3, 4) and (P, 18), written: world from bone, from solid, and for casting.
     depth, solid : (H, W), written as by `raycast.cast`.
     """
-    _frames(parents, offsets, rests, first, axes, translation, root, joints, frames)
+    carriers, kinds, centers, turns, sizes, tapers = shell
+    _frames(chain, pose, frames)
     raycast.place(frames, carriers, centers, turns, placed)
     raycast.prepare(placed, kinds, sizes, tapers, camera, depth.shape[1], depth.shape[0], parts)
     raycast.cast(parts, depth, solid)
@@ -50,20 +39,9 @@ def picture(
 
 @compiled
 def sampled(
-    parents: Ints,
-    offsets: Floats,
-    rests: Floats,
-    first: Ints,
-    axes: Floats,
-    translation: Floats,
-    root: Floats,
-    joints: Floats,
-    carriers: Ints,
-    kinds: Bytes,
-    centers: Floats,
-    turns: Floats,
-    sizes: Floats,
-    tapers: Floats,
+    chain: Chain,
+    pose: Posed,
+    shell: Shell,
     camera: Floats,
     every: int,
     frames: Floats,
@@ -90,11 +68,9 @@ def sampled(
     -------
     The number of samples.
     """
-    picture(
-        parents, offsets, rests, first, axes, translation, root, joints, carriers, kinds, centers, turns, sizes,
-        tapers, camera, frames, placed, parts, depth, solid,
-    )  # fmt: skip
-    _twists(parents, rests, first, axes, joints, frames, moving)
+    picture(chain, pose, shell, camera, frames, placed, parts, depth, solid)
+    _twists(chain, pose.joints, frames, moving)
+    carriers, kinds, _, _, sizes, tapers = shell
     count = 0
     for row in range(0, depth.shape[0], every):
         for column in range(0, depth.shape[1], every):

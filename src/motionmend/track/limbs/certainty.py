@@ -40,7 +40,7 @@ def shown_and_denied(performer: Performer, pose: Pose, coarse: Coarse, weight: f
     depth, solid = cast_parts(performer, pose, coarse)
     shown, denied, unknown = np.zeros((3, len(BONES)))
     limbs.shown_and_denied(
-        coarse.seen, coarse.free, depth, solid, performer.solids.arrays[0], FIT, shown, denied, unknown
+        coarse.seen, coarse.free, depth, solid, performer.solids.arrays.carriers, FIT, shown, denied, unknown
     )
     standard = weight * COARSE**2
     return shown * standard, denied * standard, unknown * standard

@@ -68,7 +68,7 @@ def judge(performer: Performer, pose: Pose, seen: Observation, gate: float = GAT
         seen.free.copy(),
         drawn.depth,
         drawn.solid,
-        performer.solids.arrays[0],
+        performer.solids.arrays.carriers,
         gate,
         loose,
         visible,

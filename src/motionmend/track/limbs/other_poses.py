@@ -134,22 +134,8 @@ def cast_parts(performer: Performer, pose: Pose, coarse: Coarse) -> tuple[Single
     frames, count = np.empty((len(performer.bones), 4, 4)), len(solids)
     placed, parts = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS))
     depth, solid = np.empty(coarse.seen.shape, np.float32), np.empty(coarse.seen.shape, np.int16)
-    bones, kinds, centers, turns, sizes, tapers = solids.arrays
     rendered.picture(
-        *performer.chain,
-        *pose.arrays,
-        bones,
-        kinds,
-        centers,
-        turns,
-        sizes,
-        tapers,
-        coarse.intrinsics,
-        frames,
-        placed,
-        parts,
-        depth,
-        solid,
+        performer.chain, pose.arrays, solids.arrays, coarse.intrinsics, frames, placed, parts, depth, solid
     )
     return depth, solid
 
@@ -182,7 +168,7 @@ def left_over(performer: Performer, pose: Pose, coarse: Coarse) -> LeftOver:
     depth, solid = cast_parts(performer, pose, coarse)
     loose, counts = np.empty((depth.size, 2), np.int64), np.empty(5, np.int64)
     visible, denied = np.zeros((2, len(BONES)))
-    bones = performer.solids.arrays[0]
+    bones = performer.solids.arrays.carriers
     judging.judged(coarse.seen, coarse.free, depth, solid, bones, GATE, loose, visible, denied, counts)
     rows, columns = loose[: counts[3]].T
     z = coarse.seen[rows, columns].astype(np.float64)
@@ -198,19 +184,13 @@ def disagreement(performer: Performer, pose: Pose, coarse: Coarse) -> float:
 
 def disagreements(performer: Performer, poses: Sequence[Pose], coarse: Coarse) -> Floats:
     """(C,) the same of each of C poses."""
-    bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
     costs = np.empty(len(poses))
     limbs.disagreements(
-        *performer.chain,
+        performer.chain,
         np.array([pose.translation for pose in poses]),
         np.array([pose.root for pose in poses]),
         np.array([pose.joints for pose in poses]),
-        bones,
-        kinds,
-        centers,
-        turns,
-        sizes,
-        tapers,
+        performer.solids.arrays,
         coarse.intrinsics,
         coarse.seen,
         coarse.free,
@@ -296,21 +276,15 @@ def limb_search(
         prices have by how much more it is against the candidates than against the pose as it is.
     """
     costs, best = np.empty((2, len(candidates))), np.empty(len(limb.columns))
-    bones, kinds, centers, turns, sizes, tapers = performer.solids.arrays
     pixels = max(coarse.pixels, 1)
     # Copies, for what is kept is read-only or not by where it comes from: kernels are compiled for one kind of arrays.
     price = limbs.limb_search(
-        *performer.chain,
-        *pose.arrays,
+        performer.chain,
+        pose.arrays,
         limb.columns,
         np.ascontiguousarray(candidates),
         np.array(limb.bones),
-        bones,
-        kinds,
-        centers,
-        turns,
-        sizes,
-        tapers,
+        performer.solids.arrays,
         coarse.intrinsics,
         coarse.seen,
         coarse.free,
@@ -332,8 +306,8 @@ def limb_places(performer: Performer, pose: Pose, limb: Limb, candidates: Floats
     marks = limb.landmarks
     places = np.empty((len(candidates), len(marks), 3))
     limbs.limb_places(
-        *performer.chain,
-        *pose.arrays,
+        performer.chain,
+        pose.arrays,
         limb.columns,
         np.ascontiguousarray(candidates),
         np.array(limb.bones),

@@ -130,7 +130,7 @@ def learned(
         view.depth,
         view.solid,
         evidence.intrinsics,
-        performer.solids.arrays[0],
+        performer.solids.arrays.carriers,
         view.placed,
         *near,
         systems,

@@ -114,7 +114,7 @@ def bodies_of(performer: Performer, joints: Floats) -> Floats:
     from ...kernels import articulated
 
     world = np.empty((len(joints), len(LANDMARKS), 3))
-    articulated.upright(*performer.chain, np.array(joints, dtype=np.float64), *performer.marks, world)
+    articulated.upright(performer.chain, np.array(joints, dtype=np.float64), *performer.marks, world)
     return world
 
 

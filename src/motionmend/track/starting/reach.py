@@ -64,12 +64,12 @@ def reach(
     if not weight.any():
         return pose, 0.0
     loose = np.ones(DOFS, bool) if free is None else np.asarray(free)
-    translation, root, joints = pose.arrays
+    posed = pose.arrays
     stiff = np.full(DOFS, stiffness)
     stiff[:6] = 0.0
     limits = np.where(loose[:, None], performer.limits, (-np.inf, np.inf))  # what may not change stays, wherever it is
     reaching.reach_within(
-        *performer.chain,
+        performer.chain,
         MOVES & loose,
         *performer.marks,
         wanted,
@@ -77,11 +77,9 @@ def reach(
         stiff,
         limits,
         rounds,
-        translation,
-        root,
-        joints,
+        posed,
     )
-    found = Pose(translation, root, joints)
+    found = Pose(*posed)
     distance = ((wanted - landmarks(performer, found)) ** 2).sum(axis=1)
     return found, float(np.sqrt(weight @ distance / weight.sum()))
 

@@ -40,16 +40,12 @@ class LimitsTerm:
         """Only degrees of freedom beyond a limit are touched, and those that move a forearm against the trunk."""
         body = view.performer
         beyond = within(view.pose.joints, body.limits, self.weight, sums.normal, sums.right)
-        carriers, kinds, _, _, sizes, tapers = body.solids.arrays
         deep = kept_out(
             view.solid_placed,
             view.twists,
             MOVED_FIRST,
             BONES_MOVED,
-            carriers,
-            kinds,
-            sizes,
-            tapers,
+            body.solids.arrays,
             *body.trunk_and_forearms,
             self.clear,
             SOLID_SCALE**2,

@@ -43,7 +43,7 @@ class SmoothTerm:
     def linearize(self, view: View, sums: Sums, iteration: int) -> Share:
         """A = weights, b = weights · (expected - pose): below equation 3.15."""
         away = np.empty(DOFS)
-        return Share(drawn_to(*view.pose.arrays, *self.expected.arrays, self.weights, away, sums.normal, sums.right))
+        return Share(drawn_to(view.pose.arrays, self.expected.arrays, self.weights, away, sums.normal, sums.right))
 
 
 def about(terms: Sequence[Term], expected: Pose) -> list[Term]:

@@ -144,21 +144,13 @@ def _at_once(
     wish["solid"], wish["solid_scale"] = SOLID * wish["limits"], SOLID_SCALE
     wish["damping"], wish["tolerance"], wish["longest"] = settings.damping, TOLERANCE, LONGEST
     wish["settled"] = settings.settled
-    translation, root, joints = pose.arrays
+    posed = pose.arrays
     normal, right = np.empty((DOFS, DOFS)), np.empty(DOFS)
     costs, counts = np.zeros(6), np.zeros((6, 2), np.int64)
-    bone, kind, center, turn, size, taper = performer.solids.arrays
     taken, converged = descend.descend(
-        *performer.chain,
-        translation,
-        root,
-        joints,
-        bone,
-        kind,
-        center,
-        turn,
-        size,
-        taper,
+        performer.chain,
+        posed,
+        performer.solids.arrays,
         MOVED_FIRST,
         BONES_MOVED,
         evidence.intrinsics,
@@ -168,7 +160,7 @@ def _at_once(
         evidence.samples,
         evidence.edge_pixels,
         evidence.edge_samples,
-        *smooth.expected.arrays,
+        smooth.expected.arrays,
         smooth.weights,
         performer.limits.copy(),
         *performer.trunk_and_forearms,
@@ -188,7 +180,7 @@ def _at_once(
     system = System(
         normal, right, {name: float(costs[i]) for name, i in number.items()}, shown, float(counts[:, 1].sum())
     )
-    return Solution(Pose(translation, root, joints), system, taken, converged)
+    return Solution(Pose(*posed), system, taken, converged)
 
 
 def _of(terms: Sequence[Term], kind: type[Kind]) -> Kind | None:

@@ -116,17 +116,13 @@ def drawn_from(
     -------
     The weighted cost, and how many matches count for at least half.
     """
-    bone, kind, _, _, size, taper = view.performer.solids.arrays
     cost, inliers = match.draw_from_seen(
         *points,
         model,
         view.solid,
         seen.intrinsics,
         view.solid_placed,
-        kind,
-        size,
-        taper,
-        bone,
+        view.performer.solids.arrays,
         half,
         wish.gate,
         seen.apart,

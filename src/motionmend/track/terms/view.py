@@ -82,16 +82,10 @@ def view_of(performer: Performer, pose: Pose, evidence: Evidence, every: int) ->
     depth, solid = np.empty(shape, np.float32), np.empty(shape, np.int16)
     pixels, bones = np.empty((most, 2), np.int64), np.empty(most, np.int64)
     samples, normals = np.empty((most, 3), np.float32), np.empty((most, 3), np.float32)
-    bone, kind, center, turn, size, taper = performer.solids.arrays
     count = rendered.sampled(
-        *performer.chain,
-        *pose.arrays,
-        bone,
-        kind,
-        center,
-        turn,
-        size,
-        taper,
+        performer.chain,
+        pose.arrays,
+        performer.solids.arrays,
         evidence.intrinsics,
         every,
         placed,
