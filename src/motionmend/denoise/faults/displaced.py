@@ -77,7 +77,8 @@ def _displaced(positions: Floats, fps: float) -> Bools:
         return found
     hidden: Bools = np.asarray(np.isnan(bridged).any(axis=2))
     for one in stretches:
-        hidden[one.start : one.stop, one.marker] = True
+        start, stop = _with_gaps_beside(one, seen)  # lines across a leap are no places
+        hidden[start:stop, one.marker] = True
     filled = fill_gaps(np.where(hidden[..., None], np.nan, bridged), fps)
     noise = np.fmax.reduce(np.where(hidden, np.nan, filled.std), axis=0)
     away = np.where(seen & filled.filled, np.square(positions - filled.values).sum(axis=2), np.nan)
@@ -111,6 +112,13 @@ class _Stretch:
     start: int
     stop: int
     odd: bool
+
+
+def _with_gaps_beside(one: _Stretch, seen: Bools) -> tuple[int, int]:
+    """First frame, and the first after the last, of a stretch and of what is missing just before and after it."""
+    there = np.flatnonzero(seen[:, one.marker])
+    before, after = there[there < one.start], there[there >= one.stop]
+    return int(before[-1]) + 1 if len(before) else 0, int(after[0]) if len(after) else len(seen)
 
 
 def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[_Stretch]:
