@@ -1,5 +1,6 @@
 """Exit codes, help and usage, without any recording."""
 
+import json
 import os
 import re
 import signal
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from motionmend import __version__, samples
+from motionmend import __version__, cli, samples
 from motionmend.cli import COMMANDS as KNOWN
 from motionmend.cli import main
 from motionmend.io import write
@@ -167,6 +168,62 @@ def test_an_interrupt_is_130_and_one_line(
     monkeypatch.setattr(io, "read", interrupted)
     assert main(["inspect", str(tmp_path / "a.amc")]) == 130
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_an_interrupt_while_a_command_is_imported_is_one_too(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:  # as the import of compiled code hands it on
+        raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.setattr(cli, "import_module", interrupted)
+    assert main(["inspect", "a.amc"]) == 130
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("module", ["motionmend.cli", "motionmend.cli.inspect"])
+def test_an_interrupt_of_text_that_is_executed_ends_with_130_and_by_no_signal(tmp_path: Path, module: str) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        "import sys\n"
+        "class Interrupting:\n"
+        "    @staticmethod\n"
+        "    def find_spec(name, *_):\n"
+        f"        exec('raise KeyboardInterrupt') if name == {module!r} else None\n"
+        "sys.meta_path.insert(0, Interrupting)\n"
+    )
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-m", "motionmend", "inspect", "a.amc"]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path})
+    assert (ran.returncode, len(ran.stderr.splitlines())) == (130, 1)
+
+
+@pytest.mark.parametrize("command", ["denoise", "correct", "track", "pipeline"])
+def test_a_model_that_is_missing_or_broken_fails_each_input_in_json_too(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.mend").write_text("no model")
+    for model in ("missing.mend", "broken.mend"):
+        code, out, err = run(capsys, f"{command} a.amc b -m {model} -o out --json")
+        said = [json.loads(line) for line in out.splitlines()]
+        assert (code, [one.pop("input") for one in said]) == (1, ["a.amc", "b"])
+        assert said == [{"error": err.removeprefix("motionmend: ").rstrip()}] * 2
+        assert model in err
+
+
+@pytest.mark.parametrize("command", ["fit denoiser x.amc", "fit tracker x.amc", "fit corrector x.csv"])
+def test_a_model_that_cannot_be_fitted_is_one_object_in_json(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, f"{command} -o m.mend --json")
+    said = {"output": "m.mend", "error": err.splitlines()[-1].removeprefix("motionmend: ")}
+    assert (code, json.loads(out)) == (1, said)
+
+
+def test_bad_usage_is_no_input_s_failure_and_no_object(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = run(capsys, "denoise a.amc -o b.amc --method magic --json")
+    assert (code, out) == (2, "")
 
 
 def test_only_commands_with_resume_speak_of_it(capsys: pytest.CaptureFixture[str], monkeypatch, tmp_path: Path) -> None:

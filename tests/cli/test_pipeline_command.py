@@ -242,6 +242,10 @@ def test_without_its_model_a_take_fails_and_the_others_are_done(cli: Command, ta
         ("[track]\nfps = 30\n", "[track] takes model, skeleton, start, body, preset, terms"),
         ("[smooth]\nx = 1\n", "smooth"),
         ("fps = -1\n", "fps"),
+        ('fps = "30"\n', "fps"),
+        ("fps = inf\n", "fps"),
+        ('[denoise]\nlag = "1"\n', "denoise.lag"),
+        ('[correct]\nonline = "yes"\n', "correct.online"),
         ("format = 'fbx'\n", "format"),
         ("[denoise]\nmax_std = -1\n", "denoise.max_std"),
         ("[denoise]\nmethod = 'magic'\n", "bad.toml: --method"),
@@ -276,6 +280,17 @@ def test_bad_usage_and_models_that_are_none(cli: Command, takes: Path, tmp_path:
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out", "--config", tmp_path / "no.toml").code == 2
     assert cli("pipeline", takes / "takes", "-o", tmp_path / "out.csv").code == 2
     assert cli("pipeline", takes / "takes" / "seen.csv", "-o", tmp_path / "out.c3d").code == 2
+
+
+def test_a_model_on_the_command_line_goes_before_the_configuration_s_and_that_is_said(
+    cli: Command, takes: Path, tmp_path: Path
+) -> None:
+    given = takes / "takes" / "seen.csv", "--config", takes / "all.toml", "--force", "-o", tmp_path / "seen.csv"
+    (tmp_path / "mine.mend").write_bytes((takes / "sensor.mend").read_bytes())
+    ran = cli("pipeline", *given, "-m", tmp_path / "mine.mend")
+    said = f"{tmp_path / 'mine.mend'} is used (-m), not {takes / 'sensor.mend'} of --config"
+    assert (ran.code, ran.err.splitlines().count(said)) == (0, 1)
+    assert " is used (-m)" not in cli("pipeline", *given, "-m", takes / "sensor.mend").err
 
 
 @pytest.mark.slow

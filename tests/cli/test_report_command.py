@@ -56,7 +56,9 @@ def test_a_page_is_not_overwritten_and_never_empty(cli: Command, library: Path, 
     ran = cli("report", library / "take.c3d", "-o", page)
     assert (ran.code, len(ran.failures), page.read_text()) == (1, 1, "mine")
     (tmp_path / "bad.amc").touch()
-    assert cli("report", tmp_path / "bad.amc", "-o", tmp_path / "none.html").code == 1
+    ran = cli("report", tmp_path / "bad.amc", "-o", tmp_path / "none.html", "--json")
+    assert (ran.code, len(ran.out.splitlines()), json.loads(ran.out)["input"]) == (1, 1, str(tmp_path / "bad.amc"))
+    assert "none.html not written" in ran.err
     assert files_below(tmp_path) == {"page.html", "bad.amc"}
 
 
@@ -72,6 +74,19 @@ def test_the_page_of_a_repair_names_its_method_once(cli: Command, library: Path,
     command = ["denoise", library / "take.amc", "-m", library / "amc.mend", "-o", tmp_path / "clean.amc", "--report"]
     assert cli(*command).code == 0
     assert (tmp_path / "clean.report.html").read_text("utf-8").count('<th scope="row">method</th>') == 1
+
+
+def test_a_page_says_that_time_was_left_out_and_how_far_joints_were_moved(cli: Command, tmp_path: Path) -> None:
+    times = np.concatenate([np.arange(10), np.arange(100, 110)]) / 30
+    table = Postures(("head", "pelvis", "l_wrist"), np.zeros((20, 3, 3)) + np.eye(3), times)
+    write_joint_table(tmp_path / "seen.csv", table)
+    said = {"output": "seen.csv", "input": "seen.skl", "method": "default", "warnings": []}
+    (tmp_path / "seen.mend.json").write_text(json.dumps({**said, "counts": {"empty_frames": 0, "moved_cm": 5.72}}))
+    ran = cli("report", tmp_path / "seen.csv", "-o", tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    for place in (ran.err, page):
+        assert "1 step longer than 1.5 frames, up to 3.03 s" in place
+    assert "0 empty frames, moved by 5.72 cm" in page
 
 
 def test_what_the_camera_saw(cli: Command, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """`motionmend fit tracker` and `motionmend track`, on folders drawn of a sample clip."""
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from motionmend.bodies.surface import render
 from motionmend.bodies.templates import performer_of, poses_of
 from motionmend.cli import main
 from motionmend.cli.following import follow
-from motionmend.cli.track import Follow
+from motionmend.cli.track import Follow, _skeleton
 from motionmend.io import write
 from motionmend.io.body_file import read_body
 from motionmend.io.depth import read_depth
@@ -209,6 +210,18 @@ def test_a_start_that_is_not_where_the_person_is_is_said(cli: Command, studio: P
         assert json.loads((tmp_path / f"{name}_tracked.mend.json").read_text())["warnings"] == warnings
 
 
+def test_a_damaged_colour_image_fails_only_who_looks_at_colour(cli: Command, studio: Path, tmp_path: Path) -> None:
+    shutil.copytree(studio / "take", tmp_path / "take")
+    (tmp_path / "take" / "color").mkdir()
+    (tmp_path / "take" / "color" / "000003.png").write_bytes(b"no image")
+    given = "track", tmp_path / "take", "-m", studio / "m.mend", "--skeleton", studio / "clip.asf"
+    given += "--start", studio / "start.csv", "--force", "-o", tmp_path / "o.csv"
+    assert cli(*given).code == 0
+    looked = cli(*given, "--terms", "surface,color")
+    assert (looked.code, len(looked.failures)) == (1, 1)
+    assert "000003.png" in looked.failures[0]
+
+
 def test_a_start_where_nobody_is_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
     take = read_depth(studio / "take")
     empty = DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32), None, 0.0)
@@ -237,6 +250,22 @@ def test_what_was_supposed_of_the_skeleton_is_said(cli: Command, studio: Path, t
         assert (failed.code, len(failed.failures)) == (1, 1)
         assert named in failed.failures[0]
         assert "lengths may be wrong" in failed.failures[0]
+
+
+def test_of_a_recording_given_as_skeleton_all_but_its_rate_is_said(tmp_path: Path) -> None:
+    clip = samples.clip("walk", seconds=0.2)
+    for ending in ("amc", "bvh"):
+        write(tmp_path / f"at_120Hz.{ending}", clip)
+    acclaim = (tmp_path / "at_120Hz.asf").read_text().splitlines()
+    unsaid = "\n".join(line for line in acclaim if "metres per length unit" not in line)
+    (tmp_path / "at_120Hz.asf").write_text(unsaid)
+    bvh = (tmp_path / "at_120Hz.bvh").read_text()
+    (tmp_path / "at_120Hz.bvh").write_text(re.sub(r"Frame Time: \S+", "Frame Time: 0.0083", bvh))
+    for ending, first in (("amc", "at_120Hz.asf: length"), ("bvh", "at_120Hz.bvh: no length unit")):
+        skeleton, supposed = _skeleton(tmp_path / f"at_120Hz.{ending}")
+        assert len(skeleton.dof_names) > 50
+        assert supposed[0].startswith(first)
+        assert not any("rate" in one or "Frame Time" in one for one in supposed)
 
 
 def test_the_first_recording_with_somebody_in_it_gives_the_body(cli: Command, studio: Path, tmp_path: Path) -> None:

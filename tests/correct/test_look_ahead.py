@@ -1,5 +1,6 @@
 """Frames given out late: never touched by what comes later still, and nearer to the truth where the sensor fails."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +33,19 @@ def test_no_look_ahead_is_the_live_correction(model: CorrectorModel) -> None:
         state, one = model.step(state, failed.positions[t], failed.state[t], float(failed.times[t]))
         found.append(one.positions)
     np.testing.assert_array_equal(model.correct(failed, look_ahead=0).positions, np.stack(found))
+
+
+def test_what_only_the_next_frame_asks_for_is_not_kept(model: CorrectorModel) -> None:
+    long = recording(sensed(truth("walk", 5, 12.0), 5))
+    half = until(long, long.frames // 2)
+    model.correct(half, look_ahead=2)  # loads and compiles what it needs
+    peaks = []
+    for one in (half, long):
+        tracemalloc.start()
+        model.correct(one, look_ahead=2)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert (peaks[1] - peaks[0]) / (long.frames - half.frames) < 14_000  # of the factors alone it knows 18 kB
 
 
 @pytest.mark.parametrize("look_ahead", [1, 4])

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from sensed_people import error, fitted, pair, recording, sensed, truth
 
 from motionmend.arrays import Floats
-from motionmend.bodies.joint_sets import KINECT25, correspondence, mirrored
+from motionmend.bodies.joint_sets import KINECT25, TRACKER16, correspondence, mirrored
 from motionmend.bodies.postures import Postures
 from motionmend.correct import Corrector, CorrectorModel, Pair
 from motionmend.evaluate.sensor_failures import fail
@@ -275,3 +275,57 @@ def test_limbs_that_were_never_seen_are_unsure_and_named(model: CorrectorModel, 
     assert found.std is not None
     assert (found.std[30:, legs] > 0.1).all()
     assert any(one.startswith("KneeLeft, AnkleLeft, FootLeft are in no frame") for one in found.source.warnings)  # type: ignore[attr-defined]
+
+
+def test_joints_as_pictures_give_them_are_said_to_be_of_another_kind_and_moved_less(model: CorrectorModel) -> None:
+    """What estimates poses in pictures has a face and no spine, and none of a depth sensor's habits."""
+    true = truth("walk", 78, 3.0)
+    limbs = [f"{side}{part}" for side in "LR" for part in ("Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle")]
+    kinect = [f"{name[1:]}{'Left' if name[0] == 'L' else 'Right'}" for name in limbs]
+    placed = true[:, [model.names.index(name) for name in kinect]]
+    nose = true[:, [model.names.index("Head")]] + [0.0, 0.0, 0.1]
+    times = np.arange(len(true)) / 30.0
+    moved = []
+    for names, positions in ((limbs, placed), (["Nose", *limbs], np.concatenate([nose, placed], axis=1))):
+        got = model.correct(Postures(tuple(names), positions, times))
+        said = " ".join(got.source.warnings)  # type: ignore[attr-defined]
+        assert ("pictures" in said or "another sensor" in said) == (names != limbs)
+        moved.append(np.linalg.norm((got.positions - positions)[:, -len(limbs) :], axis=2).mean())
+    assert moved[1] < 0.75 * moved[0]
+
+
+@pytest.mark.parametrize("look_ahead", [None, 0, 2])
+def test_a_sensor_that_says_of_no_joint_that_it_is_tracked_says_nothing(
+    model: CorrectorModel, look_ahead: int | None
+) -> None:
+    raw = recording(sensed(truth("reach", 79), 79))
+    silent = replace(raw, state=np.zeros(raw.positions.shape[:2], dtype=np.uint8))
+    plain, got = model.correct(raw, look_ahead=look_ahead), model.correct(silent, look_ahead=look_ahead)
+    np.testing.assert_array_equal(got.positions, plain.positions)
+    assert plain.source.warnings == ()  # type: ignore[attr-defined]
+    assert "not to be tracked" in got.source.warnings[0]  # type: ignore[attr-defined]
+
+
+def test_the_trackers_own_joints_are_of_no_picture(model: CorrectorModel) -> None:
+    true = truth("walk", 78, 3.0)
+    place = correspondence(model.names, TRACKER16.names)
+    positions = np.where((place >= 0)[None, :, None], true[:, place], true[:, [model.names.index("ShoulderCenter")]])
+    got = model.correct(Postures(TRACKER16.names, positions, np.arange(len(true)) / 30.0))
+    assert not any("pictures" in one for one in got.source.warnings)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("look_ahead", [None, 0])
+def test_a_sensor_that_loses_everybody_for_a_while_is_heard(model: CorrectorModel, look_ahead: int | None) -> None:
+    """Where it says that no joint is tracked after it said that they are, it makes them up."""
+    true = truth("reach", 79)
+    lost = slice(30, 45)
+    given = sensed(true, 79)
+    given[lost] = given[29] + np.linspace(0.0, 0.4, 15)[:, None, None] * [1.0, 0.0, 0.0]
+    states = np.full(given.shape[:2], 2, dtype=np.uint8)
+    states[lost] = 0
+    raw = recording(given)
+    told = model.correct(replace(raw, state=states), look_ahead=look_ahead)
+    untold = model.correct(raw, look_ahead=look_ahead)
+    assert told.reliability is not None
+    assert untold.reliability is not None
+    assert (1.0 - told.reliability[lost]).mean() > 5.0 * (1.0 - untold.reliability[lost]).mean()

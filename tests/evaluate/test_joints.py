@@ -66,6 +66,17 @@ def test_what_is_missing_never_helps() -> None:
     assert gappy.share_above_15cm_counting_missing == whole.share_above_15cm == 0.25
 
 
+@pytest.mark.parametrize("lost", [0, 2, 3])
+def test_to_lose_joints_that_are_far_off_improves_no_score(lost: int) -> None:
+    truth = postures()
+    off = truth.positions + np.array([3.0, 0, 0])  # m, farther than the middle of the body is
+    off[5:15, lost] = np.nan
+    found = compare_joints(truth, truth.with_positions(off))
+    assert found.mean_cm == pytest.approx(300.0)
+    assert found.mean_cm_counting_missing is not None
+    assert found.mean_cm_counting_missing >= found.mean_cm - 1e-6
+
+
 def test_a_joint_without_a_column_counts_as_missing() -> None:
     truth = postures()
     found = compare_joints(truth, Postures(NAMES[:3], truth.positions[:, :3], truth.times))

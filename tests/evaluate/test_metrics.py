@@ -225,6 +225,12 @@ def test_to_lose_samples_of_a_bad_recording_improves_no_score(seed, noise):
     assert lost.rms_deg_counting_missing >= lost.rms_deg
 
 
+def test_to_lose_markers_of_a_recording_that_lies_elsewhere_improves_no_score():
+    away = replace(MARKERS, positions=MARKERS.positions + np.array([5.0, 0.0, 0.0]), source=None)
+    holed = corrupt(away, gaps=0.2, seed=3).recording
+    assert compare(MARKERS, holed).mean_cm_counting_missing >= compare(MARKERS, holed).mean_cm - 1e-6
+
+
 def test_what_the_truth_lacks_is_left_out():
     truth = corrupt(MARKERS, drop=["LFHD"], gaps=0.1, seed=4).recording
     far = MARKERS.positions.copy()

@@ -260,3 +260,12 @@ def test_file_without_a_rate(tmp_path: Path, rng) -> None:
     read = read_c3d(path, 50.0)
     assert read.fps == 50.0
     assert any("50 Hz as given" in guess for guess in read.guesses)
+
+
+def test_a_file_that_is_cut_off_says_what_to_do_wherever_it_ends(rng: np.random.Generator, tmp_path: Path) -> None:
+    write_c3d(tmp_path / "whole.c3d", some_markers(rng))
+    whole = (tmp_path / "whole.c3d").read_bytes()
+    for kept in range(600, len(whole) - 512, 100):  # the last block is filled up
+        (tmp_path / "cut.c3d").write_bytes(whole[:kept])
+        with pytest.raises(FileError, match="get a complete copy"):
+            read_c3d(tmp_path / "cut.c3d")

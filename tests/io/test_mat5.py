@@ -102,10 +102,13 @@ def test_whatever_is_damaged_ends_in_one_line(tmp_path: Path, compressed: bool) 
 
 def test_other_versions_say_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(400))
-    with pytest.raises(MatError, match="-v7"):
+    with pytest.raises(MatError, match=r"MATLAB 7\.3 file; save it with -v7 to have it read$"):
         variables(tmp_path / "a.mat")
     (tmp_path / "a.mat").write_bytes(struct.pack("<5i", 0, 1, 1, 0, 2).ljust(200, b"\0"))
-    with pytest.raises(MatError, match="version 5 to 7"):
+    with pytest.raises(MatError, match="MATLAB 4 file, none of version 5 to 7; save it with -v7"):
+        variables(tmp_path / "a.mat")
+    (tmp_path / "a.mat").write_bytes(bytes(200))
+    with pytest.raises(MatError, match="version 5 to 7, or its header is damaged; get a complete copy"):
         variables(tmp_path / "a.mat")
 
 

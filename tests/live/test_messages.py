@@ -164,6 +164,8 @@ def test_a_hello_that_cannot_be_is_refused_by_the_field(changes, word):
         ({"t": None}, "t: seconds"),
         ({"t": float("nan")}, "t: seconds"),
         ({"t": 10**400}, "t: seconds"),
+        ({"t": 1e300}, "t: seconds"),
+        ({"t": -1e20}, "t: seconds"),
         ({"joints": b""}, "joints: 240 bytes"),
         ({"joints": bytes(239)}, "joints: 240 bytes were wanted, came 239"),
         ({"joints": bytes(300)}, "joints: 240 bytes were wanted, came 300"),

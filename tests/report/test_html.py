@@ -278,3 +278,10 @@ def test_what_may_be_wrong_with_a_file_stands_among_the_warnings_once_with_its_n
     assert "one, other" in card
     assert "one &lt;gap&gt;" in card
     assert warnings_card([("clean", arm())], None) == ""
+
+
+def test_recordings_whose_times_are_rounded_otherwise_are_compared(tmp_path):
+    clip = waving(fps=30.000000000000007)
+    for fps, compared in ((30.0000003, True), (60.0, False)):
+        html_report(tmp_path / "page.html", [("sensed", clip), ("corrected", replace(clip, fps=fps))])
+        assert ("Most changed" in (tmp_path / "page.html").read_text("utf-8")) == compared

@@ -353,3 +353,10 @@ def test_nothing_but_gaps_and_a_single_frame_do_not_break_the_player(player):
     page.keyboard.press("ArrowRight")
     assert state(page)["frame"] == 0
     assert "nothing missing" in values(page)
+
+
+def test_long_names_and_rates_of_many_digits_leave_room_for_the_last_column(player):
+    clip = waving(fps=32.2580645)
+    page = player([("m01_s05_e01_positions.txt.gz", clip), ("m01_s05_e01_positions_corrected.csv", clip)])
+    wide = page.locator(".wide").first
+    assert wide.evaluate("one => one.scrollWidth - one.clientWidth") == 0

@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from importlib import import_module
 from inspect import cleandoc
@@ -44,6 +44,7 @@ COMMANDS = {  # the words of a command, in the order of the help: the module it 
 
 
 RESUMABLE = ("denoise", "track", "correct", "corrupt", "pipeline")
+INPUTS = ("files", "folders", "takes")  # what commands call that of which --json tells one by one
 
 
 class Terminated(KeyboardInterrupt):
@@ -73,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             if isinstance(stream, TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")
     try:
-        return _run(arguments)
+        return _interruptible(arguments)
     except KeyboardInterrupt as interrupt:
         if argv is None:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ending already
@@ -90,8 +91,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if "--debug" in arguments:
             traceback.print_exc()
-        line = f"unexpected {type(error).__name__}: {error}: a defect of motionmend; --debug shows where"
-        return _say(line, FAILED)
+        return _say(_line(error), FAILED)
+
+
+def _interruptible(arguments: list[str]) -> int:
+    """Run it; Ctrl-C stays one where compiled code, or its import, hands it on as an error of its own."""
+    try:
+        return _run(arguments)
+    except Exception as error:
+        if (interrupt := interrupt_in(error)) is None:
+            raise
+        raise interrupt from None
 
 
 def _run(arguments: list[str]) -> int:
@@ -110,11 +120,22 @@ def _run(arguments: list[str]) -> int:
         return BAD_USAGE
     try:
         code: Any = command(*bound.args, **bound.kwargs)
-    except SystemError as error:
-        if (interrupt := interrupt_in(error)) is None:
-            raise
-        raise interrupt from None
+    except Exception as error:
+        told = isinstance(error, UsageError | BrokenPipeError) or interrupt_in(error) is not None
+        if bound.arguments.get("as_json") and not told:
+            _tell_as_json(bound.arguments, _line(error))
+        raise
     return int(code or 0)
+
+
+def _tell_as_json(given: Mapping[str, Any], line: str) -> None:
+    """With --json a command that fails as a whole, as by its model, fails each of its inputs, or else its output."""
+    from .speech import json_line
+
+    inputs = next((given[name] for name in INPUTS if name in given), ())
+    failed = [{"input": path} for path in inputs] or [{"output": given["out"]} if "out" in given else {}]
+    for one in failed:
+        print(json_line({**one, "error": one_line(line)}), flush=True)
 
 
 def _app(arguments: Sequence[str]) -> "App":
@@ -165,7 +186,9 @@ def _terminate(number: int, _frame: object) -> None:
 
 
 def _line(error: Exception) -> str:
-    """What an error says, without an operating system's number in front."""
+    """What an error says, without an operating system's number in front; that nobody expected it, if so."""
+    if not isinstance(error, MotionMendError | OSError):
+        return f"unexpected {type(error).__name__}: {error}: a defect of motionmend; --debug shows where"
     if not isinstance(error, OSError) or error.strerror is None:
         return str(error)
     return f"{error.filename}: {error.strerror}" if error.filename else error.strerror

@@ -47,8 +47,8 @@ def compare(
     channels have other names, as an .amc and the .bvh made of it, are compared by the joints both have.
 
     What the other recording lacks is counted, never left out in silence: numbers named ..._counting_missing score a
-    missing angle as the truth's mean over time, or as the channel's others if they err more, and a missing marker as
-    the middle of the others.
+    missing angle as the truth's mean over time, and a missing marker or joint as the middle of the others, or as those
+    that are there if they err more.
 
     Joint angles that lie in other axes, as those tracked in a camera's against what a studio recorded, are brought to
     the truth's by one rigid motion, and that is noted.

@@ -86,6 +86,7 @@ def _read(path: Path, fps: float | None, skeleton: Path | None) -> "tuple[Motion
     from ..io import read
     from ..io.sensor import read_postures
     from ..io.sensor_source import USUAL_FPS
+    from ..io.table import uneven_times
     from ..io.vertical import up_of
     from .compare_joints import holds_joints
 
@@ -94,9 +95,8 @@ def _read(path: Path, fps: float | None, skeleton: Path | None) -> "tuple[Motion
     postures = read_postures(path, fps=fps)
     rate = postures.fps if postures.frames > 1 and postures.fps > 0 else USUAL_FPS
     up, _ = up_of(postures.names, postures.positions)
-    drawn = Markers(
-        postures.names, postures.positions, rate, up=up, guesses=postures.guesses, warnings=postures.warnings
-    )
+    said = (*postures.warnings, *uneven_times(postures.times))
+    drawn = Markers(postures.names, postures.positions, rate, up=up, guesses=postures.guesses, warnings=said)
     return drawn, postures
 
 

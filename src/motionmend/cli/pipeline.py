@@ -16,6 +16,7 @@ from .folders import housed, new_folders
 from .inputs import Refusal
 from .options import WORKING, WRITING, AsJson, Out, Working, Writing
 from .output import Done, work
+from .speech import say
 from .takes import Kind, Take, gather_takes, plan_takes
 from .transform import write_json
 
@@ -54,11 +55,13 @@ def pipeline(
     What a take is, is seen from its content. Depth and sensors give tables of joints (.csv) or joint angles (.bvh, and
     .amc for depth), by the ending of OUT or `format` in the configuration. Beside each output stands NAME.mend.json.
     """
-    from .pipeline_config import PipelineConfig, read_config, with_models
+    from .pipeline_config import PipelineConfig, put_aside, read_config, with_models
 
     given = [working.reachable(take) for take in takes]
-    options = PipelineConfig() if config is None else read_config(config)
-    options = with_models(options, models)
+    configured = PipelineConfig() if config is None else read_config(config)
+    options = with_models(configured, models)
+    for line in put_aside(configured, options):
+        say(line)
     out = working.reachable(out)
     found, refused = gather_takes(given, out)
     if options.track.start is not None and sum(kind == "depth" for _, kind in found) > 1:

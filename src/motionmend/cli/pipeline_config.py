@@ -2,13 +2,16 @@
 
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, field_validator
 
 from ..errors import FileError, UsageError
 
 NO_DENOISE = "none"
+_PLACES = {"tracker": "track", "corrector": "correct", "denoiser": "denoise"}  # kinds of models and their sections
+
+_Number: TypeAlias = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # TOML has numbers: a text is none
 
 
 class _Section(BaseModel):
@@ -37,7 +40,7 @@ class CorrectSection(_Section):
 
     model: Path | None = None
     method: str = "default"
-    online: bool = False
+    online: StrictBool = False
 
 
 class DenoiseSection(_Section):
@@ -46,9 +49,9 @@ class DenoiseSection(_Section):
     model: Path | None = None
     method: str = "adaptive"
     robust: str = "welsch"
-    max_std: float | None = Field(default=None, ge=0)  # degrees for joint angles, m for joints and markers
-    lag: float | None = Field(default=None, ge=0)  # s
-    footskate: bool = False
+    max_std: _Number | None = Field(default=None, ge=0)  # degrees for joint angles, m for joints and markers
+    lag: _Number | None = Field(default=None, ge=0)  # s
+    footskate: StrictBool = False
 
 
 class PipelineConfig(_Section):
@@ -57,7 +60,7 @@ class PipelineConfig(_Section):
     `fps` is the rate in Hz of files that carry none, `format` what is written of depth and of sensors' skeletons.
     """
 
-    fps: float | None = Field(default=None, gt=0)
+    fps: _Number | None = Field(default=None, gt=0)
     format: Literal["csv", "bvh", "amc"] | None = None
     track: TrackSection = TrackSection()
     correct: CorrectSection = CorrectSection()
@@ -117,15 +120,20 @@ def with_models(config: PipelineConfig, models: tuple[Path, ...]) -> PipelineCon
     """
     from ..io.model import load_model
 
-    places = {"tracker": "track", "corrector": "correct", "denoiser": "denoise"}
     seen: set[str] = set()
     for path in models:
         kind = load_model(path).kind
-        if kind not in places:
-            raise FileError(f"{path}: one of {', '.join(places)} was wanted, came {kind!r}: update motionmend")
+        if kind not in _PLACES:
+            raise FileError(f"{path}: one of {', '.join(_PLACES)} was wanted, came {kind!r}: update motionmend")
         if kind in seen:
             raise UsageError(f"-m: one {kind} was wanted, came two")
         seen.add(kind)
-        section = getattr(config, places[kind])
-        config = config.model_copy(update={places[kind]: section.model_copy(update={"model": path})})
+        section = getattr(config, _PLACES[kind])
+        config = config.model_copy(update={_PLACES[kind]: section.model_copy(update={"model": path})})
     return config
+
+
+def put_aside(config: PipelineConfig, used: PipelineConfig) -> tuple[str, ...]:
+    """A line about each model of a configuration in whose place another is `used`."""
+    pairs = [(getattr(used, section).model, getattr(config, section).model) for section in _PLACES.values()]
+    return tuple(f"{new} is used (-m), not {old} of --config" for new, old in pairs if old is not None and new != old)

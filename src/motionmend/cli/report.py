@@ -70,8 +70,12 @@ def report(
     if depth and not rest:
         named = ", ".join(map(str, depth))
         raise FileError(f"{out} not written: {named} holds images alone: give the file tracked from them too (.csv)")
-    if not shown:
-        raise FileError(f"{out} not written: none of the recordings given can be shown")
+    if not shown:  # of each of them it was told why
+        why = f"{out} not written: none of the recordings given can be shown"
+        for source in pictured if as_json else ():
+            print(json_line({"input": source, "error": why}))
+        say(f"motionmend: {why}")
+        return exit_code(failures, refused)
     out.parent.mkdir(parents=True, exist_ok=True)
     html_report(out, shown, repaired=repaired, facts=facts, pictures=pictures)
     for source in (*sources, *pictured) if as_json else ():
@@ -103,7 +107,10 @@ def _said_beside(path: Path, recording: "Motion | Markers") -> "tuple[dict[str, 
         said = json.loads(beside.read_text("utf-8-sig"))
         if said["output"] != path.name:  # of a recording of the same name in another format
             return {}, None
-        counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in said.get("counts", {}).items())
+        counted_up = dict(said.get("counts", {}))
+        moved = counted_up.pop("moved_cm", None)
+        counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counted_up.items())
+        counts += "" if moved is None else f", moved by {moved} cm"
         model, done = said.get("model"), repaired_from(said, recording)
         made = "made" if "steps" in said else "tracked" if "lost" in said else "repaired" if done else "corrected"
         told = {} if done else {f"warning {n}": str(line) for n, line in enumerate(said["warnings"], start=1)}

@@ -182,11 +182,13 @@ class Follow:
         ------
         FileError : nobody is in it.
         """
+        from ..io.depth_recording import without_color
         from ..track.settings import settings_of
         from .following import follow
 
         assert self.model is not None
         settings = settings_of(self.preset, self.terms)
+        recording = recording if "color" in self.terms else without_color(recording)
         followed = follow(self.model, settings, recording, self.performer, self.landmarks)
         if not followed.seen.any():
             said = _nobody(followed, given=self.performer is not None)
@@ -305,18 +307,22 @@ class Follow:
 
 def _skeleton(path: Path) -> "tuple[Skeleton, tuple[str, ...]]":
     """The skeleton of an .asf, or of a recording of joint angles, and what was supposed of its file."""
-    from ..bodies.motion import Motion
-    from ..io import read
+    from ..io.amc import AmcSource, read_amc
     from ..io.asf import read_asf, skeleton_of
+    from ..io.bvh import read_bvh
+    from ..io.hierarchy import BvhSource
 
     if ending(path) == ".asf":
         acclaim = read_asf(path)
         return skeleton_of(acclaim), acclaim.guesses
     if ending(path) not in (".amc", ".bvh"):
         raise FileError(f"{path}: wanted a skeleton (.asf or .bvh), came {path.suffix or 'a file without ending'!r}")
-    recording = read(path)
-    assert isinstance(recording, Motion)
-    return recording.skeleton, tuple(f"{path.name}: {one}" for one in recording.guesses if "Hz" not in one)  # no rate
+    recording = read_amc(path) if ending(path) == ".amc" else read_bvh(path)
+    if isinstance(recording.source, AmcSource):
+        return recording.skeleton, recording.source.asf.guesses
+    assert isinstance(recording.source, BvhSource)
+    of_rate = recording.source.rate_guesses  # which nobody asked for
+    return recording.skeleton, tuple(f"{path.name}: {one}" for one in recording.guesses if one not in of_rate)
 
 
 def _of_lengths(supposed: tuple[str, ...]) -> str:

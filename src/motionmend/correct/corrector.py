@@ -279,7 +279,7 @@ class CorrectorModel:
         """
         state = self._of_a_stranger(state) if sight.other else state
         joining, body, memory, time = state.joining, self.watcher.body, state.memory, float(sight.time or 0.0)
-        kin = state.kin_after(kinship(self.watcher, sight, joining.spineless), time)
+        kin = state.kin_after(kinship(self.watcher, sight, joining.doubt), time)
         offsets, std = self.knowledge.offsets(posture[None], unsure[None], kin)
         since, at = time - state.shown.time, (sight.rows, sight.earlier)
         offset = bones.followed_slowly(state.offset, offsets[0], since, *OFFSET_SECONDS, *at, since)
@@ -355,11 +355,11 @@ class CorrectorModel:
 
     def _as_live(self, postures: Postures, online: bool, look_ahead: int) -> Postures:
         state = self.start(postures.names, online, look_ahead)
-        found, sights = [], []
+        found, sights, nothing = [], [], state.sight.followed
         for t in range(postures.frames):
             told = None if postures.state is None else postures.state[t]
             state, one = self.feed(state, postures.positions[t], told, float(postures.times[t]))
-            sights.append(state.sight)
+            sights.append(replace(state.sight, followed=nothing))  # 20 kB a frame that only the next one asks for
             found += [] if one is None else [one]
         found += self.rest(state)[1]
         positions = np.stack([one.positions for one in found])

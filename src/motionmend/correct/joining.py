@@ -10,6 +10,7 @@ from ..arrays import Bytes, Floats, Ints
 from ..bodies.joint_sets import meanings
 from ..errors import MismatchError
 from ..kernels import sighting as kernel
+from ..kernels.proportions import TRUSTED
 from .anatomy import Anatomy, following, matched
 from .settling import bones_outward
 from .sight import Sight, rows_of
@@ -17,6 +18,7 @@ from .sight import Sight, rows_of
 FEWEST = 4  # joints in common
 FARTHER, SLACK = 2.5, 0.05  # times as far from its neighbours as usual, and m, that a joint the model lacks may be
 _SPINE = {"spine", "chest"}
+_PICTURED = {"nose", "l_eye", "r_eye", "l_ear", "r_ear", "l_heel", "r_heel"}
 ANYBODY = 0.5  # m, the same of a person of whom nothing is known yet
 
 
@@ -31,8 +33,10 @@ class Joining:
     spread : (J, J of model) how the model's shifts move the recording's joints.
     bones : (B, 2) of the recording's joints, from the root outward.
     model_bones : (B,) the model's bone between the same joints, -1 = none.
-    spineless : the recording has nothing between its pelvis and its neck where the model has, as what estimates poses
-        in pictures and no depth sensor: it is of another kind.
+    doubt : log-odds by which the joints themselves speak against the sensor that was learned from: `TRUSTED`, so that
+        nothing speaks for it before bones do, where nothing lies between pelvis and neck and the model has a spine, as
+        no depth sensor has it but all that estimates poses in pictures; twice that where there also are joints (nose,
+        ears, heels) that the model lacks.
     """
 
     names: tuple[str, ...]
@@ -40,7 +44,12 @@ class Joining:
     spread: Floats
     bones: Ints
     model_bones: Ints
-    spineless: bool = False
+    doubt: float = 0.0
+
+    @property
+    def other_kind(self) -> bool:
+        """Whether the joints are those of another kind of sensor."""
+        return self.doubt > TRUSTED
 
     @cached_property
     def common(self) -> Ints:
@@ -87,8 +96,10 @@ def joined(names: Sequence[str], body: Anatomy) -> Joining:
     bones = bones_outward(names)
     known = {(int(p), int(c)): b for b, (p, c) in enumerate(body.bones)}
     model_bones = np.array([known.get((int(back[p]), int(back[c])), -1) for p, c in bones], dtype=np.int64)
-    spineless = bool(_SPINE & set(meanings(body.names))) and not _SPINE & set(meanings(names))
-    return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones, spineless)
+    meant, known_ones = set(meanings(names)), set(meanings(body.names))
+    spineless = bool(_SPINE & known_ones) and not _SPINE & meant
+    doubt = TRUSTED * (1 + bool(_PICTURED & meant - known_ones)) if spineless else 0.0
+    return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones, doubt)
 
 
 def outward(

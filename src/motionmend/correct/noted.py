@@ -48,9 +48,14 @@ def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Seque
         f"bones are not as in the recordings that were learned from: another sensor? {100 * kin:.0f} % of the learned "
         "offsets were applied"
     )
+    pictured = (
+        "joints are those of what estimates poses in pictures, not of the sensor that was learned from: "
+        f"{100 * kin:.0f} % of the learned offsets were applied, and what they do there is not known"
+    )
     warnings = (
         *_tilted(sights),
-        *((foreign,) if kin < FOREIGN else ()),
+        *((foreign,) if kin < FOREIGN else (pictured,) if joining.other_kind else ()),
+        *_untold(postures),
         *_exchanged(joining, sights),
         *_never_seen(postures, corrected),
     )
@@ -63,6 +68,13 @@ def _tilted(sights: Sequence[Sight]) -> tuple[str, ...]:
     by = 0.0 if turn is None else tilted(turn)
     said = "who stands here leans by {:.0f}° in the sensor's axes: it is tilted, and levelled while correcting"
     return (said.format(by),) if by > 1.0 else ()
+
+
+def _untold(postures: Postures) -> tuple[str, ...]:
+    """A sentence about states that say of no joint, in any frame, that it was tracked or inferred."""
+    if postures.state is None or postures.state.any() or not postures.present.any():
+        return ()
+    return ("every joint is said not to be tracked, in all frames: states were not used",)
 
 
 def _exchanged(joining: Joining, sights: Sequence[Sight]) -> tuple[str, ...]:

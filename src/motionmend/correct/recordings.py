@@ -89,7 +89,7 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
     joining, sights = _watched_twice(knowledge.watcher, postures)
     failing = judged_again(sights)
     posture, unsure = placed_again(knowledge.watcher.factors, sights, failing)
-    kin = float(np.mean([kinship(knowledge.watcher, one, joining.spineless) for one in sights]))
+    kin = float(np.mean([kinship(knowledge.watcher, one, joining.doubt) for one in sights]))
     offsets, std = knowledge.offsets(posture, unsure, kin)
     moved = posture + kin * _calmed(offsets, sights, postures.times)
     if knowledge.fitted:

@@ -56,6 +56,7 @@ class Sight:
     refused : the frame says so little that it was not judged.
     other : somebody else is where a moment ago somebody was; or who was there was seen aslant until now.
     lean : what was seen of how far the sensor is tilted.
+    speaks : it ever said of a joint that it is tracked or inferred.
     """
 
     upright: Floats | None
@@ -76,6 +77,7 @@ class Sight:
     refused: bool
     other: bool = False
     lean: Lean = UNASKED
+    speaks: bool = False
 
     @property
     def scale(self) -> float:
@@ -160,16 +162,16 @@ def size_of(watcher: Watcher, lengths: Floats) -> float:
     return float(proportions.usual_lengths(lengths, watcher.standard.lengths, usual)) or 1.0
 
 
-def kinship(watcher: Watcher, sight: Sight, other_kind: bool = False) -> float:
+def kinship(watcher: Watcher, sight: Sight, doubt: float = 0.0) -> float:
     """The probability that what is seen comes from the sensor that was learned from: bones tell.
 
     Parameters
     ----------
-    other_kind : its joints are those of another kind of sensor, so that nothing speaks for it beforehand.
+    doubt : log-odds by which its joints themselves speak against that (`Joining.doubt`).
     """
     body = watcher.body
     kin = float(proportions.kinship(sight.lengths, watcher.standard.lengths, body.twins, body.parts))
-    return kin / (kin + (1.0 - kin) * exp(proportions.TRUSTED)) if other_kind else kin
+    return kin / (kin + (1.0 - kin) * exp(doubt))
 
 
 def believable(positions: Floats) -> Floats:

@@ -70,11 +70,13 @@ def look(
     Parameters
     ----------
     positions : (J, 3) m of `believable`, in the sensor's axes by the model's joints, NaN = missing.
-    states : (J,) or None.
+    states : (J,) or None; until one of a joint that is tracked or inferred comes they say nothing.
     time : s.
     again : (J,) joints that will leap again within a few seconds; None = what comes is not known.
     """
     body, known = watcher.body, watcher.factors
+    speaks = sight.speaks or (states is not None and bool(states.any()))
+    states = states if speaks else None
     sight, rows = _upright(watcher, sight, positions, time)
     before, seconds = _known_before(known, sight, time)
     away = time - sight.seen
@@ -150,6 +152,7 @@ def look(
         refused=unsure or bool(followed.failing.sum() > len(rows) - 3.0),
         other=sight.other,
         lean=sight.lean,
+        speaks=speaks,
     )
 
 

@@ -10,7 +10,7 @@ from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
 from ..errors import MismatchError, counted, few
 from .axes import carrying
-from .metrics import bone_drift, jitter, position_error
+from .metrics import bone_drift, counting_missing, jitter, position_error
 from .names import same_names
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
@@ -29,7 +29,8 @@ class JointComparison:
     ----------
     frames, fps : compared; fps in Hz, of the truth.
     mean_cm : mean distance over joints and frames, over the samples both have, cm.
-    mean_cm_counting_missing : the same, each missing joint scored as if it were at the mean of the frame's true joints.
+    mean_cm_counting_missing : the same, each missing joint scored as if it were at the mean of the frame's true joints,
+        or as far off as that joint otherwise is, or all joints, where those are farther.
     median_cm, p95_cm, max_cm : median, 95 % quantile and largest of those distances, cm.
     share_above_15cm : of those samples farther than 15 cm.
     share_above_15cm_counting_missing : of the truth's samples, farther than 15 cm or missing.
@@ -110,7 +111,7 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool | None = Fal
         frames=truth.frames,
         fps=truth.fps,
         mean_cm=_cm(_mean(distance)),
-        mean_cm_counting_missing=_cm(_mean(filled)),
+        mean_cm_counting_missing=_cm(counting_missing(distance, filled)),
         median_cm=_cm(_quantile(distance, 0.5)),
         p95_cm=_cm(_quantile(distance, 0.95)),
         max_cm=_cm(_quantile(distance, 1.0)),

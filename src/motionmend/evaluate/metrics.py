@@ -38,7 +38,8 @@ class Comparison:
         where the other lies in other axes.
     mean_cm : mean distance over joints or markers and frames, over the samples both have, cm.
     mean_cm_counting_missing : the same, each missing marker scored as if it were at the centroid of the frame's
-        true markers, each missing angle as if it were the truth's mean over time.
+        true markers, each missing angle as if it were the truth's mean over time; or as far off as the others of that
+        joint or marker, or all, where those are farther.
     mean_cm_by_joint : `mean_cm` of each joint or marker by its name.
     root_rms_cm : RMS distance of the root, cm.
     jitter : `truth`, `other` in m/s^3 over the samples both have, and `ratio` = other / truth.
@@ -129,6 +130,19 @@ def rms_angle(truth: Floats, other: Floats) -> float:
 def position_error(truth: Floats, other: Floats) -> Floats:
     """Distance of each point from where it truly is: (T, P, 3) m and (T, P, 3) m to (T, P) m, NaN = missing."""
     return np.asarray(np.linalg.norm(other - truth, axis=2))
+
+
+def counting_missing(distance: Floats, filled: Floats) -> float:
+    """Mean distance, m, with what is missing as far off as what stands in for it, as its point otherwise is, or as all
+    points are, whichever is farthest: to lose samples improves no score.
+
+    Parameters
+    ----------
+    distance : (T, P) m of `position_error`, NaN = missing.
+    filled : (T, P) m, the same with something in place of the other's missing points; NaN = the truth lacks it.
+    """
+    usual = np.fmax([_mean(column) for column in distance.T], _mean(distance))
+    return _mean(np.where(np.isfinite(distance) | ~np.isfinite(filled), distance, np.fmax(filled, usual)))
 
 
 def jitter(positions: Floats, fps: float) -> float:
@@ -226,7 +240,7 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
             for c in np.flatnonzero(rotation)
         },
         mean_cm=_cm(_mean(distance)),
-        mean_cm_counting_missing=_cm(_mean(position_error(true_at, filled_at))),
+        mean_cm_counting_missing=_cm(counting_missing(distance, position_error(true_at, filled_at))),
         mean_cm_by_joint=_by_name(truth.skeleton.names, distance),
         root_rms_cm=_cm(float(np.sqrt(_mean(distance[:, roots] ** 2)))),
         jitter=_jitters(true_at, other_at, truth.fps),
@@ -288,7 +302,7 @@ def _compare_markers(truth: Markers, other: Markers) -> Comparison:
         rms_deg_all=None,
         rms_deg_by_channel=None,
         mean_cm=_cm(_mean(distance)),
-        mean_cm_counting_missing=_cm(_mean(position_error(true_at, filled_at))),
+        mean_cm_counting_missing=_cm(counting_missing(distance, position_error(true_at, filled_at))),
         mean_cm_by_joint=_by_name(truth.names, distance),
         root_rms_cm=None,
         jitter=_jitters(true_at, other_at, truth.fps),

@@ -55,7 +55,8 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
             f"{path}: wanted MOTION, 'Frames:' and 'Frame Time:' after the hierarchy, found none or not all; "
             "the file is cut off: get a complete copy"
         )
-    frames, rate, guesses = _stated(found, head, path)
+    frames, rate, rate_guesses = _stated(found, head, path)
+    guesses = list(rate_guesses)
     width = sum(map(len, hierarchy.channels))
     if not width:
         raise FileError(f"{path}: wanted at least one joint with CHANNELS, found none; nothing moves in this file")
@@ -86,6 +87,7 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
         columns=columns,
         metres=metres,
         shift=shift,
+        rate_guesses=tuple(rate_guesses),
     )
     motion = Motion(skeleton, q, fps or rate, source, tuple(guesses))
     if rested := rest_frames(motion):

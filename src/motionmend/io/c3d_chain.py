@@ -70,7 +70,10 @@ def read_chain(raw: bytes, at: int, order: str, name: str) -> tuple[tuple[Record
     records: list[Record] = []
     while True:
         if at + 2 > len(raw):
-            raise FileError(f"{name}: the parameters of this C3D file run over its end; it is cut off or damaged")
+            raise FileError(
+                f"{name}: the parameters of this C3D file run over its end; it is cut off or damaged: "
+                "get a complete copy"
+            )
         length, number = struct.unpack_from("2b", raw, at)
         if length == 0 or number == 0:
             return tuple(records), at + 2
@@ -79,10 +82,14 @@ def read_chain(raw: bytes, at: int, order: str, name: str) -> tuple[tuple[Record
             (offset,) = struct.unpack_from(order + "H", raw, named)
             record, end = _record(raw, named + 2, number, raw[at + 2 : named], length < 0)
         except (struct.error, IndexError):
-            raise FileError(f"{name}: parameter {len(records) + 1} of this C3D file runs over its end") from None
+            raise FileError(
+                f"{name}: parameter {len(records) + 1} of this C3D file runs over its end; it is cut off or damaged: "
+                "get a complete copy"
+            ) from None
         if offset and named + offset < end - (1 + len(record.description)):
             raise FileError(
-                f"{name}: parameter {record.name!r} of this C3D file is longer than it says; the file is damaged"
+                f"{name}: parameter {record.name!r} of this C3D file is longer than it says; the file is damaged: "
+                "get a complete copy"
             )
         if offset and named + offset < end:
             record = replace(record, description=b"")  # some writers leave the description out

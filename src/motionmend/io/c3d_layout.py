@@ -159,10 +159,16 @@ def parse(raw: bytes, name: str) -> Layout:
     blocks = len(raw) // BLOCK
     parameters_at = (raw[0] - 1) * BLOCK
     if raw[0] < 2 or raw[0] > blocks:
-        raise FileError(f"{name}: wanted C3D parameters in block {raw[0]}, the file has {blocks} blocks; it is cut off")
+        raise FileError(
+            f"{name}: wanted C3D parameters in block {raw[0]}, the file has {blocks} blocks; it is cut off: "
+            "get a complete copy"
+        )
     processor = raw[parameters_at + 3]
     if processor not in (INTEL, DEC, MIPS):
-        raise FileError(f"{name}: wanted processor 84, 85 or 86 in the C3D parameters, came {processor}; it is damaged")
+        raise FileError(
+            f"{name}: wanted processor 84, 85 or 86 in the C3D parameters, came {processor}; it is damaged: "
+            "get a complete copy"
+        )
     bare = Layout(processor)
     points, analogs, first, last = struct.unpack_from(bare.order + "4H", raw, 2)
     (data_block,) = struct.unpack_from(bare.order + "H", raw, 16)
@@ -171,7 +177,7 @@ def parse(raw: bytes, name: str) -> Layout:
     if not chain_end <= data_at <= len(raw):
         raise FileError(
             f"{name}: wanted C3D data after the parameters, the header says block {data_block} of {blocks}; "
-            f"the file is cut off or damaged"
+            f"the file is cut off or damaged: get a complete copy"
         )
     in_header_scale, header_rate = np.nan_to_num(bare.decode(np.frombuffer(raw, "<u4", 6))[[3, 5]]).tolist()
     stated_end = parameters_at + raw[parameters_at + 2] * BLOCK
@@ -197,7 +203,9 @@ def parse(raw: bytes, name: str) -> Layout:
             )
     scale = found.number("POINT", "SCALE")
     if scale == 0:
-        raise FileError(f"{name}: wanted a POINT:SCALE above or below zero, came none; the C3D file is damaged")
+        raise FileError(
+            f"{name}: wanted a POINT:SCALE above or below zero, came none; the C3D file is damaged: get a complete copy"
+        )
     if in_header_scale * scale < 0:
         raise FileError(
             f"{name}: wanted a C3D file that agrees with itself, the header has the scale of "
@@ -237,7 +245,10 @@ def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ..
     if held > MOST_COUNTED and not long:
         raise FileError(_too_long(name, f"the file holds {held} frames", promised))
     if promised <= 0:
-        raise FileError(f"{name}: wanted frames, the header of this C3D file promises {promised}; empty or damaged")
+        raise FileError(
+            f"{name}: wanted frames, the header of this C3D file promises {promised}; it is empty or damaged: "
+            "get a complete copy"
+        )
     if held < promised:
         raise FileError(
             f"{name}: the header promises {counted(promised, 'frame')}, the file holds {held}: it is cut off; "

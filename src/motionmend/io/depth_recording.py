@@ -86,6 +86,11 @@ class DepthRecording:
         return (self.frame(number) for number in range(self.frames))
 
 
+def without_color(recording: DepthRecording) -> DepthRecording:
+    """The recording with its colour images left unread, for who does not look at them: a damaged one costs nothing."""
+    return replace(recording, color_of=lambda number, depth: None)
+
+
 def turned_round(frame: DepthFrame) -> DepthFrame:
     """The frame with left and right of the image changed over; a point (x, y, z) of it becomes (-x, y, z)."""
     camera = frame.camera

@@ -31,6 +31,7 @@ class BvhSource:
     columns : (D,) column of the file for each degree of freedom.
     metres : per unit of length.
     shift : (D,) m or rad, the file's value where the degree of freedom is zero.
+    rate_guesses : those of the motion's guesses that are of its rate.
     """
 
     before: str
@@ -41,6 +42,7 @@ class BvhSource:
     columns: Ints
     metres: float
     shift: Floats
+    rate_guesses: tuple[str, ...] = ()
 
 
 @dataclass

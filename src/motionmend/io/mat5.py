@@ -29,7 +29,10 @@ Array: TypeAlias = np.ndarray[Any, Any]
 
 
 class MatError(ValueError):
-    """What is no such file, or damaged; one line without the file's name."""
+    """What is no such file, or damaged, and what to do; one line without the file's name."""
+
+    def __init__(self, why: str, remedy: str = "get a complete copy") -> None:
+        super().__init__(f"{why}; {remedy}")
 
 
 @dataclass(frozen=True)
@@ -95,9 +98,11 @@ def variables(path: str | os.PathLike[str]) -> tuple[Variable, ...]:
         raise MatError("this is no MATLAB file, or it is cut off")
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None or 0 in data[:4]:
+        if _of_version_4(data):
+            raise MatError("a MATLAB 4 file, none of version 5 to 7", "save it with -v7 to have it read")
         raise MatError("this is no MATLAB file of version 5 to 7, or its header is damaged")
     if struct.unpack(f"{order}H", data[124:126])[0] >> 8 == 2:
-        raise MatError("a MATLAB 7.3 file: save it with -v7 to have it read")
+        raise MatError("a MATLAB 7.3 file", "save it with -v7 to have it read")
     found = []
     for kind, body in _elements(data[_HEADER:], order, padded=False):
         packed = kind == _COMPRESSED
@@ -108,6 +113,15 @@ def variables(path: str | os.PathLike[str]) -> tuple[Variable, ...]:
         if kind == _MATRIX:
             found.append(_variable(head, body, packed, order))
     return tuple(found)
+
+
+def _of_version_4(data: bytes) -> bool:
+    """Whether a file begins as those of level 4: type, rows, columns, whether complex, and the length of a name."""
+    for order in "<>":
+        kind, rows, columns, imaginary, name = struct.unpack(f"{order}5i", data[:20])
+        if 0 <= kind < 5000 and rows >= 0 and columns >= 0 and imaginary in (0, 1) and 1 < name < 64:
+            return True
+    return False
 
 
 def _variable(head: bytes, body: bytes, packed: bool, order: str) -> Variable:

@@ -87,4 +87,4 @@ def _volume(path: Path, name: str) -> np.ndarray[Any, Any]:
     except OSError as failure:
         raise FileError(f"{name}: wanted {_WANTED}, cannot open it: {failure.strerror}; check the path") from None
     except MatError as why:
-        raise FileError(f"{name}: wanted {_WANTED}, cannot read it: {why}; get a complete copy") from None
+        raise FileError(f"{name}: wanted {_WANTED}, cannot read it: {why}") from None

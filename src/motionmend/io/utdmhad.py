@@ -42,7 +42,7 @@ def read_utdmhad(path: str | os.PathLike[str], fps: float | None = None) -> Post
         what = "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot open it: {error.strerror}"
         raise FileError(f"{path}: wanted {WANTED}, {what}; check the path") from None
     except MatError as why:
-        raise FileError(f"{path}: wanted {WANTED}, cannot read it: {why}; get a complete copy") from None
+        raise FileError(f"{path}: wanted {WANTED}, cannot read it: {why}") from None
     positions = with_absent(np.atleast_3d(values).transpose(axes).astype(np.float64), None)
     times, guesses = even_times(len(positions), fps)
     return Postures(

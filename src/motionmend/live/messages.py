@@ -35,6 +35,7 @@ MOST_JOINTS: Final = 128
 MOST_NAME: Final = 64  # characters
 MOST_FPS: Final = 1_000.0  # Hz
 EXACT: Final = 2**53  # up to which a float tells whole numbers apart
+LATEST: Final = 2**64  # s; no clock is there, of whatever unit
 FARTHEST: Final = 100.0  # m; a body farther from its sensor than this is in other units
 
 _SINGLE: Final = np.dtype("<f4")
@@ -199,7 +200,7 @@ def read_frame(fields: Fields, hello: Hello, text: bool) -> Frame:
 def _frame(fields: Fields, hello: Hello, text: bool, seq: int) -> Frame:
     count = len(hello.names)
     t = fields.get("t")
-    if not _is_number(t) or not math.isfinite(t):
+    if not _is_number(t) or not abs(t) <= LATEST:
         raise MessageError(f"t: seconds were wanted, came {_shown(t)}")
     flat, form = _numbers("joints", fields.get("joints"), _SINGLE, 3 * count, text)
     joints = flat.astype(np.float64).reshape(count, 3)

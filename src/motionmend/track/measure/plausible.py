@@ -33,6 +33,6 @@ def doubts(performer: Performer, wrong: Floats) -> tuple[str, ...]:
         said += (
             f"the body explains {100 * np.median(shares):.0f} % of the person's pixels wrongly in the middle one of "
             "the frames, where 10 to 20 are usual: it is not this person's, the camera's numbers are wrong, or the "
-            "motion is like none of the model's; joints are less sure than their deviations say",
+            "motion is like none of the model's; joints may be farther off than their deviations say",
         )
     return said
