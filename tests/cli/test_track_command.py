@@ -12,6 +12,7 @@ from commands import Command, files_below
 
 from drawn_people import in_room, picture
 from motionmend import load_model, samples
+from motionmend.arrays import Floats
 from motionmend.bodies.camera import Camera, DepthFrame
 from motionmend.bodies.motion import Motion
 from motionmend.bodies.performer import LANDMARKS, landmarks, standing
@@ -454,6 +455,30 @@ def test_doubt_about_front_and_back_goes_where_it_was_settled_later_and_stays_wh
     std[1:4, 5:9] = std[5:7, 5:9] = std[9:, 5:9] = 0.2
     ahead = np.tile([0.0, 0.0, -1.0], (12, 1))
     ahead[7:] *= -1.0  # the other reading was taken
-    told = in_hindsight(std, settled, ahead, np.ones(12, bool))
+    changed = np.where((std > settled).any(axis=1), 0.5, 0.0)
+    told = in_hindsight(std, settled, np.zeros((12, 16, 3)), ahead, np.ones(12, bool), changed)
     np.testing.assert_array_equal(told[:5], settled[:5])
     np.testing.assert_array_equal(told[5:], std[5:])
+
+
+def test_what_is_known_of_front_and_back_in_the_end_goes_for_all_frames_of_that_reading():
+    settled, places = np.full((9, 16), 0.02), np.zeros((9, 16, 3))
+    places[:, [LANDMARKS.index("l_wrist"), LANDMARKS.index("r_wrist")], 0] = 0.3, -0.3
+    ahead, wrist = np.tile([0.0, 0.0, -1.0], (9, 1)), LANDMARKS.index("l_wrist")
+    seen = np.ones(9, bool)
+
+    def told(*changed: float) -> Floats:
+        share = np.array(changed)[:, None]
+        std = np.hypot(settled, np.sqrt(share * (1.0 - share)) * (np.arange(16) == wrist) * 0.6 / np.sqrt(3.0))
+        return in_hindsight(std, settled, places, ahead, seen, np.array(changed))[:, wrist]
+
+    sure_later = told(0.4, 0.4, 0.4, 0.3, 0.2, 0.1, 0.0, 0.0, 0.0)
+    np.testing.assert_allclose(sure_later, 0.02)
+    unsure_later = told(0.0, 0.0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1)
+    np.testing.assert_allclose(unsure_later, np.hypot(0.02, 0.3 * 0.6 / np.sqrt(3.0)))
+    seen[3] = False  # of who comes back nothing is known of before
+    np.testing.assert_allclose(told(*[0.0] * 4, *[0.1] * 5)[:3], 0.02)
+    seen[3] = True
+    ahead[5:] *= -1.0  # the other reading was taken: that before is as likely wrong as right
+    np.testing.assert_allclose(told(*[0.01] * 9)[:5], np.hypot(0.02, 0.5 * 0.6 / np.sqrt(3.0)))
+    assert told(*[0.01] * 9)[5:].max() < 0.05

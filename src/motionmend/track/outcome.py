@@ -13,7 +13,7 @@ from .limbs.certainty import astray, bare_of, certainty_of, shown_and_denied, tr
 from .lost import UNPROVEN, is_lost, is_unproven
 from .measure.girth import FRAMES, Girth, learned
 from .misread import held, misread, odds_misread
-from .readings.facing import lies
+from .readings.facing import changed_about, changed_over, lies
 from .readings.pair import either
 from .stages import Stages
 from .starting.afresh import watched
@@ -37,8 +37,9 @@ class Estimate:
     ----------
     pose : None while nobody was ever found. landmarks : (16, 3) m in camera axes, NaN then.
     std : (16,) m, standard deviation of each joint (one coordinate); half of how far apart two readings of front and
-        back have it at least, until one of them is refuted.
+        back have it at least, until one of them is refuted, and wider by what doubt is left then.
     settled : (16,) m, the deviation if this reading is the right one; None where nobody is.
+    changed : how likely front and back are changed over, 0 to 0.5.
     flags : of `FLAGS`; `held` joints are in `held`, and only `hindsight` says `revised`.
     held : (16,) True where nothing of the limb is seen and the prior holds it.
     costs, inliers : of each term. wrong : share of the person's pixels explained wrongly.
@@ -60,6 +61,7 @@ class Estimate:
     covariance: Floats | None = None
     restarts: int = 0
     settled: Floats | None = None
+    changed: float = 0.0
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -151,14 +153,17 @@ def followed(
         before=_images(sight, performer, pose),
     )
     std = np.maximum(belief.std, UNSURE) if lost else belief.std
-    unsure = np.maximum(std, either(state.facing.question, performer, pose))
+    place, changed = landmarks(performer, pose), changed_about(state.facing)
+    question = state.facing.question
+    unsure = std if question is not None and not question.suspected else changed_over(std, place, changed)
+    unsure = np.maximum(unsure, either(question, performer, pose))
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or searched.restarts else ()))
     flags += ("held",) if not belief.visible.all() else ()
     clock.lap("certainty")
     solution = fit.solution
     return after, Estimate(
         pose,
-        landmarks(performer, pose),
+        place,
         unsure,
         flags,
         ~belief.visible,
@@ -170,6 +175,7 @@ def followed(
         belief.covariance,
         searched.restarts + recovered,
         std,
+        changed,
         clock.seconds,
     )
 

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Bools, Floats, frozen, runs
+from ..arrays import Bools, Floats, frozen
 from ..bodies.camera import DepthFrame
 from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
@@ -16,6 +16,7 @@ from .hindsight.smoothing import smoothed
 from .measure.plausible import doubts
 from .model import TrackerModel
 from .outcome import Estimate
+from .readings.facing import changed_over
 from .settings import TrackSettings, settings_of
 from .starting.furniture import Room, is_furniture, room_behind
 from .tracker import start, step
@@ -117,7 +118,7 @@ class Told:
             np.full(3, np.nan) if pose is None else pose.translation,
             np.full(9, np.nan) if pose is None else pose.root.ravel(),
             np.full(len(AXES), np.nan) if pose is None else pose.joints,
-            np.array([estimate.wrong]),
+            np.array([estimate.wrong, estimate.changed]),
         )
         self.rows.frombytes(np.concatenate(parts, dtype=np.float64).tobytes())
         self.flags.append(tuple(estimate.flags))
@@ -133,9 +134,9 @@ class Told:
         steady : whether poses and joints are smoothed over the whole recording.
         """
         count = len(self.flags)
-        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES), 1)
+        widths = (3 * len(LANDMARKS), *(len(LANDMARKS),) * 3, 3, 9, len(AXES), 1, 1)
         table = np.frombuffer(self.rows).reshape(count, sum(widths))
-        flat, std, settled, held, way, root, joints, wrong = (
+        flat, std, settled, held, way, root, joints, wrong, changed = (
             part.copy() for part in np.split(table, np.cumsum(widths)[:-1], axis=1)
         )
         places, root = flat.reshape(count, len(LANDMARKS), 3), root.reshape(count, 3, 3)
@@ -149,7 +150,7 @@ class Told:
         for t in np.flatnonzero(mistaken).tolist():
             for rows in (way, root, joints):
                 rows[t] = rows[t - 1] if t else np.nan
-        std = in_hindsight(std, settled, root[:, :, 2], seen)
+        std = in_hindsight(std, settled, places, root[:, :, 2], seen, changed[:, 0])
         std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
         places[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root, joints)
@@ -171,21 +172,27 @@ class Told:
         )
 
 
-def in_hindsight(std: Floats, settled: Floats, ahead: Floats, seen: Bools) -> Floats:
-    """Deviations (T, 16) m of a whole recording: the doubt about front and back goes where it was settled later.
+def in_hindsight(std: Floats, settled: Floats, places: Floats, ahead: Floats, seen: Bools, changed: Floats) -> Floats:
+    """Deviations (T, 16) m of a whole recording: what the end of a reading tells of front and back goes for all.
 
     Parameters
     ----------
-    std, settled : (T, 16) m with and without that doubt, as `Estimate` has them.
+    std, settled : (T, 16) m with and without doubt about front and back, as `Estimate` has them.
+    places : (T, 16, 3) m, joints.
     ahead : (T, 3) where the body faces. seen : (T,) frames in which it is followed.
+    changed : (T,) how likely front and back are changed over, as known in each frame.
 
     Returns
     -------
     (T, 16) m. Where the other reading was taken at the end, or the question was open to the last frame, doubt stays.
     """
-    told = np.array(std)
-    open_now = (std > settled).any(axis=1)
-    for first, last in runs(open_now):
-        if last < len(std) and seen[last] and ahead[last] @ ahead[last - 1] >= 0.0:
-            told[first:last] = settled[first:last]
-    return told
+    later = np.array(changed)
+    for t in range(len(std) - 2, -1, -1):
+        if not (seen[t] and seen[t + 1]):
+            continue
+        if ahead[t] @ ahead[t + 1] < 0.0:
+            later[t] = 0.5  # the other one was taken
+        elif not changed[t] < changed[t + 1] == 0.5:  # there it is asked of a body found anew
+            later[t] = later[t + 1]
+    told = changed_over(settled, places, later)
+    return np.where((later < changed)[:, None], told, np.maximum(std, told))

@@ -147,11 +147,15 @@ class Facing:
     question : which of two readings it is; None when that is closed.
     backwards : m, how far the followed reading has walked backwards lately.
     wait : s until it is asked again of a body that bends strangely.
+    odds : log, for the other reading, of all looks at it, those before fading; minus infinity where it never was asked.
+    prior : the same before anything was seen; that does not fade.
     """
 
     question: Question | None = None
     backwards: float = 0.0
     wait: float = 0.0
+    odds: float = -float("inf")
+    prior: float = 0.0
 
 
 @final

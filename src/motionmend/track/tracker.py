@@ -23,6 +23,7 @@ from .outcome import DOUBTFUL, Estimate, Searched, followed, nobody
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
 from .person.pixels import person_of
+from .readings.facing import faces_otherwise, turned_about
 from .readings.hypotheses import contested
 from .readings.second import faced
 from .settings import TrackSettings
@@ -160,7 +161,10 @@ def _placed(sight: Sight, state: TrackState, *, waits: bool) -> tuple[TrackState
     if pose is None:
         return state, ways, False
     still, trusted = frozen(np.zeros(DOFS)), frozen(np.ones(DOFS - 6))
-    return replace(state, pose=pose, velocity=still, trust=trusted), ways, True
+    facing = state.facing
+    if state.pose is not None and faces_otherwise(state.pose, pose):
+        facing = turned_about(facing)
+    return replace(state, pose=pose, velocity=still, trust=trusted, facing=facing), ways, True
 
 
 def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> Searched:

@@ -1,5 +1,7 @@
 """The person in depth images: alone, in rooms, walking over a background, and not there at all."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -325,6 +327,23 @@ def test_far_away_a_person_who_stands_still_is_told_from_a_board(rng, who):
     noise = rng.normal(0, 0.008, whole.depth.shape).astype(np.float32)
     seen = DepthFrame(CAMERA, whole.depth + noise)
     assert find_person(scene_of(seen), seen).found == (who == "person")
+
+
+@pytest.mark.parametrize(("vouched", "found"), [(True, True), (False, False)])
+@pytest.mark.parametrize("reaches", [False, True])
+def test_who_was_followed_a_moment_ago_has_not_become_a_board_or_too_long(rng, reaches, vouched, found):
+    """Noise that hides all relief, or arms raised by somebody tall; what may be furniture is asked as ever."""
+    alone = np.array(picture(standing((0.0, 0.1, 5.2))).depth)
+    noise = 0.04
+    if reaches:
+        rows, columns = np.nonzero(np.isfinite(alone))
+        noise, top = 0.005, int(rows.max() - 2.65 * CAMERA.fy / 5.2)
+        alone[top : rows.min() + 10, int(np.median(columns)) - 4 : int(np.median(columns)) + 4] = 5.2
+    whole = in_room(DepthFrame(CAMERA, alone), 1.05, 6.8).depth
+    whole = whole + rng.normal(0, noise, whole.shape).astype(np.float32) * np.isfinite(alone)
+    seen = DepthFrame(CAMERA, whole)
+    scene = replace(scene_of(seen), person=alone, vouched=vouched)
+    assert find_person(scene, seen, np.array([0.0, 0.1, 5.2])).found == found
 
 
 def test_specks_are_nobody(rng):

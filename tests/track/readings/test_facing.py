@@ -15,8 +15,12 @@ from motionmend.track.readings.facing import (
     Facing,
     about_face,
     along,
+    changed_about,
+    changed_over,
     doubted,
     faces_otherwise,
+    known_of,
+    turned_about,
     unlikeliness,
     walked,
     weighed,
@@ -87,7 +91,11 @@ def test_while_both_readings_stand_the_deviation_is_half_of_how_far_they_are_apa
     assert before is not None
     assert (before.std[arms] > 0.1).all()
     assert k < 31  # settled: from here the deviation is that of one reading
-    np.testing.assert_array_equal(estimate.std, estimate.settled)
+    share = 1.0 / (1.0 + np.exp(-0.4 * state.facing.odds))  # what was told by little leaves doubt
+    assert 0.0 < share < 0.2
+    across = np.linalg.norm(estimate.landmarks - estimate.landmarks[LEFT_RIGHT], axis=1) / np.sqrt(3.0)
+    left = np.sqrt(share * (1.0 - share)) * across
+    np.testing.assert_allclose(estimate.std, np.hypot(estimate.settled, left))
     assert estimate.std[arms].max() < 0.1
 
 
@@ -193,3 +201,60 @@ def test_who_bends_as_nobody_does_is_asked_now_and_then_though_nobody_walks_back
     if asked:
         assert 3 <= len(opened) <= 4
         assert np.diff(opened).min() >= 30
+
+
+def answered(theirs, facing=None, bent=0.0):
+    """What is known of a body that explains a fifth of the pixels wrongly once it was asked against `theirs`."""
+    pose = standing((0.0, 0.1, 3.0))
+    search = Neighbors(np.repeat(pose.joints[None] + bent, 5, axis=0)) if bent else Neighbors(np.empty((0, 28)))
+    state, taken, asked = TrackState(BODY, pose=pose, lost=False), None, False
+    facing = doubted(BODY, pose, None) if facing is None else facing
+    follow = Follow(None, lambda twin, expected: begun_at(twin, expected, theirs), finished)
+    for _ in range(80):
+        facing, taken = weighed(walked(facing, 0.0, DT), state, pose, 0.2, 0.0, search, follow)
+        asked |= facing.question is not None
+        if taken is not None or (asked and facing.question is None):
+            break
+    return facing, taken
+
+
+def test_a_question_that_nothing_answered_leaves_doubt_and_one_that_was_answered_clearly_none():
+    open_still, clear = answered(0.2)[0], answered(0.9)[0]
+    assert open_still.question is None is clear.question
+    assert changed_about(open_still) == pytest.approx(0.5, abs=0.05)
+    assert changed_about(clear) < 0.001
+    assert changed_about(Facing()) == 0.0  # it was given
+    shares = [changed_about(answered(theirs)[0]) for theirs in (0.2, 0.25, 0.3, 0.4)]
+    assert shares == sorted(shares, reverse=True)
+
+
+def test_doubt_of_front_and_back_is_about_joints_that_have_a_fellow():
+    place = landmarks(BODY, standing((0.0, 0.1, 3.0)))
+    std = np.full(16, 0.02)
+    np.testing.assert_array_equal(changed_over(std, place, 0.0), std)
+    wide = changed_over(np.stack([std, std]), np.stack([place, place]), np.array([0.1, 0.4]))
+    paired = np.array([i for i, other in enumerate(LEFT_RIGHT) if i != other])
+    np.testing.assert_array_equal(wide[:, np.setdiff1d(np.arange(16), paired)], 0.02)
+    across = np.linalg.norm(place - place[LEFT_RIGHT], axis=1)[paired]
+    share = np.array([[0.1], [0.4]])
+    np.testing.assert_allclose(wide[:, paired] ** 2, 0.02**2 + share * (1.0 - share) * across**2 / 3.0)
+
+
+@pytest.mark.parametrize(("before", "turns"), [(-2.0, True), (-30.0, False)])
+def test_who_was_surely_read_before_is_not_turned_about_by_little(before, turns):
+    facing, taken = answered(0.15, Facing(odds=before), bent=1.5 * BENT)
+    assert (taken is not None) == turns
+    if not turns:
+        assert answered(0.02, Facing(odds=before), bent=1.5 * BENT)[1] is not None  # but by much
+    else:
+        assert facing.odds < 0.0  # of the one that is followed now
+
+
+def test_who_is_found_again_at_once_has_seldom_turned_about_by_what_was_told_before():
+    pose = standing((0.0, 0.1, 3.0))
+    sure = Facing(odds=-40.0)
+    assert known_of(sure, pose, pose, 0.0) == -known_of(sure, pose, about_face(BODY, pose), 0.0) < -1.0
+    assert known_of(turned_about(sure), pose, pose, 0.0) > 1.0
+    assert 0.0 > known_of(Facing(odds=-1.0), pose, pose, 0.0) > known_of(sure, pose, pose, 0.0)
+    assert abs(known_of(sure, pose, pose, 60.0)) < 1e-9
+    assert known_of(doubted(BODY, pose, None), pose, pose, 0.0) == 0.0  # nothing was told yet

@@ -24,7 +24,8 @@ def looking(question, pose, ours, theirs, began=None):
             began.append(expected)
         return begun_at(twin, expected, theirs)
 
-    return looked_at(question, state, pose, ours, NOBODY, Follow(None, begin, finished), one=lambda *_: False)
+    follow = Follow(None, begin, finished)
+    return looked_at(question, state, pose, ours, NOBODY, follow, one=lambda *_: False)[:2]
 
 
 @given(busy=st.lists(st.booleans(), min_size=120, max_size=120))

@@ -16,9 +16,11 @@ from motionmend.track import tracker
 from motionmend.track.detect.joints import fit_detector
 from motionmend.track.measure import first_seconds as measure
 from motionmend.track.misread import odds_misread
-from motionmend.track.readings.facing import about_face
+from motionmend.track.readings.facing import about_face, faces_otherwise
 from motionmend.track.settings import settings_of
 from motionmend.track.starting.afresh import DOUBTED, FIRST, LAST, Afresh, better, watched
+from motionmend.track.starting.look import taken_up
+from motionmend.track.state import Facing
 from motionmend.track.tracker import start, step
 from walkers import BODY, DT, column, library, off, walk, walking
 
@@ -77,6 +79,30 @@ def test_who_may_well_be_followed_wrongly_is_looked_for_as_well(model, heading, 
         errors.append(off(estimate.pose, pose))
     assert min(errors[3 : round(FIRST / DT) - 1]) > 0.06
     assert max(errors[round(FIRST / DT) + 2 :]) < 0.03
+
+
+def test_what_was_told_of_front_and_back_goes_on_unless_it_is_another_reading_that_is_found(model, monkeypatch):
+    looks = []
+
+    def spied(sight, fit, ways):
+        looks.append((sight, fit, ways))
+        return taken_up(sight, fit, ways)
+
+    monkeypatch.setattr(tracker, "taken_up", spied)
+    poses, told = walk(20, 75.0), Facing(odds=-40.0, wait=9.0)
+    state = None
+    for frame in seen(poses):
+        if state is None:
+            begun = start(model, settings_of(), frame, BODY, twisted(about_face(BODY, poses[0])))
+            state = replace(begun, wrong=0.4, afresh=Afresh(), facing=told)
+        state, _ = step(model, settings_of(), state, frame)
+    (sight, fit, ways), *_ = looks
+    fit = replace(fit, state=replace(fit.state, facing=told), wrong=0.9)
+    for before, known in ((twisted(ways[0], 0.5), told), (twisted(about_face(BODY, ways[0]), 0.5), Facing(odds=0.0))):
+        found = taken_up(sight, replace(fit, solution=replace(fit.solution, state=before)), ways)
+        assert found is not None
+        assert faces_otherwise(before, found.pose) == (known is not told)
+        assert found.state.facing.odds == known.odds
 
 
 @pytest.mark.parametrize("is_given", [True, False])

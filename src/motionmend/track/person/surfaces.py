@@ -81,8 +81,10 @@ def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats)
     large = np.flatnonzero((size > 0.0005) & (measures[:, 0] >= 8))  # a noisy camera's frame has thousands of specks
     order = large[np.argsort(-size[large], kind="stable")[:24]]
     clouds = _clouds(depth, labels, measures, order, intrinsics)
-    likeness = {s: _likeness(measures[s], cloud) for s, cloud in clouds.items()}
     known, elsewhere = (_shared(depth, labels, measures[:, 0], there) for there in (scene.person, scene.others))
+    # Noise hides the relief of who is far away, and arms raised make tall ones longer: who was a moment ago, and surely
+    # was no furniture, has not become a board.
+    likeness = {s: _likeness(measures[s], cloud, theirs=scene.alive and known[s] > 0.5) for s, cloud in clouds.items()}
     return Surfaces(labels, measures, clouds, likeness, known, elsewhere)
 
 
@@ -240,14 +242,14 @@ def is_board(measure: Floats, cloud: Floats) -> bool:
     return bool(flat < np.hypot(NOISE_NEAR, noise))  # relief and noise add as variances
 
 
-def _likeness(measure: Floats, cloud: Floats, shortest: float = SHORTEST) -> float:
-    """How much a surface is like a body by its shape and place; 0 = not at all."""
+def _likeness(measure: Floats, cloud: Floats, shortest: float = SHORTEST, *, theirs: bool = False) -> float:
+    """How much a surface is like a body by its shape and place; 0 = not at all. Of `theirs` less is asked."""
     area = measure[1]
     extent = measure[3:9:2] - measure[2:8:2]
     # A person's size is bounded; of one who is partly out of view less is asked.
-    if not SMALLEST < area < LARGEST or extent.max() > LONGEST or extent[:2].max() < shortest * (measure[12] == 0):
+    if not SMALLEST < area < LARGEST or extent[:2].max() < shortest * (measure[12] == 0):
         return 0.0
-    if measure[11] < 0.5 and is_board(measure, cloud):
+    if not theirs and (extent.max() > LONGEST or (measure[11] < 0.5 and is_board(measure, cloud))):
         return 0.0
     score = float(np.exp(-0.5 * (np.log(area / USUAL_AREA) / 0.7) ** 2))
     score /= 1.0 + (measure[10] / 4.0) ** 2  # who is filmed stands in front

@@ -14,7 +14,7 @@ from ...numerics.neighbors import Neighbors
 from ..database import strange
 from ..starting.first_pose import poses_to
 from ..state import Facing, Fit, Question, TrackState
-from .pair import EVERY, IMAGE, LATER, STRANGE, Follow, due, looked_at
+from .pair import EVERY, FADES, IMAGE, LATER, STRANGE, Follow, due, looked_at
 
 FRONT = 1.5  # odds that somebody who was not seen before faces the camera
 UPRIGHT = 0.5  # of a body's long axis up or down, below which it lies
@@ -27,6 +27,9 @@ FEET = 35.0  # odds for a reading that explains all of the feet's pixels more
 CONFIRMED = 1.0  # odds for a reading that was asked for once
 STROLL = 0.3  # m/s; slower is swaying
 AGAIN = 1.0  # m, more of it after a reading was confirmed
+FLAT = 0.4  # of what looks tell: frames that follow each other err alike
+NEVER = -10.0  # log odds for the other reading where it was never in question, once it is
+TURNABLE = 2.0  # log odds at most that who was seen a moment ago has turned about, or has not
 BENT = 0.25  # rad from the library's poses, up to which people bend so
 _SIDES = {"l_": "r_", "r_": "l_"}
 OTHER_SIDE = np.array([LANDMARKS.index(_SIDES.get(name[:2], name[:2]) + name[2:]) for name in LANDMARKS])
@@ -43,17 +46,57 @@ def faces_otherwise(pose: Pose, other: Pose) -> bool:
     return float(pose.root[:, 2] @ other.root[:, 2]) < 0.0
 
 
-def doubted(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = False) -> Facing:
+def doubted(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = False, known: float = 0.0) -> Facing:
     """The question open: with a pose of the other reading, or with the same pose read the other way round.
 
-    Who is `new`, never seen before, more likely faces the camera.
+    Who is `new`, never seen before, more likely faces the camera; of who was seen before, odds (log) may be `known`.
     """
-    return Facing(_asked(performer, pose, other, new=new))
-
-
-def _asked(performer: Performer, pose: Pose, other: Pose | None, *, new: bool = False) -> Question:
     other = about_face(performer, pose) if other is None else other
-    return Question(other, pose.translation, prior=_from_behind(pose) - _from_behind(other) if new else 0.0)
+    prior = _from_behind(pose) - _from_behind(other) if new else known
+    return Facing(Question(other, pose.translation, prior=prior), odds=0.0, prior=prior)
+
+
+def believed(facing: Facing) -> float:
+    """Log odds for the other reading, by all that is known of it."""
+    return facing.prior + FLAT * facing.odds
+
+
+def turned_about(facing: Facing) -> Facing:
+    """What is known of the readings when the other one is followed."""
+    return replace(facing, odds=-facing.odds, prior=-facing.prior)
+
+
+def known_of(facing: Facing, last: Pose, pose: Pose, gone: float) -> float:
+    """Odds (log) for the other reading of a body that is found again, by what was told before.
+
+    Parameters
+    ----------
+    facing, last : as it was last seen. pose : as it is found. gone : s, since then.
+    """
+    if facing.question is not None:
+        return 0.0
+    odds = float(np.clip(believed(facing), -TURNABLE, TURNABLE)) * float(np.exp(-gone))
+    return -odds if faces_otherwise(last, pose) else odds
+
+
+def changed_about(facing: Facing) -> float:
+    """How likely front and back are changed over, 0 to 0.5; half while that is asked of a body that was just found."""
+    if facing.question is not None and not facing.question.suspected:
+        return 0.5
+    return float(1.0 / (1.0 + np.exp(-min(believed(facing), 0.0))))
+
+
+def changed_over(std: Floats, place: Floats, share: Floats | float) -> Floats:
+    """Deviations (..., 16) m of one coordinate, wider by how likely each joint is where its fellow is said to be.
+
+    Parameters
+    ----------
+    std, place : (..., 16) m and (..., 16, 3) m, of the joints if they are read the right way round.
+    share : (...) how likely front and back are changed over, 0 to 0.5.
+    """
+    across = ((place - place[..., OTHER_SIDE, :]) ** 2).mean(axis=-1)  # of one coordinate
+    share = np.asarray(share)[..., None]
+    return np.asarray(np.hypot(std, np.sqrt(share * (1.0 - share) * across)))
 
 
 def _from_behind(pose: Pose) -> float:
@@ -111,15 +154,21 @@ def weighed(
                 return facing, None
             if strange(search, pose, state.trust) < BENT:
                 return replace(facing, wait=LATER), None
-        prior = -CONFIRMED if suspected else 0.0
-        question = replace(_asked(state.performer, pose, None), frames=EVERY, suspected=suspected, prior=prior)
+        facing = replace(facing, odds=max(facing.odds, NEVER))
+        # Who was surely read by images is not turned about by little.
+        prior = min(FLAT * facing.odds, -CONFIRMED) if suspected else 0.0
+        other = about_face(state.performer, pose)
+        question = Question(other, pose.translation, frames=EVERY, suspected=suspected, prior=prior)
     if not due(question, busy):
         return replace(facing, question=question.waiting), None
     ahead = -2.0 * WALK * float(np.clip(speed, -FASTEST, FASTEST))
-    question, taken = looked_at(
+    question, taken, told = looked_at(
         question, state, pose, wrong, search, follow, beside=ahead, bends=BENDS, feet=FEET, one=_face_alike
     )
-    return (Facing(backwards=-AGAIN, wait=LATER) if question is None else replace(facing, question=question)), taken
+    facing = replace(facing, question=question, odds=facing.odds if told is None else FADES * facing.odds + told)
+    if question is None:
+        facing = replace(facing, backwards=-AGAIN, wait=LATER)
+    return (facing if taken is None else turned_about(facing)), taken
 
 
 def _face_alike(pose: Pose, other: Pose) -> bool:

@@ -166,7 +166,7 @@ def sides_weighed(
         return apart(performer, pose, other) < ONE
 
     counted = PAIRS[sides.asked].counted
-    question, taken = looked_at(question, state, pose, wrong, search, follow, counted=counted, one=one)
+    question, taken, _ = looked_at(question, state, pose, wrong, search, follow, counted=counted, one=one)
     return replace(sides, question=question), taken
 
 

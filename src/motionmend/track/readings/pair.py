@@ -65,7 +65,7 @@ def looked_at(
     feet: float = 0.0,
     counted: Floats = EVERYWHERE,
     one: Callable[[Pose, Pose], bool],
-) -> tuple[Question | None, Fit | None]:
+) -> tuple[Question | None, Fit | None, float | None]:
     """Half a look at the other reading.
 
     Parameters
@@ -81,13 +81,14 @@ def looked_at(
 
     Returns
     -------
-    The question, None when it is closed; and the other reading, when that is to be followed from here.
+    The question, None when it is closed; the other reading, when that is to be followed from here; and the odds (log)
+    for it that the look told, None after its first half.
     """
     look = question.look
     if look is None:
         twin = replace(state, trust=question.trust, wrong=question.wrong, before=None)
         begun = follow.begin(twin, question.moved(pose.translation))
-        return replace(question, look=Look(follow.sight, begun, pose, state.trust, wrong, beside), frames=0), None
+        return replace(question, look=Look(follow.sight, begun, pose, state.trust, wrong, beside), frames=0), None, None
     other, trust = follow.finish(look.sight, look.begun)
     score = IMAGE * (look.wrong - other.wrong) + look.beside
     if feet > 0.0:
@@ -97,7 +98,7 @@ def looked_at(
         score += bends * (ours - theirs)
     odds, looks = FADES * question.odds + score, question.looks + 1
     if one(look.pose, other.pose):
-        return None, None
+        return None, None, score
     seen = replace(
         question,
         pose=other.pose,
@@ -108,11 +109,11 @@ def looked_at(
     )
     if looks >= LEAST and odds + question.prior > SURE:
         twin = replace(state, trust=seen.trust, wrong=seen.wrong, before=None)
-        return None, follow.begin(twin, seen.moved(pose.translation))
+        return None, follow.begin(twin, seen.moved(pose.translation)), score
     # What is usual may take a reading, but only images refute one.
     if looks >= MOST or (looks >= LEAST and odds + max(question.prior, 0.0) < -SURE):
-        return None, None
-    return replace(seen, odds=odds, looks=looks, frames=question.frames + 1), None
+        return None, None, score
+    return replace(seen, odds=odds, looks=looks, frames=question.frames + 1), None, score
 
 
 def either(question: Question | None, performer: Performer, pose: Pose) -> Floats:

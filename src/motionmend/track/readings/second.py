@@ -12,7 +12,7 @@ from ..limbs.mend import mend_limbs
 from ..measure.girth import Girth
 from ..state import Facing, Fit, Sides, Sight, TrackState
 from ..terms.objective import PAUSE, fitted
-from .facing import along, doubted, walked, weighed
+from .facing import along, doubted, known_of, walked, weighed
 from .feet import feet_against
 from .left_right import PAIRS, of_pair, sides_weighed
 from .pair import Follow
@@ -41,7 +41,8 @@ def faced(
     if ways is not None:
         other = ways[1] if len(ways) > 1 else None
         new = not np.isfinite(state.wrong)
-        facing = doubted(state.performer, pose, other, new=new)
+        known = 0.0 if new else known_of(state.facing, last, pose, float(state.hidden.min()))
+        facing = doubted(state.performer, pose, other, new=new, known=known)
         return replace(fit, state=replace(state, facing=facing, sides=Sides())), False
 
     def begin(twin: TrackState, expected: Pose) -> Fit:

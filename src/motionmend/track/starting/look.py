@@ -14,7 +14,7 @@ from ..measure.girth import Girth
 from ..readings.facing import FEET, faces_otherwise, unlikeliness
 from ..readings.feet import feet_against
 from ..readings.pair import IMAGE
-from ..state import Fit, Sight, TrackState
+from ..state import Facing, Fit, Sight, TrackState
 from ..terms.objective import fitted
 from .afresh import better
 
@@ -91,13 +91,14 @@ def taken_up(sight: Sight, fit: Fit, ways: list[Pose]) -> Fit | None:
     state = fit.state
     fresh = replace(state, pose=ways[0], velocity=frozen(np.zeros(DOFS)), trust=frozen(np.ones(DOFS - 6)))
     found = fitted(sight, fresh, ways[0])
-    beside = 0.0
+    beside, facing = 0.0, state.facing
     if faces_otherwise(fit.pose, found.pose):
+        facing = Facing(odds=0.0)  # what was told of it led there
         beside = UNSETTLED * FEET * feet_against(state.performer, fit.pose, found.pose, sight.coarse)
     if not better(sight.model.database.search, fit.pose, fit.wrong, found.pose, found.wrong, beside):
         return None
     # What was usual, and what was learned of widths, was the other pose's.
     girth = None if state.girth is None else Girth(state.girth.base)
     body = state.performer if girth is None else girth.base
-    fresh = replace(fresh, performer=body, girth=girth, wrong=found.wrong, hypothesis=None, afresh=None)
+    fresh = replace(fresh, performer=body, girth=girth, wrong=found.wrong, hypothesis=None, afresh=None, facing=facing)
     return replace(found, state=fresh)
