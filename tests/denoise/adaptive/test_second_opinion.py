@@ -126,6 +126,44 @@ def test_gaps_are_the_librarys_shifted_by_what_is_found_at_their_edges(seed):
     np.testing.assert_allclose(found, np.broadcast_to(np.where(seen_at_all, 0.5 * shift, 0.0), found.shape), atol=1e-12)
 
 
+@given(SEEDS)
+@settings(max_examples=25, deadline=None)
+def test_in_gaps_both_meet_at_the_edges_and_the_surer_counts_for_more(seed):
+    rng = np.random.default_rng(seed)
+    kind = np.full((40, 2), Origin.MEASURED, np.uint8)
+    kind[12:25, 0], kind[:, 1] = Origin.FILLED, Origin.FILLED
+    one, other = (_mended(rng, kind) for _ in range(2))
+    a, b, found = one.found, other.found, _joined(one, other).found
+    gap, inside = kind[:, 0] == Origin.FILLED, np.linspace(0, 1, 15)[1:-1]
+
+    def line(values):
+        return values[11] + inside * (values[25] - values[11])
+
+    from_edges = [x[12:25, 0] - line(x[:, 0]) for x in (a.values, b.values, found.values)]
+    share = a.std[gap, 0] / (a.std[gap, 0] + b.std[gap, 0])
+    np.testing.assert_allclose(from_edges[2], (1 - share) * from_edges[0] + share * from_edges[1], atol=1e-9)
+    least = np.minimum(a.std, b.std)[gap, 0]
+    assert (
+        found.std[gap, 0] >= np.hypot(least, np.sqrt(share * (1 - share)) * (from_edges[1] - from_edges[0])) - 1e-6
+    ).all()
+    for name in ("values", "std"):  # nothing but the library tells of what is never seen
+        np.testing.assert_allclose(getattr(found, name)[:, 1], getattr(a, name)[:, 1])
+
+
+def test_a_leg_that_stands_is_not_filled_by_what_a_library_of_walks_does():
+    there = truth("reach")
+    wrong = []
+    for joint in ("lfemur", "ltibia"):
+        rows = [d for d, name in enumerate(there.skeleton.dof_names) if name.startswith(joint + ".")]
+        for start in (20, 45, 70):
+            q = there.q.copy()
+            q[start : start + 20, rows] = np.nan
+            found = joints_model().repair(there.with_q(q))
+            assert any(said.endswith(SAID) for said in found.warnings)
+            wrong.append(np.square(found.recording.q - there.q)[start : start + 20, rows].mean())
+    assert np.degrees(np.sqrt(np.mean(wrong))) < 0.3  # by the library 0.6, by the recording alone 0.1
+
+
 @pytest.mark.parametrize(("action", "outliers"), [("jump", 0.0), ("run", 0.1)])
 def test_motions_that_the_library_does_not_know_are_no_worse_for_it(action, outliers):
     clean = truth(action)

@@ -1,5 +1,7 @@
 """Angles of a chain that jump against each other, and outliers that move what hangs on them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -45,6 +47,37 @@ def _twisted(channels, frame, by, columns=(UPPER, WRIST)):
         measured[frame, column] += sign * by
         outlier[frame, column] = True
     return measured, outlier
+
+
+def _turned_over(seed, first, length, by, column):
+    """A bent arm as it is, and with an angle of the upper arm and the wrist turned for some frames; where it is."""
+    rng = np.random.default_rng(seed)
+    channels = _swinging(rng)
+    channels[:, ELBOW] += 60.0
+    measured, outlier = channels.copy(), np.zeros(channels.shape, dtype=bool)
+    hit = np.ix_(range(first, first + length), [column, WRIST])
+    measured[hit] += by
+    outlier[hit] = True
+    return channels, measured, outlier
+
+
+@given(SEEDS, st.integers(3, FRAMES - 15), st.integers(2, 12), st.floats(168.0, 192.0), st.floats(100.0, 180.0))
+@settings(max_examples=40)
+def test_a_limb_that_its_solver_turns_over_is_taken_as_measured_though_it_leaps(seed, first, length, half, back):
+    channels, measured, outlier = _turned_over(seed, first, length, (half, -back), UPPER)
+    kept = smoother_as_pose(measured, outlier, channels, ARM, COLUMNS)
+    assert kept[outlier].all()
+    assert not kept[:, [*range(6), ELBOW]].any()
+    assert not np.delete(kept, range(first, first + length), axis=0).any()
+
+
+@given(SEEDS, st.integers(3, FRAMES - 15), st.integers(4, 12), st.floats(100.0, 140.0), st.floats(100.0, 140.0))
+@settings(max_examples=40)
+def test_a_limb_that_is_elsewhere_for_a_while_is_not(seed, first, length, off, back):
+    """By less than half a turn, or turned to where none of its joints is in place."""
+    for column, by in ((UPPER, (off, -back)), (UPPER - 1, (180.0, -back))):
+        channels, measured, outlier = _turned_over(seed, first, length, by, column)
+        assert not smoother_as_pose(measured, outlier, channels, ARM, COLUMNS).any()
 
 
 @given(SEEDS, st.integers(2, FRAMES - 3), st.floats(20.0, 120.0), st.booleans())
@@ -127,3 +160,11 @@ def test_a_dance_is_not_thrown_about_by_its_repair(data, clip, every, most):
     found = mm.repair_without_model(clean, "adaptive").recording
     away = positions(clean.skeleton, clean.q) - positions(clean.skeleton, found.q)
     assert np.linalg.norm(away, axis=2).max() < most
+
+
+@pytest.mark.parametrize(("name", "first", "keep"), [("05_10", 0, 1), ("05_16", 150, 1), ("05_16", 150, 2)])
+def test_pirouettes_in_which_a_leg_is_turned_over_come_back_as_recorded(data, name, first, keep):
+    clean = mm.read(data / "mocap" / "amc" / "05" / f"{name}.amc").at_frames(slice(first, 360, keep))
+    clean = replace(clean, fps=120.0 / keep)
+    away = np.degrees(mm.repair_without_model(clean).recording.q - clean.q)
+    assert np.sqrt(np.square(away[:, 6:]).mean()) < 0.3  # 2 to 9 before

@@ -17,6 +17,7 @@ from .smoothing import least_bend
 SAID = "; what it shows of itself was believed beside it"
 WRONG = 1.5  # times its stated variance: a repair that errs by more is more wrong than it says
 CALMER = 0.25  # of the clips' variance of second differences, geometric mean: a recording that moves less holds a pose
+TINY = 1e-9  # degrees or cm
 REACH = 0.1  # s about a sample that one repair believes and the other does not, within which both bear its mark
 
 
@@ -55,7 +56,8 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
 
     Returns
     -------
-    In gaps the library's values, shifted by what the other says at their edges.
+    In gaps both are shifted to where they meet at the edges, and the surer counts for more: of a motion that the
+    library does not know, what comes before and after may tell more. What is never seen is the library's.
     """
     first, second = library.found, own.found
     rejected = int((second.origin == Origin.REPAIRED).sum())
@@ -68,10 +70,13 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
         told = float(share_of_second(*(each[seen, None].sum(axis=0) for each in (one, other, np.square(apart))))[0])
         strays = _on_end((first.origin[:, c] == Origin.REPAIRED) & (second.origin[:, c] == Origin.MEASURED))
         share = np.where(strays, 1.0 - common * (1.0 - told), told)
-        shift = bridged(np.where(seen, share * apart, np.nan)[:, None])[:, 0]
-        first.values[:, c] += shift
+        shift, meets = bridged(np.where(seen, [share * apart, apart], np.nan).T).T
+        surer = first.std[:, c] / np.maximum(first.std[:, c] + second.std[:, c], TINY)
+        inside = np.where(seen | ~seen.any(), 0.0, surer)
+        first.values[:, c] += shift + inside * (apart - meets)
+        share, apart = np.where(seen, share, inside), np.where(seen, apart, apart - meets)
         both = (1.0 - share) * one + share * other + share * (1.0 - share) * np.square(apart)
-        first.std[:, c] = np.sqrt(np.where(seen, both, one + np.square(shift)))
+        first.std[:, c] = np.sqrt(both + np.where(seen, 0.0, np.square(shift)))
         first.weights[seen, c] = np.minimum(first.weights[seen, c], second.weights[seen, c])  # believed by both
         first.origin[seen, c] = second.origin[seen, c]
     return _said_as_one(library, own)

@@ -13,6 +13,7 @@ from .dropped import dropped
 from .frozen import frozen, held_ends
 from .frozen_alone import frozen_alone
 from .held import named, recorded_but_lost, without
+from .stuck_joint import stuck_joints
 
 SAID = 6  # stretches that a warning names at most
 
@@ -36,6 +37,8 @@ def but_for_lost_capture(
     still = frozen(without(recording, fallen) if fallen.any() else recording)
     if isinstance(recording, Markers):
         still |= frozen_alone(recording, still)
+    else:
+        still |= stuck_joints(recording, still)
     lost = fallen | still
     said: list[str] = [
         f"the {which} {frames} frames repeat each other to the last digit: a pose that was held, or capture that {what}"

@@ -11,11 +11,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
-from ...arrays import Bools, Floats, Ints
+from ...arrays import Bools, Floats, Ints, runs
 from ...bodies.skeleton import Skeleton, forward
 from ..channels.joints import root_angles, root_rows, unit
 
 ONE_SIDED = 2  # frames at either end, where smoothness tells little
+RIGHT_ANGLE, HALF_TURN, IN_PLACE, CALM = 90.0, 160.0, 0.15, 20.0  # degrees, degrees, m, degrees a frame
 LEVER = 0.06  # m from a joint's axis, where its turns are looked at
 
 
@@ -56,9 +57,60 @@ def smoother_as_pose(measured: Floats, outlier: Bools, values: Floats, skeleton:
     owner = np.where(columns >= 0, skeleton.dof_joint[columns], -1)
     # of what hangs together some may be outliers all the same; the other angles of a joint were measured with it
     joints &= _needed(joints, np.where(outlier & joints[:, owner], measured, values), values, owner, skeleton, columns)
+    joints |= _turned_over(outlier, measured, values, owner, skeleton, columns)
     found = np.zeros_like(outlier)
     found[:, ours] = joints[:, owner[ours]]
     return found
+
+
+def _turned_over(
+    outlier: Bools, measured: Floats, values: Floats, owner: Ints, skeleton: Skeleton, columns: Ints
+) -> Bools:
+    """(T, J) rejected joints of a limb that is turned over: one by half a turn, and one that hangs on it with it.
+
+    A solver finds two poses for the same markers: a thigh half a turn about itself, the knee bent the other way and the
+    foot turned back. The knee leaps by it, so that the body moves no more smoothly with it than without.
+    """
+    away = np.abs(np.nan_to_num(measured - values)) > RIGHT_ANGLE
+    away[:-1] &= np.abs(np.diff(np.nan_to_num(measured), axis=0)) < CALM
+    rejected = np.zeros((len(outlier), len(skeleton.names)), dtype=np.bool_)
+    far = np.zeros_like(rejected)
+    for joint in range(len(skeleton.names)):
+        own = owner == joint
+        rejected[:, joint] = outlier[:, own].any(axis=1)
+        far[:, joint] = (outlier & away)[:, own].any(axis=1)
+    found = np.zeros_like(rejected)
+    for joint in np.flatnonzero(far.any(axis=0)).tolist():
+        above = int(skeleton.parents[joint])
+        while above > 0:
+            for start, stop in runs(far[:, joint] & far[:, above]):
+                here = slice(start, stop)
+                poses = np.where(outlier, measured, values)[here], values[here]
+                if _half_a_turn(*poses, above, joint, skeleton, columns):
+                    for one in (joint, above):
+                        for first, last in runs(rejected[:, one]):
+                            found[first:last, one] |= first < stop and last > start
+            above = int(skeleton.parents[above])
+    return found
+
+
+def _half_a_turn(one: Floats, other: Floats, above: int, joint: int, skeleton: Skeleton, columns: Ints) -> bool:
+    """Whether a joint is half a turn from another pose (T, C), and one that hangs on it, or one between, in its place
+    where that begins or ends."""
+    (place, rotation), (places, rotations) = (
+        forward(skeleton, _angles(pose, skeleton, columns)) for pose in (one, other)
+    )
+    parent = int(skeleton.parents[above])
+    first, second = (turns[:, parent].transpose(0, 2, 1) @ turns[:, above] for turns in (rotation, rotations))
+    cosine = 0.5 * (np.einsum("tij,tij->t", first, second) - 1.0)
+    if np.median(cosine) > np.cos(np.radians(HALF_TURN)):
+        return False
+    off = np.linalg.norm(place - places, axis=2)[[0, -1]].min(axis=0)
+    while joint != above:
+        if off[joint] < IN_PLACE:
+            return True
+        joint = int(skeleton.parents[joint])
+    return False
 
 
 def of_one_limb(skeleton: Skeleton, columns: Ints) -> Bools:

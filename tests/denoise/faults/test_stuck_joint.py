@@ -1,0 +1,89 @@
+"""A single joint that freezes while the rest of the body goes on."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionmend import repair_without_model
+from motionmend.bodies.motion import Origin
+from motionmend.denoise.faults.stuck_joint import LONGEST, stuck_joints
+from performers import truth
+
+JOINTS = ("lfemur", "rfemur", "lhumerus", "rhumerus", "ltibia", "rradius")
+
+
+def _rows(motion, joint):
+    return [d for d, name in enumerate(motion.skeleton.dof_names) if name.startswith(joint + ".")]
+
+
+def _held(motion, joint, start, stop):
+    """The motion with a joint as in the frame `start` until before `stop`."""
+    q = motion.q.copy()
+    for row in _rows(motion, joint):
+        q[start:stop, row] = q[start, row]
+    return motion.with_q(q)
+
+
+def _found(motion):
+    return stuck_joints(motion, np.zeros(motion.q.shape, np.bool_))
+
+
+@given(st.sampled_from(JOINTS), st.sampled_from([30.0, 60.0, 120.0]), st.integers(0, 10**6))
+@settings(max_examples=30, deadline=None)
+def test_it_is_found_where_it_leaps_on_and_nothing_else_is(joint, fps, seed):
+    rng = np.random.default_rng(seed)
+    clean = truth("walk", seconds=4.0, fps=fps)
+    length = int(rng.uniform(0.2, 0.5) * fps)
+    start = int(rng.integers(10, clean.frames - length - 10))
+    rows, stop = _rows(clean, joint), start + length
+    away = np.degrees(np.abs(clean.q[stop - 1, rows] - clean.q[start, rows])).max()
+    found = _found(_held(clean, joint, start, stop))
+    there = np.zeros(found.shape, np.bool_)
+    there[start + 1 : stop, rows] = True
+    assert not found[~there].any()
+    assert found[there].all() or away < 6.0  # who hardly moves leaps nowhere
+
+
+@pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_nothing_is_found_in_a_clean_recording(action, fps):
+    assert not _found(truth(action, fps=fps)).any()
+
+
+def test_a_joint_at_its_limit_or_at_rest_is_not_stuck():
+    clean = truth("walk", seconds=4.0, fps=60.0)
+    row = _rows(clean, "ltibia")
+    limit = clean.q.copy()
+    limit[:, row] = np.maximum(limit[:, row], np.quantile(limit[:, row], 0.4))
+    assert not _found(clean.with_q(limit)).any()
+    rest = clean.q.copy()
+    hip = _rows(clean, "lfemur")
+    for stretch in (slice(60, 90), slice(150, 175)):
+        rest[stretch, hip] = rest[60, hip]
+    assert not _found(clean.with_q(rest)).any()
+    assert not _found(_held(clean, "lfemur", clean.frames - 40, clean.frames)).any()  # it may have come to rest
+    assert not _found(_held(clean, "lfemur", 40, 40 + round(LONGEST * 60.0) + 20)).any()
+
+
+def test_joints_that_hold_and_leap_together_are_left():
+    clean = truth("walk", seconds=4.0, fps=60.0)
+    one = _held(clean, "lfemur", 100, 130)
+    assert _found(one).any()
+    assert not _found(_held(one, "rhumerus", 100, 130)).any()
+    assert _found(_held(one, "rhumerus", 110, 140)).any()
+
+
+def test_it_is_repaired_and_said_while_a_clean_recording_says_nothing():
+    clean = truth("walk", seconds=4.0, fps=60.0)
+    start, stop = 100, 130
+    rows = _rows(clean, "lfemur")
+    spoilt = _held(clean, "lfemur", start, stop)
+    found = repair_without_model(spoilt)
+    inside = np.ix_(range(start + 1, stop), rows)
+    assert (found.origin[inside] == Origin.REPAIRED).all()
+    assert (np.delete(found.origin, rows, axis=1) == Origin.MEASURED).all()
+    before, after = (np.sqrt(np.square(q - clean.q)[inside].mean()) for q in (spoilt.q, found.recording.q))
+    assert after < 0.5 * before
+    assert any("were frozen and taken as missing, frames 101 to 129" in said for said in found.warnings)
+    assert not any("frozen" in said for said in repair_without_model(clean).warnings)
