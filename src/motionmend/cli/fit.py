@@ -9,9 +9,10 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..batch import Failure, one_blas_thread, workers
-from ..errors import FileError, MismatchError, UsageError, counted
+from ..errors import FileError, MismatchError, counted
 from .archive import Lesson, Reading, learn, survey, total
 from .inputs import gather
+from .model_file import ModelFile, check_place, write_model
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
 from .output import exit_code, tell_failure, tell_guesses
 from .speech import json_line, progress, say
@@ -21,7 +22,7 @@ _NO_CLIP = "a denoiser learns from clean clips, none of those given can be used"
 
 def denoiser(
     *clips: Files,
-    out: Annotated[Path, Parameter(name=["-o", "--out"], help="The model to write; ends in .mend.")],
+    out: ModelFile,
     fps: Rate = None,
     model_fps: Annotated[float, Parameter(help="Rate in Hz the model works at.")] = 30.0,
     window: Annotated[Whole, Parameter(help="Length of the lag window in frames at --model-fps.")] = 20,
@@ -38,12 +39,8 @@ def denoiser(
     """
     from ..denoise import Denoiser
     from ..io import READABLE
-    from ..models import save_model
 
-    if out.suffix.lower() != ".mend":
-        raise UsageError(f"-o: a model's name ends in .mend, came {out}")
-    if out.exists() and not force:
-        raise FileError(f"{out} is there already: --force overwrites it")
+    check_place(out, force)
     settings = Denoiser(window=window, fps=model_fps, energy=energy)
     start = perf_counter()
     inputs, refused = gather([working.reachable(clip) for clip in clips], READABLE, "clip")
@@ -75,8 +72,7 @@ def denoiser(
     except MismatchError as error:
         raise MismatchError(f"{out} not written: {error}") from None
     was_fitted = perf_counter()
-    out.parent.mkdir(parents=True, exist_ok=True)
-    sha256 = save_model(out, model)
+    sha256 = write_model(out, model)
     notes = (*_of_another_order(turned), *model.notes)
     for note in notes:
         say(f"note: {note}")

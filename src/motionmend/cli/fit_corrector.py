@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from ..batch import Failure, one_blas_thread, run
-from ..errors import FileError, UsageError, counted
+from ..errors import FileError, counted
+from .model_file import ModelFile, check_place, write_model
 from .options import WORKING, AsJson, Force, Rate, SkeletonFile, Working
 from .output import exit_code, tell_failure, tell_guesses
 from .speech import json_line, progress, say
@@ -26,7 +27,7 @@ def corrector(
     ],
     /,
     *,
-    out: Annotated[Path, Parameter(name=["-o", "--out"], help="The model to write; ends in .mend.")],
+    out: ModelFile,
     fps: Rate = None,
     skeleton: SkeletonFile = None,
     keep_strange: Annotated[
@@ -45,12 +46,8 @@ def corrector(
     """
     from ..correct.corrector import Corrector
     from ..io.pairs_list import read_pairs_list
-    from ..models import save_model
 
-    if out.suffix.lower() != ".mend":
-        raise UsageError(f"-o: a model's name ends in .mend, came {out}")
-    if out.exists() and not force:
-        raise FileError(f"{out} is there already: --force overwrites it")
+    check_place(out, force)
     start = perf_counter()
     listed = read_pairs_list(working.reachable(pairs))
     found, failures, guesses = _read(listed, fps, skeleton and working.reachable(skeleton), working)
@@ -69,8 +66,7 @@ def corrector(
     with one_blas_thread():
         model = Corrector().fit([one.matched.pair for one in used])
     was_fitted = perf_counter()
-    out.parent.mkdir(parents=True, exist_ok=True)
-    sha256 = save_model(out, model)
+    sha256 = write_model(out, model)
     notes = tuple(getattr(model, "notes", ()))
     for note in notes:
         say(f"note: {note}")

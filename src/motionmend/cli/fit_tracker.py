@@ -12,6 +12,7 @@ from ..batch import Failure, Outcome, one_blas_thread, run
 from ..errors import FileError, UsageError, counted
 from .archive import Reading
 from .inputs import Input, gather
+from .model_file import ModelFile, check_place, write_model
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
 from .output import exit_code, tell_failure, tell_guesses
 from .speech import json_line, progress, say
@@ -24,7 +25,7 @@ _ENDINGS = (".amc", ".bvh")
 
 def tracker(
     *clips: Files,
-    out: Annotated[Path, Parameter(name=["-o", "--out"], help="The model to write; ends in .mend.")],
+    out: ModelFile,
     images: Annotated[
         Whole,
         Parameter(help="Synthetic depth images the detector learns from; 0 learns none, then --start is needed."),
@@ -41,15 +42,11 @@ def tracker(
     The clips' poses become the prior; a detector that finds people anew learns from depth images drawn of them. A
     clip that cannot be read, or on whose skeleton the joints are not found, is reported and left out.
     """
-    from ..models import save_model
     from ..track.model import TrackerModel
 
-    if out.suffix.lower() != ".mend":
-        raise UsageError(f"-o: a model's name ends in .mend, came {out}")
+    check_place(out, force)
     if images < 0:
         raise UsageError(f"--images: 0 or more were wanted, came {images}")
-    if out.exists() and not force:
-        raise FileError(f"{out} is there already: --force overwrites it")
     start = perf_counter()
     inputs, refused = gather([working.reachable(clip) for clip in clips], _ENDINGS, "clip")
     reading = Reading(fps, skeleton and working.reachable(skeleton))
@@ -81,8 +78,7 @@ def tracker(
     with one_blas_thread():
         model = TrackerModel.fit(motions, seed=seed, detector=images > 0, images=images)
     was_fitted = perf_counter()
-    out.parent.mkdir(parents=True, exist_ok=True)
-    sha256 = save_model(out, model)
+    sha256 = write_model(out, model)
     facts = {
         "output": out,
         "kind": "tracker",
