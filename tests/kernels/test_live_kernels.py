@@ -64,7 +64,7 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     apart = BODY.bones, np.where(rng.uniform(size=BONES) < 0.3, rng.uniform(size=BONES), 0.0)
     got = kernel.follow(
         mean, loadings, noise, weights, lasting, *before, *belief, place, place_cov,
-        standard, seconds, raw, bone, best, told, repeated, *leaps, *apart,
+        standard, seconds, kernel.Signs(raw, bone, best, told, repeated, *leaps[:2], *apart), leaps[2],
     )  # fmt: skip
     wanted = naive.follow(
         (mean, loadings, noise),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Floats, Ints
+from ..arrays import Floats
 from ..kernels import following as kernel
 from ..numerics import factors as model
 from ..numerics.factors import Belief, Factors
@@ -71,15 +71,7 @@ def follow(
     ahead: tuple[Floats, Floats],
     standard: Floats,
     seconds: float,
-    raw: Floats,
-    bone: Floats,
-    best_bone: Floats,
-    told: Floats,
-    repeated: Bools,
-    gone: Bools,
-    back: Bools,
-    bones: Ints,
-    nobodys: Floats,
+    signs: kernel.Signs,
 ) -> Followed:
     """One frame on.
 
@@ -89,12 +81,7 @@ def follow(
     ahead : what it expects, (J, 3) and (J, 3, 3).
     standard : (J, 3) the sensor's posture in standard form, NaN = missing.
     seconds : since the frame before; 0 for the first.
-    raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
-    bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
-    told : (J, 3) one where the sensor says inferred, not tracked, tracked.
-    repeated : (J,) where it says what it said before.
-    gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
-    bones, nobodys : (B, 2) parent and child, and (B,) how far the bone has a length that is nobody's, 0 to 1.
+    signs : of this frame.
     """
     mean, cov, own, failing, chance, jerk, posture, std, met, leapt = kernel.follow(
         factors.mean,
@@ -111,15 +98,7 @@ def follow(
         *ahead,
         standard,
         seconds,
-        raw,
-        bone,
-        best_bone,
-        told,
-        repeated,
-        gone,
-        back,
+        signs,
         before.leapt,
-        bones,
-        nobodys,
     )
     return Followed(Belief(mean, cov), own, failing, chance, jerk, posture, std, met, leapt)

@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import Bools, Bytes, Floats, Ints
 from ..kernels import hops, proportions
 from ..kernels import sighting as kernel
+from ..kernels.following import Signs
 from ..numerics import factors as process
 from ..numerics.factors import Factors
 from .follow import Followed, begin, follow
@@ -127,8 +128,8 @@ def look(
     if not met_anew and np.count_nonzero(hop):
         last = sight.placement.inward(sight.rows[None])[0]
         gone, back = left_behind(known, standard, last, hop, before.failing, body.mirror, again)
-    signs = raw, bone, best_bone, told, repeated & moved, gone, back, body.bones, nobodys
-    followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, *signs)
+    signs = Signs(raw, bone, best_bone, told, repeated & moved, gone, back, body.bones, nobodys)
+    followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, signs)
     lengths, spread = proportions.counted(
         sight.lengths, sight.spread, lengths, followed.failing, body.bones, watcher.detector.bone_spread, seconds
     )

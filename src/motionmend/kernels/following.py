@@ -1,7 +1,7 @@
 """A posture followed through failures for one frame: what each joint's failing is to be believed, and what follows."""
 
 from math import exp, log, log1p, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,30 @@ SURELY, HELD_SECONDS = 4.6, 5.0  # log-odds that one that failed does as long as
 MOST = 8.0  # logarithm of the likelihood ratio that one frame can give
 
 
+class Signs(NamedTuple):
+    """What a frame shows of J joints and B bones beside where the joints are.
+
+    Attributes
+    ----------
+    raw : (J,) size of the joint's second difference by the usual one; 0 where not known.
+    bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
+    told : (J, 3) one where the sensor says inferred, not tracked, tracked.
+    repeated : (J,) where it says what it said before: it does not see the joint.
+    gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
+    bones, nobodys : (B, 2) parent and child, and (B,) how far the bone has a length that is nobody's, 0 to 1.
+    """
+
+    raw: Floats
+    bone: Floats
+    best_bone: Floats
+    told: Floats
+    repeated: Bools
+    gone: Bools
+    back: Bools
+    bones: Ints
+    nobodys: Floats
+
+
 @compiled
 def follow(
     mean: Floats,
@@ -44,16 +68,8 @@ def follow(
     place_cov: Floats,
     standard: Floats,
     seconds: float,
-    raw: Floats,
-    bone: Floats,
-    best_bone: Floats,
-    told: Floats,
-    repeated: Bools,
-    gone: Bools,
-    back: Bools,
+    signs: Signs,
     leapt: Floats,
-    bones: Ints,
-    nobodys: Floats,
 ) -> Any:
     """One frame of `correct.follow.follow`: failing (section 4.4) as a hidden Markov chain, the factors by Kalman.
 
@@ -68,19 +84,15 @@ def follow(
     place, place_cov : (J, 3), (J, 3, 3) where it expects the joints.
     standard : (J, 3) what the sensor says, NaN = missing.
     seconds : since the frame before.
-    raw : (J,) second difference by the usual one.
-    bone, best_bone : (J,) how far the bone to the parent is off, and the bone at the joint that is least so.
-    told : (J, 3) one where the sensor says inferred, not tracked, tracked.
-    repeated : (J,) where it says what it said before: it does not see the joint.
-    gone, back : (J,) where the joint leapt as none can, away from where it was well, and back there.
-    leapt : (J,) s since the joint left so where it went well, infinite = never, or it is back.
-    bones, nobodys : (B, 2) parent and child, and (B,) how far the bone has a length that is nobody's, 0 to 1.
+    signs : of this frame.
+    leapt : (J,) s since the joint left as none can where it went well, infinite = never, or it is back.
 
     Returns
     -------
     mean (2K,), covariance (2K, 2K), own (J, 3), failing (J,), its forecast (J,), jerk (J,), posture (J, 3), std (J,),
     met (J,), leapt (J,).
     """
+    raw, bone, best_bone, told, repeated, gone, back, bones, nobodys = signs
     joints = mean.shape[0]
     present = np.empty(joints, dtype=np.bool_)
     values, rest = np.empty((joints, 3)), np.empty((joints, 3))
