@@ -83,8 +83,9 @@ def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats)
     clouds = _clouds(depth, labels, measures, order, intrinsics)
     known, elsewhere = (_shared(depth, labels, measures[:, 0], there) for there in (scene.person, scene.others))
     # Noise hides the relief of who is far away, and arms raised make tall ones longer: who was a moment ago, and surely
-    # was no furniture, has not become a board.
-    likeness = {s: _likeness(measures[s], cloud, theirs=scene.alive and known[s] > 0.5) for s, cloud in clouds.items()}
+    # was no furniture, has not become a board. What is left in sight of who is being hidden may be as flat as one.
+    theirs = scene.alive & (known > 0.5) & (size > 0.5 * USUAL_AREA)
+    likeness = {s: _likeness(measures[s], cloud, theirs=bool(theirs[s])) for s, cloud in clouds.items()}
     return Surfaces(labels, measures, clouds, likeness, known, elsewhere)
 
 
