@@ -132,17 +132,17 @@ def position_error(truth: Floats, other: Floats) -> Floats:
     return np.asarray(np.linalg.norm(other - truth, axis=2))
 
 
-def counting_missing(distance: Floats, filled: Floats) -> float:
-    """Mean distance, m, with what is missing as far off as what stands in for it, as its point otherwise is, or as all
-    points are, whichever is farthest: to lose samples improves no score.
+def counting_missing(loss: Floats, filled: Floats) -> float:
+    """Mean loss, with what is missing as bad as what stands in for it, as its column otherwise is, or as all is,
+    whichever is worst: to lose samples improves no score.
 
     Parameters
     ----------
-    distance : (T, P) m of `position_error`, NaN = missing.
-    filled : (T, P) m, the same with something in place of the other's missing points; NaN = the truth lacks it.
+    loss : (T, C) of each sample of C points or angles, as m of `position_error` or rad²; NaN = missing.
+    filled : (T, C) the same with something in place of what the other lacks; NaN = the truth lacks it.
     """
-    usual = np.fmax([_mean(column) for column in distance.T], _mean(distance))
-    return _mean(np.where(np.isfinite(distance) | ~np.isfinite(filled), distance, np.fmax(filled, usual)))
+    usual = np.fmax([_mean(column) for column in loss.T], _mean(loss))
+    return _mean(np.where(np.isfinite(loss) | ~np.isfinite(filled), loss, np.fmax(filled, usual)))
 
 
 def jitter(positions: Floats, fps: float) -> float:
@@ -226,6 +226,7 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
         other_at, filled_at = carried.of(other_at), _filled_there(truth, other_q, filled_q, carried)
         told, axes_notes = rotation & ~of_root, (carried.note, "the root's own angles are left out: of other axes")
     distance = position_error(true_at, other_at)
+    off, filled_off = (wrapped(q - truth.q) ** 2 for q in (other_q, filled_q))
     feet, notes = _feet(truth)
     skates = _skates(true_at, other_at, feet, truth.fps, truth.skeleton.up)
     return Comparison(
@@ -233,7 +234,7 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
         frames=truth.frames,
         fps=truth.fps,
         rms_deg=_degrees(rms_angle(truth.q[:, body], other_q[:, body])),
-        rms_deg_counting_missing=_degrees(float(np.sqrt(_mean(_counted(truth, other_q, body) ** 2)))),
+        rms_deg_counting_missing=_degrees(float(np.sqrt(counting_missing(off[:, body], filled_off[:, body])))),
         rms_deg_all=_degrees(rms_angle(truth.q[:, told], other_q[:, told])),
         rms_deg_by_channel={
             truth.channels[c]: _degrees(rms_angle(truth.q[:, c], other_q[:, c])) if told[c] else None
@@ -330,14 +331,6 @@ def _no_match(wanted: tuple[str, ...], came: tuple[str, ...]) -> MismatchError:
         f"a comparison needs the truth's {len(wanted)} channels by name, came {len(came)}; "
         f"lacking: {few(lacks) or 'none'}; unknown to the truth: {few(extra) or 'none'}"
     )
-
-
-def _counted(truth: Motion, other_q: Floats, angles: Bools) -> Floats:
-    """(T, A) rad, by how much each sample of some channels (D,) is missed; see `rms_deg_counting_missing`."""
-    off = wrapped(other_q - truth.q)[:, angles]
-    usual = np.sqrt([np.fmax(_mean(column**2), _mean(off**2)) for column in off.T])
-    at_least = np.fmax(np.abs(wrapped(_mean_pose(truth) - truth.q))[:, angles], usual)
-    return np.asarray(np.where(truth.present[:, angles] & ~np.isfinite(off), at_least, off))
 
 
 def _mean_pose(motion: Motion) -> Floats:

@@ -154,9 +154,8 @@ def followed(
     )
     std = np.maximum(belief.std, UNSURE) if lost else belief.std
     place, changed = landmarks(performer, pose), changed_about(state.facing)
-    question = state.facing.question
-    unsure = std if question is not None and not question.suspected else changed_over(std, place, changed)
-    unsure = np.maximum(unsure, either(question, performer, pose))
+    unsure = std if state.facing.unread else changed_over(std, place, changed)
+    unsure = np.maximum(unsure, either(state.facing.question, performer, pose))
     flags = ("lost",) if lost else ("tracked", *(("recovered",) if recovered or searched.restarts else ()))
     flags += ("held",) if not belief.visible.all() else ()
     clock.lap("certainty")

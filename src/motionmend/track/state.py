@@ -157,6 +157,11 @@ class Facing:
     odds: float = -float("inf")
     prior: float = 0.0
 
+    @property
+    def unread(self) -> bool:
+        """Whether front and back of a body that was just found are not told apart yet."""
+        return self.question is not None and not self.question.suspected
+
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from motionmend.track.readings.facing import (
     walked,
     weighed,
 )
-from motionmend.track.readings.pair import MOST, Follow
+from motionmend.track.readings.pair import FADES, MOST, Follow
 from motionmend.track.settings import settings_of
 from motionmend.track.state import TrackState
 from motionmend.track.tracker import start, step
@@ -258,3 +258,13 @@ def test_who_is_found_again_at_once_has_seldom_turned_about_by_what_was_told_bef
     assert 0.0 > known_of(Facing(odds=-1.0), pose, pose, 0.0) > known_of(sure, pose, pose, 0.0)
     assert abs(known_of(sure, pose, pose, 60.0)) < 1e-9
     assert known_of(doubted(BODY, pose, None), pose, pose, 0.0) == 0.0  # nothing was told yet
+
+
+def test_who_was_never_in_question_and_is_found_facing_the_other_way_is_not_doubted_for_ever():
+    """What looks tell of somebody who seems to have turned about counts from then on."""
+    facing = turned_about(Facing())
+    assert np.isfinite(facing.odds)
+    assert changed_about(facing) == 0.5
+    for _ in range(20):
+        facing = replace(facing, odds=FADES * facing.odds - 3.0)
+    assert changed_about(facing) < 0.05

@@ -63,7 +63,7 @@ def believed(facing: Facing) -> float:
 
 def turned_about(facing: Facing) -> Facing:
     """What is known of the readings when the other one is followed."""
-    return replace(facing, odds=-facing.odds, prior=-facing.prior)
+    return replace(facing, odds=-max(facing.odds, NEVER), prior=-facing.prior)
 
 
 def known_of(facing: Facing, last: Pose, pose: Pose, gone: float) -> float:
@@ -81,7 +81,7 @@ def known_of(facing: Facing, last: Pose, pose: Pose, gone: float) -> float:
 
 def changed_about(facing: Facing) -> float:
     """How likely front and back are changed over, 0 to 0.5; half while that is asked of a body that was just found."""
-    if facing.question is not None and not facing.question.suspected:
+    if facing.unread:
         return 0.5
     return float(1.0 / (1.0 + np.exp(-min(believed(facing), 0.0))))
 
