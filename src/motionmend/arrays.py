@@ -15,7 +15,9 @@ Bools: TypeAlias = NDArray[np.bool_]
 def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     """A read-only, C-contiguous view or copy of `values` as `dtype`; the caller's own array stays writeable."""
     array = np.ascontiguousarray(values, dtype=dtype)
-    if array is values or (array.base is not None and array.flags.writeable):
+    if not array.flags.writeable:
+        return array
+    if array is values or array.base is not None:
         array = array.view()
     array.flags.writeable = False
     return array

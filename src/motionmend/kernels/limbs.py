@@ -34,9 +34,14 @@ def unlikeness(seen: Singles, free: Bools, rendered: Singles, most: float, each:
     """
     total = 0.0
     for row in range(seen.shape[0]):
+        each[row] = 0.0
+        some = 0
+        for column in range(seen.shape[1]):  # quick: most rows of an image have neither body
+            some += (seen[row, column] == seen[row, column]) | (rendered[row, column] == rendered[row, column])
+        if some == 0:
+            continue
         for column in range(seen.shape[1]):
             there, z = seen[row, column], rendered[row, column]
-            each[row, column] = 0.0
             if np.isnan(z) and np.isnan(there):  # as nearly everywhere
                 continue
             one = 0.0

@@ -155,10 +155,8 @@ def cast(parts: Floats, depth: Singles, solid: np.ndarray) -> None:
     A ray z·m - k, m = m0 + u·g along one row, meets a·z² - 2·b·z + c = 0 where a, b and so b² - a·c are polynomials of
     u: the row is cut to the stretch where that is not negative, and all three are cheap within it.
     """
-    for v in range(depth.shape[0]):
-        for u in range(depth.shape[1]):
-            depth[v, u] = np.nan
-            solid[v, u] = -1
+    depth[:] = np.nan
+    solid[:] = -1
     cast_onto(parts, depth, solid)
 
 

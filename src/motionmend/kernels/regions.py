@@ -11,29 +11,30 @@ _insert = rising.insert
 
 @compiled
 def extent(depth: Singles, box: Ints) -> float:
-    """First and last row and column, (4,) inclusive, that hold all that is measured; the sum of its depths² in m².
+    """First and last row and column, (4,) inclusive, that hold all that is measured; the least of its depths, m.
 
-    An empty image gives the box (0, -1, 0, -1).
+    An empty image gives the box (0, -1, 0, -1) and infinity.
     """
     height, width = depth.shape
-    top, bottom, left, right, total = height, -1, width, -1, 0.0
+    top, bottom, left, right = height, -1, width, -1
+    nearest = np.float32(np.inf)
     for r in range(height):
         measured = 0
         for c in range(width):
             measured += depth[r, c] == depth[r, c]  # quick, and enough for most rows: not NaN
         if measured == 0:
             continue
-        here = 0.0
-        first, last = width, -1
-        for c in range(width):
-            z = np.float64(depth[r, c])
-            if not np.isnan(z):
-                here += z * z
-                first, last = min(first, c), c
-        top, bottom, left, right = min(top, r), r, min(left, first), max(right, last)
-        total += here
+        top, bottom = min(top, r), r
+        first, last = 0, width - 1
+        while np.isnan(depth[r, first]):
+            first += 1
+        while np.isnan(depth[r, last]):
+            last -= 1
+        for c in range(first, last + 1):
+            nearest = depth[r, c] if depth[r, c] < nearest else nearest
+        left, right = min(left, first), max(right, last)
     box[0], box[1], box[2], box[3] = (top, bottom, left, right) if bottom >= 0 else (0, -1, 0, -1)
-    return total
+    return float(nearest)
 
 
 @compiled

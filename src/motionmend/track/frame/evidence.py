@@ -156,19 +156,16 @@ def _to_foreground(edge: Bools, on: Bools) -> Bools:
 
 
 def _box(seen: Observation, margin: float) -> tuple[int, int, int, int] | None:
-    on = np.isfinite(seen.depth)
-    rows, columns = np.flatnonzero(on.any(axis=1)), np.flatnonzero(on.any(axis=0))
-    if not len(rows):
+    from ...kernels import regions
+
+    box = np.empty(4, np.int64)
+    nearest = regions.extent(seen.depth, box)
+    top, bottom, left, right = box.tolist()
+    if bottom < 0:
         return None
-    nearest = float(np.nanmin(seen.depth[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]))
     wide = int(np.ceil(margin * seen.camera.fx / max(nearest, 0.3)))
     height, width = seen.depth.shape
-    return (
-        max(0, int(rows[0]) - wide),
-        min(height, int(rows[-1]) + wide + 1),
-        max(0, int(columns[0]) - wide),
-        min(width, int(columns[-1]) + wide + 1),
-    )
+    return max(0, top - wide), min(height, bottom + wide + 1), max(0, left - wide), min(width, right + wide + 1)
 
 
 def listed(depth: Singles, intrinsics: Floats, every: int) -> tuple[Ints, Singles]:
