@@ -80,6 +80,7 @@ def solved_together(
         smooth=HELD,
     )
     closer = replace(wish, raster=1, every=EVERY)
+    thin = replace(closer, every=EVERY + 1)
     out = list(poses)
     times = np.array([state.time for state in states])
     seen = np.array([state.evidence is not None for state in states])
@@ -93,7 +94,7 @@ def solved_together(
             # Not side by side: what is mostly Python takes longer on two threads than on one.
             frames = list(map(partial(_first, model, wish, body), states[first:last], some))
             finer = list(map(partial(_closer, closer), states[first:last], frames))
-            thinned = [_thinned(frame) for frame in finer]
+            thinned = [_thinned(thin, frame) for frame in finer]
             for asked in (*[frames] * FIRST, *[thinned] * THIN, *[finer] * FULL):
                 some = _moved(_each(pool, partial(_system, body), asked, some), body, some, times[first:last], stiff)
             out[first:last] = some
@@ -129,7 +130,7 @@ def _closer(settings: TrackSettings, state: TrackState, asked: _Asked) -> _Asked
     return _asked_of(asked, settings, evidence)
 
 
-def _thinned(asked: _Asked) -> _Asked:
+def _thinned(settings: TrackSettings, asked: _Asked) -> _Asked:
     """The same of every other observed sample, and about as many of the body's: the way there needs no more."""
     seen = asked.evidence
     pixels = seen.pixels[::2].copy()
@@ -141,7 +142,6 @@ def _thinned(asked: _Asked) -> _Asked:
         edge_samples=seen.edge_samples[::2].copy(),
         weight=seen.weight * len(seen.pixels) / max(len(pixels), 1),  # together they count as much as all did
     )
-    settings = replace(asked.settings, every=asked.settings.every + 1)
     return _asked_of(asked, settings, evidence)
 
 

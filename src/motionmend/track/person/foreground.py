@@ -184,7 +184,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     window, somebody = None, mask
     if scene.bare:
         somebody = mask | seen.pixels_of([s for s, like in seen.likeness.items() if like > 0.0 or strange[s]])
-    if np.mean(np.isfinite(depth) & ~somebody) > ROOM:
+    if np.count_nonzero(np.isfinite(depth) & ~somebody) > ROOM * depth.size:
         free = np.isfinite(depth) & ~before & ~np.isfinite(person)
     else:  # the background was taken away
         free = beside(np.isfinite(person))
@@ -224,7 +224,7 @@ def remember(scene: Scene, frame: DepthFrame, person: Foreground) -> Scene:
         scene = replace(scene, person=person.depth, since=frame.time, stirred=max(scene.stirred, person.stirred))
     scene = scene if scene.others is None and person.others is None else replace(scene, others=person.others)
     # Who is not told apart for a while leaves what was taken away so; a room that comes into view is one.
-    window = person.window if person.found or np.mean(seen) > ROOM else scene.window
+    window = person.window if person.found or np.count_nonzero(seen) > ROOM * seen.size else scene.window
     scene = scene if window is scene.window else replace(scene, window=window)
     if not seen.any() or window is not None:
         return scene

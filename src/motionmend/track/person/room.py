@@ -123,7 +123,7 @@ def first_whole(frames: Sequence[DepthFrame]) -> int:
 
 def _share(frame: DepthFrame) -> float:
     """Share of an image's pixels that have depth."""
-    return float(np.mean(np.isfinite(frame.depth)))
+    return np.count_nonzero(np.isfinite(frame.depth)) / frame.depth.size
 
 
 def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
