@@ -147,29 +147,19 @@ def limb_search(
     carriers, kinds, centers, turns, sizes, tapers = shell
     frames = np.empty((len(chain.parents), 4, 4))
     _frames(chain, pose, frames)
-    # The limb's solids apart from all others, which are cast only once.
-    moves = np.zeros(len(frames), np.bool_)
-    for b in limb:
-        moves[b] = True
-    own = np.empty(len(carriers), np.int64)
-    count = 0
-    for s in range(len(carriers)):
-        if moves[carriers[s]]:
-            own[count] = s
-            count += 1
+    own = _of_limb(limb, carriers, len(frames))  # apart from all other solids, which are cast only once
     placed, parts = np.empty((len(carriers), 3, 4)), np.empty((len(carriers), raycast.PARTS))
     _place(frames, carriers, centers, turns, placed)
     _prepare(placed, kinds, sizes, tapers, camera, width, height, parts)
-    for i in range(count):
+    for i in range(len(own)):
         parts[own[i], 15] = -1.0  # nothing is seen in an empty box
     base, solid = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.int16)
     depth, below = np.empty(seen.shape, np.float32), np.empty(seen.shape)
     _cast(parts, base, solid)
     rest = unlikeness(seen, free, base, most, below)
     depth[:] = np.nan
-    own = own[:count]
     part = Shell(carriers[own], kinds[own], centers[own], turns[own], sizes[own], tapers[own])
-    placed, parts, tried = np.empty((count, 3, 4)), np.empty((count, raycast.PARTS)), joints.copy()
+    placed, parts, tried = np.empty((len(own), 3, 4)), np.empty((len(own), raycast.PARTS)), joints.copy()
     turn, rested = np.empty((3, 3)), np.empty((3, 3))
     rounds, drawn, size = picks.shape[0], picks.shape[1], len(columns)
     uphill = np.zeros(size)  # the slope of what is said against the pose as it is
@@ -185,15 +175,7 @@ def limb_search(
     for r in range(rounds + 1):
         if r > 0:
             begin = min(kept, count)
-            for i in range(begin):  # the cheapest to the front, in their order
-                least = i
-                for c in range(i + 1, count):
-                    if prices[c] < prices[least]:
-                        least = c
-                for c in range(least, i, -1):
-                    prices[c], prices[c - 1] = prices[c - 1], prices[c]
-                    for k in range(size):
-                        pool[c, k], pool[c - 1, k] = pool[c - 1, k], pool[c, k]
+            _cheapest_first(prices[:count], pool, begin)
             for i in range(drawn):
                 about = picks[r - 1, i] % begin
                 for k in range(size):
@@ -209,13 +191,37 @@ def limb_search(
             if r == 0:
                 costs[0, c], costs[1, c] = prices[c], prices[c] + against
             prices[c] += against
-    least = 0
-    for c in range(count):
-        if prices[c] < prices[least]:
-            least = c
-    for k in range(size):
-        best[k] = pool[least, k]
-    return float(prices[least])
+    _cheapest_first(prices[:count], pool, 1)
+    best[:] = pool[0]
+    return float(prices[0])
+
+
+@compiled
+def _of_limb(limb: Ints, carriers: Ints, bones: int) -> Ints:
+    """Which solids are on some of the bones: `limb` (n,) of so many, `carriers` (P,) the bone of each solid."""
+    moves = np.zeros(bones, np.bool_)
+    for b in limb:
+        moves[b] = True
+    own, count = np.empty(len(carriers), np.int64), 0
+    for s in range(len(carriers)):
+        if moves[carriers[s]]:
+            own[count] = s
+            count += 1
+    return own[:count]
+
+
+@compiled
+def _cheapest_first(prices: Floats, pool: Floats, kept: int) -> None:
+    """The cheapest of poses (C, n) to the front, in the order of their prices (C,), the earlier of equal ones first."""
+    for i in range(kept):
+        least = i
+        for c in range(i + 1, len(prices)):
+            if prices[c] < prices[least]:
+                least = c
+        for c in range(least, i, -1):
+            prices[c], prices[c - 1] = prices[c - 1], prices[c]
+            for k in range(pool.shape[1]):
+                pool[c, k], pool[c - 1, k] = pool[c - 1, k], pool[c, k]
 
 
 @compiled
