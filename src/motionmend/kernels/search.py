@@ -107,28 +107,9 @@ def likeliest_history(
                 total = score[h]
                 if t > 0 and not at_pole[t]:
                     total += log_modes[last, k]
-                told_square, told_spread, seen_square, seen_spread = 0.0, 1.0, 0.0, 1.0
-                held_square, held_spread = 0.0, 1.0
-                for g in range(coordinates):
-                    x, a, o, d, f = state[h, g, 0], state[h, g, 2], state[h, g, 5], state[h, g, 6], state[h, g, 8]
-                    if t > 0:
-                        x += state[h, g, 1] + pull[t, g]
-                        a += 2.0 * state[h, g, 3] + state[h, g, 4] + step_var[t, g] * factors[k]
-                        d += state[h, g, 7]
-                    if hint_var[t, g] < np.inf:
-                        s, r = a + hint_var[t, g], hint[t, g] - x
-                        told_spread *= 2.0 * pi * s
-                        s = 1.0 / s
-                        told_square += r * r * s
-                        x, a, o, d, f = x + a * s * r, a - a * a * s, o + d * s * r, d - a * d * s, f - d * d * s
-                    if seen:
-                        s, r = a + noise_var[t, g], observed[t, g] - x
-                        seen_square += r * r / s
-                        seen_spread *= 2.0 * pi * s
-                        if off:
-                            s, r = a + 2.0 * d + f + noise_var[t, g], r - o
-                            held_square += r * r / s
-                            held_spread *= 2.0 * pi * s
+                told_square, told_spread, seen_square, seen_spread, held_square, held_spread = _against(
+                    state[h], t, factors[k], pull, step_var, hint, hint_var, observed, noise_var, seen, off
+                )
                 if not seen:
                     new_score[count] = total - 0.5 * (log(told_spread) + told_square)
                     new_turns[count], new_mode[count], came_from[count], rejects[count] = turns[h], k, h, 0
@@ -178,6 +159,57 @@ def likeliest_history(
             score[i], turns[i], mode_of[i] = new_score[n] - best, new_turns[n], new_mode[n]
         state, after = after, state
     return _traced(parent, event)
+
+
+@compiled
+def _against(
+    states: Floats,
+    t: int,
+    factor: float,
+    pull: Floats,
+    step_var: Floats,
+    hint: Floats,
+    hint_var: Floats,
+    observed: Floats,
+    noise_var: Floats,
+    seen: bool,
+    off: bool,
+) -> tuple[float, float, float, float, float, float]:
+    """How far frame t is from what a history expects of it, should its steps be `factor` times as wide.
+
+    Parameters
+    ----------
+    states : (G, 9) of the history, after the frame before.
+    seen : whether the frame has samples. off : whether the one before was rejected.
+
+    Returns
+    -------
+    The squared distance over its variance, and the product of 2 pi times the variances, of each of three: what the
+    channels were told, what is measured, and what is if it is off by as much as before; 0 and 1 of what there is not.
+    """
+    told_square, told_spread, seen_square, seen_spread = 0.0, 1.0, 0.0, 1.0
+    held_square, held_spread = 0.0, 1.0
+    for g in range(len(states)):
+        x, a, o, d, f = states[g, 0], states[g, 2], states[g, 5], states[g, 6], states[g, 8]
+        if t > 0:
+            x += states[g, 1] + pull[t, g]
+            a += 2.0 * states[g, 3] + states[g, 4] + step_var[t, g] * factor
+            d += states[g, 7]
+        if hint_var[t, g] < np.inf:
+            s, r = a + hint_var[t, g], hint[t, g] - x
+            told_spread *= 2.0 * pi * s
+            s = 1.0 / s
+            told_square += r * r * s
+            x, a, o, d, f = x + a * s * r, a - a * a * s, o + d * s * r, d - a * d * s, f - d * d * s
+        if seen:
+            s, r = a + noise_var[t, g], observed[t, g] - x
+            seen_square += r * r / s
+            seen_spread *= 2.0 * pi * s
+            if off:
+                s, r = a + 2.0 * d + f + noise_var[t, g], r - o
+                held_square += r * r / s
+                held_spread *= 2.0 * pi * s
+    return told_square, told_spread, seen_square, seen_spread, held_square, held_spread
 
 
 @compiled
