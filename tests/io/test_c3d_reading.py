@@ -1,5 +1,6 @@
 """C3D files read: every value, unit, event and computed point, as ezc3d and py-c3d see them too."""
 
+import re
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -102,7 +103,9 @@ def test_contradicting_file_is_one_clear_line(data: Path, tmp_path: Path) -> Non
         read_c3d(tmp_path / "other.c3d")
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Millimeters", 0.001)])
+@pytest.mark.parametrize(
+    ("unit", "metres"), [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Millimeters", 0.001), ("ft", 0.3048), ("dm", 0.1)]
+)
 def test_units_are_converted_there_and_back(tmp_path: Path, rng, unit: str, metres: float) -> None:
     points = (rng.normal(size=(4, 3, 3)) + 3) / metres
     path = written_by_ezc3d(tmp_path / "a.c3d", points, ["a", "b", "c"], unit)
@@ -111,6 +114,20 @@ def test_units_are_converted_there_and_back(tmp_path: Path, rng, unit: str, metr
     assert not any("UNITS" in guess for guess in read.guesses)
     write_c3d(tmp_path / "b.c3d", read.with_positions(read.positions * 2))
     np.testing.assert_allclose(ezc3d.c3d(str(tmp_path / "b.c3d"))["data"]["points"][:3].T, points * 2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("stored", ["cmu_05_13", "cmu_02_01"])  # integers and floats
+def test_a_scale_that_only_the_header_states_is_taken_and_said(data: Path, tmp_path: Path, stored: str) -> None:
+    raw = real(data, stored).read_bytes()
+    at = re.search(rb"[\x05\xfb].SCALE", raw, re.DOTALL).start()
+    group = struct.unpack_from("b", raw, re.search(rb"[\x05\xfb].POINT", raw, re.DOTALL).start() + 1)[0]
+    assert raw[at + 1] == -group  # that of the points
+    (tmp_path / "a.c3d").write_bytes(raw[: at + 2] + b"OTHER" + raw[at + 7 :])
+    read, known = read_c3d(tmp_path / "a.c3d"), read_c3d(real(data, stored))
+    np.testing.assert_array_equal(read.positions, known.positions)
+    assert any("POINT:SCALE is missing" in guess for guess in read.guesses)
+    write_c3d(tmp_path / "b.c3d", read.with_positions(read.positions * 1.5))
+    np.testing.assert_allclose(read_c3d(tmp_path / "b.c3d").positions, known.positions * 1.5, rtol=1e-6)
 
 
 @pytest.mark.parametrize("metres", [0.001, 0.01, 1.0])

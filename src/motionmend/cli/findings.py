@@ -9,7 +9,7 @@ from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, wrapped
 from ..denoise.faults.frozen import held_ends
-from ..denoise.faults.slower import as_slower, shown_once
+from ..denoise.faults.slower import as_slower, ends_of_lines, shown_once
 from ..errors import counted
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does
@@ -100,7 +100,7 @@ def listed(jumped: Sequence[Jump]) -> list[dict[str, str | int | bool]]:
 
 
 def suspicions(recording: Motion | Markers) -> tuple[Suspicion, ...]:
-    """Channels or markers outside their limits, never moving, held at an end, shown again and again, or too fast."""
+    """Channels or markers outside their limits, never moving, held at an end, shown again, on lines, or too fast."""
     every, ends = "every channel" if isinstance(recording, Motion) else "every marker", held_ends(recording)
     held = tuple(
         Suspicion(every, "held", f"in the {which} {count} frames, to the last digit")
@@ -109,6 +109,8 @@ def suspicions(recording: Motion | Markers) -> tuple[Suspicion, ...]:
     )
     if (shown := shown_once(recording)) is not None:
         held += (Suspicion(every, "repeats", as_slower(recording, shown)),)
+    elif (drawn := ends_of_lines(recording)) is not None:
+        held += (Suspicion(every, "lines", as_slower(recording, drawn)),)
     return held + (_of_motion(recording) if isinstance(recording, Motion) else _of_markers(recording))
 
 

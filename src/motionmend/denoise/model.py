@@ -183,7 +183,8 @@ class DenoiserModel:
             outcome = repair_without_model(recording, method)
         else:
             with threadpool_limits(1, user_api="blas"):
-                outcome = by_bare_names(partial(self._taught, method=method, robust=robust, whole=whole), recording)
+                taught = partial(self._taught, method=method, robust=robust, whole=whole)
+                outcome = by_bare_names(taught, recording, self.layout.names)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome

@@ -201,7 +201,8 @@ def parse(raw: bytes, name: str) -> Layout:
                 f"{name}: wanted a C3D file that agrees with itself, POINT:{parameter} is {stated:g} and the header "
                 f"says {in_header}; export it again from the capture software"
             )
-    scale = found.number("POINT", "SCALE")
+    left_out = found.find("POINT", "USED") and not found.find("POINT", "SCALE")  # of parameters that else are there
+    scale = in_header_scale if left_out else found.number("POINT", "SCALE")
     if scale == 0:
         raise FileError(
             f"{name}: wanted a POINT:SCALE above or below zero, came none; the C3D file is damaged: get a complete copy"
@@ -261,6 +262,8 @@ def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ..
     ]
     if layout.find("POINT", "DATA_START") and not layout.number("POINT", "DATA_START"):
         notes.append("POINT:DATA_START is 0: took the points from where the header says")
+    if not layout.find("POINT", "SCALE"):
+        notes.append(f"POINT:SCALE is missing: took {layout.scale:g} from the header")
     if len(tail) > BLOCK:
         notes.append(f"{len(tail)} bytes follow the last frame that the header promises: not read")
     return promised, tuple(notes)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from motionmend.denoise import Denoiser
-from motionmend.denoise.channels.bare_names import called_barely
+from motionmend.denoise.channels.bare_names import called_as_taught, called_barely
 from motionmend.denoise.model import DenoiserModel
 from motionmend.errors import MismatchError
 from motionmend.evaluate import corrupt
-from performers import clips, joints_model, truth
+from motionmend.samples import markers
+from performers import clips, joints_model, markers_model, truth
 
 
 def _of(namespace, motion):
@@ -55,3 +56,28 @@ def test_other_channels_are_still_refused():
     )
     with pytest.raises(MismatchError, match="the recording has 0 of the model's"):
         joints_model().repair(other)
+
+
+@pytest.mark.parametrize("subject", ["Bob_", "Bob Smith-", "Rig|", "take.3/", "a:Bob_"])
+def test_markers_called_by_a_subject_are_those_of_the_library(subject):
+    bad = corrupt(markers(truth("walk")), noise=0.002, gaps=0.1, seed=1).recording
+    named = replace(bad, names=tuple(subject + name for name in bad.names))
+    plain, repaired = markers_model().repair(bad), markers_model().repair(named)
+    np.testing.assert_array_equal(repaired.recording.positions, plain.recording.positions)
+    assert repaired.recording.names == named.names
+    assert repaired.warnings == plain.warnings
+
+
+def test_a_library_of_a_subject_knows_others():
+    named = [replace(clip, names=tuple(f"Ann_{name}" for name in clip.names)) for clip in map(markers, clips())]
+    bad = corrupt(markers(truth("walk")), noise=0.002, seed=1).recording
+    repaired = Denoiser(window=20, fps=30.0).fit(named).repair(bad)
+    np.testing.assert_allclose(repaired.recording.positions, markers_model().repair(bad).recording.positions, atol=1e-6)
+
+
+def test_what_all_markers_share_is_no_subject_where_the_library_says_it_too():
+    names = ("L_KNEE", "L_HEEL", "L_TOE")
+    assert called_as_taught(names, ("L_KNEE", "L_HEEL", "L_TOE", "R_KNEE", "R_HEEL", "R_TOE")) == names
+    assert called_as_taught(("A_X", "A_Y", "B_Z"), ("X", "Y", "Z")) == ("A_X", "A_Y", "B_Z")
+    assert called_as_taught(("X", "Y"), ("Ann_X".upper(), "Ann_Y".upper())) == ("ANN_X", "ANN_Y")
+    assert called_as_taught((), ("X",)) == ()

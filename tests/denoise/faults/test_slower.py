@@ -6,7 +6,7 @@ import pytest
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.faults.slower import as_slower, but_for_repeats, shown_once
+from motionmend.denoise.faults.slower import as_slower, but_for_repeats, ends_of_lines, shown_once
 from motionmend.samples import markers
 from performers import joints_model, truth
 
@@ -167,3 +167,64 @@ def test_what_is_left_open_stays_open():
     assert (outcome.origin[:, 5] == Origin.LEFT_OPEN).all()
     assert np.isnan(outcome.recording.positions[:, 5]).all()
     assert np.isnan(outcome.std[:, 5]).all()
+
+
+def _on_lines(recording, times, decimals=None):
+    """Every so many frames are as recorded, the rest on straight lines between; the last goes on as before."""
+    values = _values(recording)
+    last = (len(values) - 1) // times * times
+    new = np.arange(0, last + 1, times)
+    flat = values[: last + 1].reshape(last + 1, -1)
+    drawn = np.stack([np.interp(np.arange(last + 1), new, flat[new, c]) for c in range(flat.shape[1])], axis=1)
+    scale = 180.0 / np.pi if isinstance(recording, Motion) else 1000.0
+    drawn = drawn if decimals is None else np.round(drawn * scale, decimals) / scale
+    return recording.at_frames(np.arange(last + 1)).with_values(drawn.reshape(last + 1, *values.shape[1:])), new
+
+
+@pytest.mark.parametrize("times", [2, 3, 4, 5])
+@pytest.mark.parametrize("decimals", [None, 5, 2])
+def test_the_ends_of_lines_are_found(clean, times, decimals):
+    drawn, new = _on_lines(clean, times, decimals)
+    found = ends_of_lines(drawn)
+    assert found is not None
+    assert np.isin(new[1:-1], found).mean() > 0.95
+    assert len(found) <= 1.1 * len(new)
+    assert f"only every {times}th frame" in as_slower(drawn, found) or len(found) != len(new)
+
+
+def test_who_moves_on_no_lines_is_as_fast_as_it_says(clean, rng):
+    values = _values(clean)
+    assert ends_of_lines(clean) is None
+    assert ends_of_lines(_on_lines(clean, 8)[0]) is None  # 15 Hz: poses that somebody drew
+    drawn, _ = _on_lines(clean, 2)
+    shaken = _values(drawn) + 1e-3 * rng.standard_normal(_values(drawn).shape)
+    assert ends_of_lines(drawn.with_values(shaken)) is None
+    one = values.copy()
+    one[1:-1:2, 4] = 0.5 * (one[:-2:2, 4] + one[2::2, 4])[: len(one[1:-1:2])]  # one channel alone
+    assert ends_of_lines(clean.with_values(one)) is None
+    gap = values.copy()
+    gap[40:70, 4] = np.linspace(0.0, 1.0, 30).reshape(-1, *[1] * (values.ndim - 2)) * (values[69, 4] - values[40, 4])
+    assert ends_of_lines(clean.with_values(gap)) is None  # somebody filled it
+    assert ends_of_lines(clean.with_values(np.repeat(values[:1], clean.frames, axis=0))) is None
+
+
+def test_noise_between_which_lines_were_drawn_is_no_motion(clean):
+    """It was left as it was, and 13 % of the errors lay within one deviation."""
+    rng = np.random.default_rng(3)
+    noise = np.radians(1.0) if isinstance(clean, Motion) else 0.002
+    shaken = clean.with_values(_values(clean) + noise * rng.standard_normal(_values(clean).shape))
+    drawn, new = _on_lines(shaken, 2)
+    truth_there = clean.at_frames(np.arange(drawn.frames))
+    outcome = repair_without_model(drawn)
+    off, std = _values(outcome.recording) - _values(truth_there), outcome.std.astype(float)
+    if isinstance(clean, Markers):
+        std = std[..., None]
+    else:
+        turns = (np.ptp(clean.q, axis=0) > np.radians(2.0)) & (np.arange(off.shape[1]) > 5)
+        off, std = off[:, turns], std[:, turns]
+    assert np.sqrt(np.mean(np.square(off))) < 0.75 * noise
+    assert 0.6 < (np.abs(off) < std).mean() < 0.85
+    assert (np.abs(off) < 1.96 * std).mean() > 0.9
+    between = np.setdiff1d(np.arange(drawn.frames - 1), new)
+    assert (outcome.origin[between] == Origin.REPAIRED).all()
+    assert any("frames that lie on lines were replaced" in warning for warning in outcome.warnings)

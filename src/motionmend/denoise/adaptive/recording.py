@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ...arrays import Bools, Bytes, Floats, Ints
+from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
 from ...errors import few
@@ -19,7 +19,9 @@ from ..channels.recording import Channels, to_channels
 from ..faults.displaced import displaced, lasting
 from ..faults.fallen import but_for_fallen
 from ..faults.held import SAID, held, in_noise, told, without
-from ..faults.slid import slides
+from ..faults.slid import said_of_sliding
+from ..faults.stood_joint import stood_joints
+from ..faults.stood_still import stood_still
 from ..faults.stuck_again import said_of_stuck_again
 from ..faults.takes import repaired_in_takes
 from ..faults.thrown_root import thrown
@@ -131,7 +133,7 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
         outcome,
         warnings=(
             *outcome.warnings,
-            *_sliding(outcome.recording, outcome.origin),
+            *said_of_sliding(outcome.recording, outcome.origin),
             *said_of_stuck_again(recording, outcome.origin),
             *_hardly_believed(outcome),
             *made_up_beyond(outcome),
@@ -172,28 +174,19 @@ def _hardly_believed(outcome: Repaired[Recording]) -> tuple[str, ...]:
 
 def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     """The repair, with what was held still or leapt away for a while taken as missing."""
-    # a root's leaps show in what was recorded; markers' places, and whether what is held is noisy, in a repair
-    leapt = thrown(recording) if isinstance(recording, Motion) else np.zeros(recording.present.shape, np.bool_)
-    outcome = _mended_once(without(recording, leapt) if leapt.any() else recording, known)
-    still = in_noise(held(recording), outcome, recording)
-    away = leapt if isinstance(recording, Motion) else _elsewhere(recording, outcome) & ~still
-    if still.any() or (away != leapt).any():
+    # leaps and stands show in what was recorded; markers' places, and whether what is held is noisy, in a repair
+    nothing = np.zeros(recording.present.shape, np.bool_)
+    leapt = thrown(recording) if isinstance(recording, Motion) else nothing
+    stood = stood_joints(recording) if isinstance(recording, Motion) else stood_still(recording)
+    wrong = leapt | stood
+    outcome = _mended_once(without(recording, wrong) if wrong.any() else recording, known)
+    still = in_noise(held(recording), outcome, recording) & ~wrong
+    away = leapt if isinstance(recording, Motion) else _elsewhere(recording, outcome) & ~still & ~wrong
+    lost = still | away | stood
+    if (lost != wrong).any():
         del outcome  # of a long recording only one is held at once
-        outcome = _mended_once(without(recording, still | away), known)
-    return told(outcome, still, away) if still.any() or away.any() else outcome
-
-
-def _sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
-    """A sentence for each marker that seems to slide from its place, as far as it was believed."""
-    if not isinstance(repaired, Markers):
-        return ()
-    found = slides(repaired.positions, origin == Origin.MEASURED, repaired.fps)
-    return tuple(
-        f"{repaired.names[slide.marker]}: in frames {slide.first} to {slide.last} it strays by up to "
-        f"{CENTIMETRES * slide.away:.0f} cm from where the markers about it have it else; it may have slid and was "
-        "left; look at it"
-        for slide in found[:SAID]
-    )
+        outcome = _mended_once(without(recording, lost), known)
+    return told(outcome, still, away, stood) if lost.any() else outcome
 
 
 def _elsewhere(recording: Markers, outcome: Repaired[Markers]) -> Bools:

@@ -117,7 +117,7 @@ def without(recording: Recording, still: Bools) -> Recording:
     return recording.with_positions(np.where(still[..., None], np.nan, recording.positions))
 
 
-def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Recording]:
+def told(outcome: Repaired[Recording], still: Bools, away: Bools, stood: Bools) -> Repaired[Recording]:
     """The repair of a recording `without` these samples (T, C): `recorded_but_lost`, and said.
 
     Parameters
@@ -125,6 +125,7 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
     outcome : of the recording without them.
     still : samples that were held.
     away : samples of markers that were `displaced`, or of a root that was `thrown`.
+    stood : samples of markers that `stood_still`, or `stood_joints`.
     """
     said = []
     if still.any():
@@ -137,7 +138,12 @@ def told(outcome: Repaired[Recording], still: Bools, away: Bools) -> Repaired[Re
             f"{int(away.sum())} samples of {_what(outcome.recording)} were taken as missing: "
             f"{named(outcome.recording, away)}"
         )
-    return recorded_but_lost(outcome, still | away, said)
+    if stood.any():
+        said.append(
+            f"{int(stood.sum())} samples of {_who_stood(outcome.recording)} were taken as missing: "
+            f"{named(outcome.recording, stood)}"
+        )
+    return recorded_but_lost(outcome, still | away | stood, said)
 
 
 def recorded_but_lost(outcome: Repaired[Recording], lost: Bools, said: Sequence[str]) -> Repaired[Recording]:
@@ -157,6 +163,12 @@ def _what(recording: Motion | Markers) -> str:
     if isinstance(recording, Motion):
         return "a root that leapt away and back, as no body can,"
     return "markers that leapt away from where those about them have them"
+
+
+def _who_stood(recording: Motion | Markers) -> str:
+    if isinstance(recording, Motion):
+        return "joints that stood still in noise and leapt on, as no joint can,"
+    return "markers that stood still while those about them went on, and leapt back to these,"
 
 
 def named(recording: Motion | Markers, samples: Bools) -> str:

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...arrays import Bools, Floats, runs
+from ...arrays import Bools, Bytes, Floats, runs
+from ...bodies.motion import Markers, Motion, Origin
+from ..channels.cloud import CENTIMETRES
 from ..gaps.markers import LEAST_FRAMES
 from .displaced import place_by_guides, steadiest_guides
+from .held import SAID
 
 LEAST = 0.02  # m; skin moves as far
 BEYOND = 3.0  # times as far as nearly all others stray
@@ -98,3 +101,16 @@ def _strays(moments: Floats, seen: Bools) -> Floats:
         )
         found[:, marker] = np.where(shown > _FEW, total / np.maximum(shown, _FEW), 0.0)
     return found
+
+
+def said_of_sliding(repaired: Motion | Markers, origin: Bytes) -> tuple[str, ...]:
+    """A sentence for each marker that seems to slide from its place, as far as it was believed."""
+    if not isinstance(repaired, Markers):
+        return ()
+    found = slides(repaired.positions, origin == Origin.MEASURED, repaired.fps)
+    return tuple(
+        f"{repaired.names[slide.marker]}: in frames {slide.first} to {slide.last} it strays by up to "
+        f"{CENTIMETRES * slide.away:.0f} cm from where the markers about it have it else; it may have slid and was "
+        "left; look at it"
+        for slide in found[:SAID]
+    )

@@ -1,7 +1,7 @@
-"""A recording written at a higher rate than it was made at, by showing its frames twice or more: 30 Hz in 60.
+"""A recording written at a higher rate than it was made at: 30 Hz in 60, by showing its frames twice, or lines between.
 
-What repeats itself measures nothing. Taken for samples, repeats make stairs of motion, and noise that lasts for as many
-frames passes for motion.
+What repeats itself measures nothing, nor does what lies halfway. Taken for samples, repeats make stairs of motion, and
+noise that lasts for as many frames passes for motion; points on lines look as if there were hardly any noise.
 """
 
 from collections.abc import Callable
@@ -14,6 +14,8 @@ from scipy.ndimage import uniform_filter1d
 from ...arrays import Bools, Bytes, Floats, Ints, Singles
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
+from ..channels.joints import CENTIMETRES, unit
+from ..noise.digits import coarseness
 
 FEWEST = 10  # frames with something new that tell how regularly they come
 LEAST, MOST = 1.4, 5.0  # frames for each of them: less are single stale ones, more are poses that somebody drew
@@ -22,11 +24,15 @@ IN_STEP, WINDOW = 0.9, 8  # of stretches of so many such ways those that are as 
 RESTING = 2.0  # times the usual way; for longer somebody rests
 LEAP = np.radians(60.0)  # of an angle from one frame to the next; what is between is not half of both
 CLOSER = 2.0**-1.5  # of the error of a way twice as long: what changes its speed by chance strays so
+ROUNDED = 2.0  # steps of a channel's rounding by which three samples on a line may miss it
+SLOWEST = 20.0  # Hz; at lower rates lines may be all that somebody meant, and what they leave out cannot be told
+FINEST = 1e-4  # degrees or cm; a step no finer is not looked for
+DIGITS = 2e-5  # of a channel's size, by which they may if six digits are written of each
 ABOUT = 0.5  # s before and after, of which errors are alike
 
 
 def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recording: Recording) -> Repaired[Recording]:
-    """Repair a recording that shows its frames several times throughout as the slower one that it is.
+    """Repair a recording that shows its frames several times, or lines between them, as the slower one that it is.
 
     Parameters
     ----------
@@ -35,16 +41,19 @@ def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recordin
 
     Returns
     -------
-    All frames, at the recording's rate. What repeats the frame before is replaced by what lies between, as sure as
-    frames between twice as far ones turn out to be, and that is said. Others are repaired as they are.
+    All frames, at the recording's rate. What repeats the frame before, or lies on the line to the next, is replaced by
+    what lies between, as sure as frames between twice as far ones turn out to be, and that is said. Others are repaired
+    as they are.
     """
-    shown = shown_once(recording)
+    shown, how = shown_once(recording), "repeat the one before"
+    if shown is None:
+        shown, how = ends_of_lines(recording), "lie on lines"
     if shown is None:
         return repair(recording)
     outcome: Repaired[Recording] = repair(replace(recording.at_frames(shown), fps=recording.fps / _way(shown)))
     between = _between(outcome, shown, recording)
     said = (
-        f"{as_slower(recording, shown)}; {recording.frames - len(shown)} frames that repeat the one before were "
+        f"{as_slower(recording, shown)}; {recording.frames - len(shown)} frames that {how} were "
         "replaced by what lies between; frames that other warnings name are counted without them"
     )
     return replace(
@@ -78,6 +87,11 @@ def shown_once(recording: Motion | Markers) -> Ints | None:
         new[1:] |= ((one[1:] != one[:-1]) & ~(np.isnan(one[1:]) & np.isnan(one[:-1]))).any(axis=1)
         if new.mean() > 1.0 / LEAST:
             return None
+    return regular(new)
+
+
+def regular(new: Bools) -> Ints | None:
+    """Frames that show something new (T,), with as many in a rest; None unless they come regularly and seldom."""
     frames = np.flatnonzero(new)
     ways = np.diff(frames)
     if len(ways) < FEWEST:
@@ -89,9 +103,39 @@ def shown_once(recording: Motion | Markers) -> Ints | None:
     together = np.convolve(moving, np.ones(WINDOW), mode="valid")
     if (np.abs(together - WINDOW * way) <= 1.0).mean() < IN_STEP:
         return None
-    ends = zip(frames, [*frames[1:], recording.frames], strict=True)
+    ends = zip(frames, [*frames[1:], len(new)], strict=True)
     rests = [start + np.round(np.arange(0.0, stop - start - 0.5 * way, way)).astype(np.int64) for start, stop in ends]
     return np.unique(np.concatenate([frames, *rests]))
+
+
+def ends_of_lines(recording: Motion | Markers) -> Ints | None:
+    """Frames between which all channels go along straight lines, where these come regularly and seldom enough.
+
+    Parameters
+    ----------
+    recording : T frames.
+
+    Returns
+    -------
+    (S,) frame numbers, in order, the first and the last among them; None where any frame may be on no line.
+    """
+    if recording.frames <= FEWEST:
+        return None
+    values, new = _values(recording), np.zeros(recording.frames, dtype=np.bool_)
+    new[:1] = True
+    scale = unit(recording.skeleton) if isinstance(recording, Motion) else np.full(values.shape[1], CENTIMETRES)
+    steps = np.maximum(coarseness(recording).reshape(values.shape[1], -1), FINEST) / scale[:, None]
+    for channel, step in enumerate(steps):
+        one = values[:, channel]
+        size = np.fmax.reduce(np.abs(one), axis=0, initial=0.0)
+        bends = np.abs(np.diff(one, n=2, axis=0))
+        new[1:-1] |= (bends > np.maximum(ROUNDED * step, DIGITS * size)).any(axis=1)
+        if new.mean() > 1.0 / LEAST:
+            return None
+    found = regular(new)
+    if found is None or recording.fps / _way(found) < SLOWEST:
+        return None
+    return np.union1d(found, [recording.frames - 1])
 
 
 def as_slower(recording: Motion | Markers, shown: Ints) -> str:
@@ -103,10 +147,9 @@ def as_slower(recording: Motion | Markers, shown: Ints) -> str:
     shown : (S,) of `shown_once`.
     """
     way = _way(shown)
-    return (
-        f"each frame is shown {way:.3g} times throughout: taken for a recording of {recording.fps / way:.4g} Hz "
-        f"written at {recording.fps:.4g} Hz"
-    )
+    again = shown_once(recording) is not None
+    what = f"each frame is shown {way:.3g} times" if again else f"only every {way:.3g}th frame is on no straight line"
+    return f"{what} throughout: taken for a recording of {recording.fps / way:.4g} Hz written at {recording.fps:.4g} Hz"
 
 
 def _way(shown: Ints) -> float:

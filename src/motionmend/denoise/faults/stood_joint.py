@@ -1,0 +1,114 @@
+"""A joint that stays as it is, in noise, while it should go on, and leaps to where the motion goes on afterwards.
+
+A solver that has lost a limb says its last word, or zero, for a while, and noise comes upon it later. Neither is an
+outlier, for it lasts, nor a slip, for it is off by another amount in every frame. What stands ends with a leap: a step
+many times as long as the steps after it, of which no joint is capable. Where it began with such a leap, too, the joint
+had fallen to some value; else it had moved just before.
+"""
+
+import numpy as np
+
+from ...arrays import Bools, Floats
+from ...bodies.motion import Motion
+from ...bodies.skeleton import ROTATION
+from ..channels.joints import root_rows, unit
+from ..noise.level import first_noise
+
+NOISY = 0.3  # degrees; a joint less noisy than that in all its angles repeats itself, or rests
+SHORTEST, FRAMES = 0.12, 8  # s and frames; toes that rest for less snap so of themselves
+LONGEST = 1.3  # s; what is still for longer could not be filled without a library
+WITHIN = 4.0  # deviations of the noise about a place within which who stands stays
+LEAST, LEAPS = 12.0, 10.0  # degrees and deviations of the noise; no leap is shorter
+STEPS, AFTER = 4.0, 4  # times the longest of so many steps after it: the least that a leap is
+AWAY = 0.5  # of the leap, that the frames after it stay away
+MOVED, BEFORE = 6.0, 0.3  # deviations by which a joint moved in so many seconds before it stood
+
+
+def stood_joints(motion: Motion) -> Bools:
+    """Samples of joints that stood while they should have gone on.
+
+    Parameters
+    ----------
+    motion : T frames, D channels.
+
+    Returns
+    -------
+    (T, D) True where a joint stood, or had fallen to some value, in all of its angles.
+    """
+    found = np.zeros(motion.q.shape, dtype=np.bool_)
+    least = max(FRAMES, round(SHORTEST * motion.fps))
+    if motion.frames < 4 * least:
+        return found
+    skeleton = motion.skeleton
+    rows = np.setdiff1d(np.flatnonzero(skeleton.dof_kind == ROTATION), np.concatenate(root_rows(skeleton)))
+    if not len(rows):
+        return found
+    angles = motion.q[:, rows] * unit(skeleton)[rows]
+    noise = first_noise(angles)
+    stands: dict[int, list[tuple[int, int, list[int]]]] = {}
+    for joint in np.unique(skeleton.dof_joint[rows]).tolist():
+        own = np.flatnonzero(skeleton.dof_joint[rows] == joint)
+        if noise[own].max() < NOISY:
+            continue
+        for start, leap in _stands(angles[:, own], noise[own], motion.fps, least):
+            stands.setdefault(leap, []).append((start, leap, rows[own].tolist()))
+    for same in stands.values():
+        if len(same) == 1:  # several that leap at once are a limb in its solver's other pose
+            start, leap, own_rows = same[0]
+            found[start:leap, own_rows] = True
+    return found
+
+
+def _stands(angles: Floats, noise: Floats, fps: float, least: int) -> list[tuple[int, int]]:
+    """First frames of stands of a joint (T, N) degrees, and the frames after them."""
+    leaps, steps = _leaps(angles, noise), np.diff(angles, axis=0)
+    found = []
+    longest, before = round(LONGEST * fps), max(2, round(BEFORE * fps))
+    frames = np.flatnonzero(leaps)
+    for leap in frames.tolist():
+        start = _since(angles, leap, WITHIN * noise, least)
+        length = leap - start
+        if not least <= length <= longest or start < 2:
+            continue
+        jump = steps[leap - 1]
+        back = np.linalg.norm(steps[leap : leap + longest] + jump, axis=1)
+        if (back < AWAY * np.linalg.norm(jump)).any():
+            continue  # it leaps away and back: who stands is right
+        earlier = frames[frames <= start]
+        if leaps[start]:
+            first = int(earlier[-2]) if len(earlier) > 1 else 0
+            if start - first > length:
+                found.append((start, leap))
+        elif (np.ptp(angles[max(0, start - before) : start], axis=0) > MOVED * noise).any():
+            found.append((start + 1, leap))
+    return found
+
+
+def _leaps(angles: Floats, noise: Floats) -> Bools:
+    """(T,) True in the frames to which a joint leaps as none can, and does not come back at once."""
+    steps = np.diff(angles, axis=0)
+    far = (np.abs(steps) > np.maximum(LEAST, LEAPS * noise)).any(axis=1)
+    size = np.linalg.norm(steps, axis=1)
+    leaps = np.zeros(len(angles), dtype=np.bool_)
+    for frame in np.flatnonzero(far) + 1:
+        after = angles[frame : frame + AFTER + 1]
+        if len(after) <= AFTER:
+            continue
+        gone = np.linalg.norm(after - angles[frame - 1], axis=1)
+        leaps[frame] = size[frame - 1] > STEPS * size[frame : frame + AFTER].max() and (gone > AWAY * gone[0]).all()
+    return leaps
+
+
+def _since(angles: Floats, leap: int, reach: Floats, least: int) -> int:
+    """The first frame from which a joint stands until it leaps; that of the leap if it moves."""
+    start = leap - least
+    if start < 0:
+        return leap
+    place = np.median(angles[start:leap], axis=0)
+    if not (np.abs(angles[start:leap] - place) <= reach).all():
+        return leap
+    while start > 0 and (np.abs(angles[start - 1] - place) <= reach).all():
+        start -= 1
+        if (leap - start) % least == 0:
+            place = np.median(angles[start:leap], axis=0)
+    return start
