@@ -99,7 +99,7 @@ def followed_slowly(before, now, seconds, lasting, resting, last, earlier, betwe
     return np.where(np.isfinite(slow), slow, now)
 
 
-def steady_frame(positions, seconds, motion, later, steps):
+def steady_frame(positions, seconds, motion, later, steps, shaking):
     """One live frame made steady: a Kalman filter for each joint, then smoothed back from the frames after it."""
     from motionmend.kernels import steadying as kernel
 
@@ -110,19 +110,22 @@ def steady_frame(positions, seconds, motion, later, steps):
         moved = np.array([[1.0, frames], [0.0, 1.0]])
         return moved, moved @ state, moved @ cov @ moved.T + drifted(drift, frames)
 
+    noise = max(shaking, kernel.NOISE) ** 2
+
     def met(state, cov, drift, innovation, where, frames):
         off = where - state[0]
-        lively = max(off @ innovation / 3.0 / frames**2, kernel.CALMEST**2)
+        alike = off @ innovation / 3.0 - (noise - kernel.NOISE**2)
+        lively = max(alike / frames**2, kernel.CALMEST**2)
         after = lively + np.exp(-frames / (kernel.ROUSED if lively > drift else kernel.RESTED)) * (drift - lively)
         cov = cov + drifted(max(after - drift, 0.0), frames)
-        gain = cov[:, 0] / (cov[0, 0] + kernel.NOISE**2 / min(frames, 1.0))
+        gain = cov[:, 0] / (cov[0, 0] + noise / min(frames, 1.0))
         return cov, (state + np.outer(gain, off), cov - np.outer(gain, cov[0]), after, off)
 
     calm, after = positions.copy(), np.full(motion.shape, np.nan)
     usable = np.array([kernel.told(step) for step in steps], dtype=bool)
     usable = len(steps) if usable.all() else int(np.argmin(usable))
     for j in np.flatnonzero(np.isfinite(positions).all(axis=1)):
-        begun = np.diag([kernel.NOISE**2, kernel.BEGUN**2]), kernel.CALMEST**2, np.zeros(3)
+        begun = np.diag([noise, kernel.BEGUN**2]), kernel.CALMEST**2, np.zeros(3)
         state = np.array([positions[j], np.zeros(3)]), *begun
         if kernel.told(seconds) and np.isfinite(motion[j]).all():
             frames, rest = kernel.RATE * seconds, (motion[j, 9], motion[j, 10:])
@@ -147,14 +150,14 @@ def steady_frame(positions, seconds, motion, later, steps):
 
 
 def settle_frame(
-    positions, trust, bones, prior, belief, times, last, earlier, known, yielded, step, motion, later, steps
+    positions, trust, bones, prior, belief, times, last, earlier, known, yielded, step, motion, later, steps, shaking
 ):
     """One live frame made steady, its bones brought to their lengths."""
     from motionmend.kernels import bones as kernel
 
     LOOSE, ROUNDS = kernel.LOOSE, kernel.ROUNDS
     first, second = times
-    calm, going = steady_frame(positions, step, motion, later, steps)
+    calm, going = steady_frame(positions, step, motion, later, steps, shaking)
     lengths = np.linalg.norm(positions[bones[:, 1]] - positions[bones[:, 0]], axis=1)
     passed = 1.0 / 30.0 if np.isnan(first) else min(first, kernel.LONG_SECONDS)
     share = np.where(np.isfinite(lengths), passed * trust[bones].min(axis=1), 0.0)
@@ -170,6 +173,19 @@ def settle_frame(
     relaxed = settle(calm[None], bones, usual[None], mobility, ROUNDS)[0] - calm
     gave = followed_slowly(yielded, relaxed, first, kernel.SLOW_SECONDS, kernel.REST_SECONDS, last, earlier, second)
     return settle((calm + gave)[None], bones, usual[None], mobility, 0)[0], after, gave, going, calm
+
+
+# ---- kernels/shaking.py ----------------------------------------------------------
+
+
+def turned_back(rows, last, earlier, before):
+    """Second differences, and the variance of white noise that turns back as the median joint does."""
+    from motionmend.kernels import shaking as kernel
+
+    bent = rows - 2.0 * last + earlier
+    turns = -np.einsum("jd,jd->j", bent, before)
+    turns = turns[np.isfinite(turns)]
+    return bent, np.median(turns) / kernel.WHITE if len(turns) >= kernel.FEWEST else np.nan
 
 
 # ---- kernels/following.py --------------------------------------------------------

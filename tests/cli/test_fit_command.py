@@ -27,7 +27,7 @@ def test_settings_reach_the_model(cli: Command, library: Path, tmp_path: Path) -
     model = load_model(tmp_path / "m.mend")
     assert (model.settings.fps, model.settings.window, model.settings.energy) == (24, 12, 0.9)
     assert facts["settings"] == {"window": 12, "model_fps": 24, "energy": 0.9}
-    assert (facts["clips"], facts["failed"]) == (3, 0)
+    assert (facts["clips"], facts["failed"], facts["failures"]) == (3, 0, [])
     assert facts["output"] == str(tmp_path / "m.mend")
     assert "120 Hz" not in ran.err
 
@@ -118,3 +118,16 @@ def test_a_clip_that_is_spoiled_itself_is_repaired_first_and_named(cli: Command,
     many = cli("fit", "denoiser", tmp_path / "clips", "-o", tmp_path / "n.mend", "--jobs", "2")
     assert many.code == 0
     assert (tmp_path / "m.mend").read_bytes() == (tmp_path / "n.mend").read_bytes()
+
+
+def test_why_clips_failed_stands_in_the_object_too(cli: Command, library: Path, tmp_path: Path) -> None:
+    bad, none = tmp_path / "bad.bvh", tmp_path / "none.amc"
+    bad.write_text("HIERARCHY\n")
+    clips = [library / "amc", bad, none]
+    ran = cli("fit", "denoiser", *clips, "-o", tmp_path / "m.mend", "--jobs", "1", "--json")
+    assert ran.code == 1
+    facts = json.loads(ran.out)
+    assert facts["failed"] == len(ran.failures) == 2
+    assert {one["input"] for one in facts["failures"]} == {str(bad), str(none)}
+    for one in facts["failures"]:
+        assert any(one["input"] in line and one["error"] in line for line in ran.failures)

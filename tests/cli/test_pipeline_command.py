@@ -171,6 +171,10 @@ def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp
     assert isinstance(motion, Motion)
     assert motion.frames == 60
     assert motion.fps == pytest.approx(30)
+    told = json.loads(out.with_suffix(".mend.json").read_text())
+    assert any("bones leave each joint alike" in warning for warning in told["warnings"])
+    assert not any("bones" in guess for guess in told["guesses"])
+    assert "warning" in next(line for line in ran.err.splitlines() if "bones leave each joint alike" in line)
 
 
 def test_what_is_guessed_of_a_sensor_s_recording_is_said_once(

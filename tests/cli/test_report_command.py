@@ -117,6 +117,35 @@ def test_what_the_camera_saw(cli: Command, tmp_path: Path) -> None:
     assert "frame 0" in text
 
 
+def damage(image: Path) -> None:
+    """Zeros where a PNG holds its pixels, its length and header as they were."""
+    whole = image.read_bytes()
+    at = whole.index(b"IDAT") + 4
+    image.write_bytes(whole[:at] + bytes(8) + whole[at + 8 :])
+
+
+def test_a_damaged_image_costs_a_report_that_image_alone(cli: Command, tmp_path: Path) -> None:
+    """One of colour is done without, one of depth is not shown, and both are said; nothing but those is a failure."""
+    camera, take = Camera(64, 48, 60.0, 60.0, 32.0, 24.0), tmp_path / "take"
+    color = np.full((48, 64, 3), 90, np.uint8)
+    frames = [DepthFrame(camera, np.full((48, 64), 2.0, np.float32), color, k / 30) for k in range(4)]
+    write_depth_folder(take, frames, 30.0)
+    table = Postures(("head", "pelvis", "l_wrist"), np.tile([0.0, 0.0, 2.0], (4, 3, 1)), np.arange(4) / 30)
+    write_joint_table(tmp_path / "take.csv", table)
+    for image in (take / "color" / "000001.png", take / "depth" / "000003.png"):
+        damage(image)
+    ran = cli("report", take, tmp_path / "take.csv", "-o", tmp_path / "r.html")
+    assert ran.code == 0, ran.err
+    assert (tmp_path / "r.html").read_text().count("data:image/png") == 3
+    assert "frame 1 is shown without colour" in ran.err
+    assert "frame 3 is not shown" in ran.err
+    for image in (take / "depth").iterdir():
+        damage(image)
+    ran = cli("report", take, tmp_path / "take.csv", "-o", tmp_path / "s.html")
+    assert (ran.code, len(ran.failures)) == (1, 1)
+    assert "no image can be shown" in ran.failures[0]
+
+
 def test_a_depth_folder_that_cannot_be_read_is_a_line(cli: Command, library: Path, tmp_path: Path) -> None:
     (tmp_path / "take" / "depth").mkdir(parents=True)
     ran = cli("report", tmp_path / "take", library / "clean.amc", "-o", tmp_path / "r.html")

@@ -440,6 +440,8 @@ def test_fit_leaves_out_what_it_cannot_use(cli: Command, studio: Path, tmp_path:
     assert (ran.code, len(ran.failures)) == (1, 1)
     facts = json.loads(ran.out)
     assert (facts["kind"], facts["clips"], facts["failed"]) == ("tracker", 1, 1)
+    assert [one["input"] for one in facts["failures"]] == [str(tmp_path / "bad.amc")]
+    assert facts["failures"][0]["error"] in ran.failures[0]
     assert out.exists()
     again = cli("fit", "tracker", studio / "clip.amc", "-o", out, "--images", "0")
     assert again.code == 1

@@ -9,7 +9,7 @@ import naive_correct as naive
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, hops, one_side, proportions, shapes, sighting, steadying
+from motionmend.kernels import bones, hops, one_side, proportions, shaking, shapes, sighting, steadying
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -323,13 +323,22 @@ def some_later(rng, frames):
     return later, steps
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.03])
 @pytest.mark.parametrize("seconds", [np.nan, 0.0, 1 / 120, 1 / 30, 0.1, 0.6])
-def test_a_frame_is_steadied_as_by_its_twin(seconds: float) -> None:
+def test_a_frame_is_steadied_as_by_its_twin(seconds: float, noise: float) -> None:
     rng = np.random.default_rng(9)
     positions, motion = some_posture(rng, 1), some_motion(rng, some_posture(rng, 1))
     later, steps = some_later(rng, 4)
-    got, wanted = (one.steady_frame(positions, seconds, motion, later, steps) for one in (steadying, naive))
+    got, wanted = (one.steady_frame(positions, seconds, motion, later, steps, noise) for one in (steadying, naive))
     same(got, wanted, atol=1e-13)
+
+
+@pytest.mark.parametrize("missing", [0, 3, JOINTS - shaking.FEWEST, JOINTS - shaking.FEWEST + 1, JOINTS])
+def test_how_far_joints_turn_back_is_told_as_by_the_twin(missing: int) -> None:
+    rng = np.random.default_rng(missing)
+    rows, last, earlier, before = (some_posture(rng, 0) for _ in range(4))
+    rows[rng.permutation(JOINTS)[:missing]] = np.nan
+    same(shaking.turned_back(rows, last, earlier, before), naive.turned_back(rows, last, earlier, before))
 
 
 @pytest.mark.parametrize("belief", [1.0, 0.3])
@@ -352,7 +361,7 @@ def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belie
         times[0],
         some_motion(rng, last) if known else np.full((JOINTS, steadying.STATE), np.nan),
     )
-    state = (*state, *some_later(rng, 3 if known else 0))
+    state = (*state, *some_later(rng, 3 if known else 0), 0.01)
     got = bones.settle_frame(positions, trust, TREE, prior, belief, *times, *state)
     same(got, naive.settle_frame(positions, trust, TREE, prior, belief, times, *state))
     whole = np.isfinite(got[0][TREE]).all(axis=(1, 2))

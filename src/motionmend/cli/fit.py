@@ -14,7 +14,7 @@ from .archive import Lesson, Reading, learn, survey, total
 from .inputs import gather
 from .model_file import ModelFile, check_place, write_model
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
-from .output import exit_code, tell_failure, tell_guesses
+from .output import exit_code, reasons, tell_failure, tell_guesses
 from .speech import json_line, progress, say
 
 _NO_CLIP = "a denoiser learns from clean clips, none of those given can be used"
@@ -86,6 +86,7 @@ def denoiser(
         "bases": model.bases.count,
         "settings": {"window": window, "model_fps": model_fps, "energy": energy},
         "failed": len(failures) + len(refused),
+        "failures": reasons(failures, refused),
         "short": learned.value.short,
         "spoiled": [
             {"clip": path, "noise": round(one.noise, 3), "outliers": round(one.outliers, 4)}
@@ -102,15 +103,15 @@ def denoiser(
     if as_json:
         print(json_line(facts))
     say(f"{counted(model.clips, 'clip')}, {counted(model.frames, 'frame')}, {model.bases.count} bases: {out}")
-    return exit_code(failures, refused)
+    return exit_code([failure for _, failure in failures], refused)
 
 
-def _told(failures: Iterable[tuple[Path, Failure]], working: Working) -> list[Failure]:
+def _told(failures: Iterable[tuple[Path, Failure]], working: Working) -> list[tuple[Path, Failure]]:
     """The failures of clips, each said in one line."""
     told = []
     for path, failure in failures:
         tell_failure(path, failure, as_json=False, debug=working.debug)
-        told.append(failure)
+        told.append((path, failure))
     return told
 
 

@@ -12,7 +12,7 @@ from ..batch import Failure, one_blas_thread, run
 from ..errors import FileError, counted
 from .model_file import ModelFile, check_place, write_model
 from .options import WORKING, AsJson, Force, Rate, SkeletonFile, Working
-from .output import exit_code, tell_failure, tell_guesses
+from .output import exit_code, reasons, tell_failure, tell_guesses
 from .speech import json_line, progress, say
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def corrector(
         "error_cm": {str(one.listed.sensor): round(100 * one.matched.mean_error, 2) for one in used},
         "left_out": left_out,
         "failed": len(failures),
+        "failures": reasons(failures),
         "warnings": [*notes, *(w for one in found for w in one.matched.warnings)],
         "guesses": list(guesses),
         "seconds": {"read": was_read - start, "fit": was_fitted - was_read, "total": perf_counter() - start},
@@ -90,7 +91,7 @@ def corrector(
         print(json_line(facts))
     aside = f", {len(left_out)} left out" if left_out else ""
     say(f"{counted(len(used), 'pair')}, {counted(frames, 'frame')}{aside}: {out}")
-    return exit_code(failures)
+    return exit_code([failure for _, failure in failures])
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ def together(listed: "Listed", /, *, fps: float | None, skeleton: Path | None) -
 
 def _read(
     listed: "tuple[Listed, ...]", fps: float | None, skeleton: Path | None, working: Working
-) -> tuple[list[_Found], list[Failure], dict[str, list[Path]]]:
+) -> tuple[list[_Found], list[tuple[Path, Failure]], dict[str, list[Path]]]:
     """All pairs that can be read, why the others cannot, and what was guessed of which file."""
     task = partial(together, fps=fps, skeleton=skeleton)
     with progress(len(listed)) as advance:
@@ -123,7 +124,7 @@ def _read(
     for outcome in outcomes:
         if outcome.failure is not None:
             tell_failure(outcome.item.sensor, outcome.failure, as_json=False, debug=working.debug)
-            failures.append(outcome.failure)
+            failures.append((outcome.item.sensor, outcome.failure))
         elif outcome.value is not None:
             found.append(_Found(outcome.item, outcome.value))
             for file, read in ((outcome.item.sensor, outcome.value.sensor), (outcome.item.truth, outcome.value.truth)):

@@ -14,7 +14,7 @@ from .archive import Reading
 from .inputs import Input, gather
 from .model_file import ModelFile, check_place, write_model
 from .options import WORKING, AsJson, Files, Force, Rate, SkeletonFile, Whole, Working
-from .output import exit_code, tell_failure, tell_guesses
+from .output import exit_code, reasons, tell_failure, tell_guesses
 from .speech import json_line, progress, say
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def tracker(
     for outcome in outcomes:
         if outcome.value is None:
             assert outcome.failure is not None
-            failures.append(outcome.failure)
+            failures.append((outcome.item.path, outcome.failure))
             tell_failure(outcome.item.path, outcome.failure, as_json=False, debug=working.debug)
             continue
         motions.append(outcome.value)
@@ -88,6 +88,7 @@ def tracker(
         "poses": len(model.database),
         "settings": {"images": images, "seed": seed},
         "failed": len(failures) + len(refused),
+        "failures": reasons(failures, refused),
         "warnings": [],
         "guesses": list(guesses),
         "seconds": {"read": was_read - start, "fit": was_fitted - was_read, "total": perf_counter() - start},
@@ -95,7 +96,7 @@ def tracker(
     if as_json:
         print(json_line(facts))
     say(f"{counted(len(motions), 'clip')}, {counted(len(model.database), 'pose')}, {counted(images, 'image')}: {out}")
-    return exit_code(failures, refused)
+    return exit_code([failure for _, failure in failures], refused)
 
 
 def thinned(item: Input, /, *, reading: Reading) -> "Motion":

@@ -126,6 +126,13 @@ def tell_failure(path: Path, failure: Failure, *, as_json: bool, debug: bool, al
         print(json_line({"input": str(path), "error": message.removeprefix(f"{name}: ")}), flush=True)
 
 
+def reasons(failures: Sequence[tuple[Path, Failure]], refused: Sequence[Refusal] = ()) -> list[dict[str, str]]:
+    """Inputs that failed or were refused, and why, for --json of a command that makes one thing of many files."""
+    told = [(path, failure.message) for path, failure in failures]
+    told += [(one.path, one.reason) for one in refused]
+    return [{"input": str(path), "error": one_line(why).removeprefix(f"{one_line(str(path))}: ")} for path, why in told]
+
+
 def tell_guesses(guesses: Mapping[str, Sequence[Path]]) -> None:
     """Each thing supposed, once, with the file or the number of files it was supposed for."""
     for guess, paths in guesses.items():

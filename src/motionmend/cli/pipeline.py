@@ -184,6 +184,7 @@ class Chain:
 
     def _corrected(self, take: Take, angles: bool) -> "tuple[Postures | Motion, Step, tuple[str, ...], float]":
         """A sensor's skeleton corrected, as joints or joint angles."""
+        from ..bodies.motion import Motion
         from ..bodies.posed_skeleton import motion_of
         from ..io.conversion import not_in
         from ..io.sensor import read_postures
@@ -200,6 +201,9 @@ class Chain:
         refuse_nobody(take.job.source, corrected)
         result = motion_of(corrected, rate_of(sensor, self.fps)) if angles else corrected
         lost = not_in(take.job.target.suffix.lower(), corrected)
+        if isinstance(result, Motion):  # what the skeleton cannot do is no guess, as `correct` has it
+            lost = (*lost, *(one for one in result.guesses if one not in corrected.guesses))
+            result = replace(result, guesses=corrected.guesses)
         warnings = tuple(dict.fromkeys((*told_of(sensor, corrected), *lost)))
         step = Step("correct", self.correction.model_facts, perf_counter() - was_read, warnings)
         return result, step, sensor.guesses, was_read - start

@@ -63,8 +63,11 @@ def report(
     pictured: list[Path] = []
     for path in depth:
         try:
-            pictures += pictures_of(path, tables)
+            found, damaged = pictures_of(path, tables)
+            pictures += found
             pictured.append(path)
+            for warning in damaged:
+                say(f"warning ({path}): {warning}")
         except MotionMendError as error:
             failures.append(tell(path, error))
     if depth and not rest:

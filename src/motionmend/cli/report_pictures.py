@@ -9,8 +9,9 @@ from ..arrays import Floats, Ints
 from ..bodies.camera import DepthFrame
 from ..bodies.joint_sets import parents
 from ..bodies.postures import Postures
+from ..errors import FileError
 from ..io.depth import read_depth
-from ..io.depth_recording import DepthRecording
+from ..io.depth_recording import DepthRecording, without_color
 from ..report.camera_views import camera_view
 
 SHOWN = 8  # frames of one recording, spread evenly; the least sure ones are added
@@ -21,8 +22,9 @@ _TRIED = 5  # frames
 _HALF = 0.5  # of a frame; joints whose time is off by more belong to no image
 
 
-def pictures_of(path: Path, tables: Mapping[str, Postures]) -> list[tuple[str, bytes]]:
-    """Some frames of a depth recording with the joints of tables drawn over them, as (words, PNG).
+def pictures_of(path: Path, tables: Mapping[str, Postures]) -> tuple[list[tuple[str, bytes]], tuple[str, ...]]:
+    """Some frames of a depth recording with the joints of tables drawn over them, as (words, PNG), and what is to be
+    said of images that are damaged: one of colour is done without, one of depth is not shown.
 
     Parameters
     ----------
@@ -31,15 +33,18 @@ def pictures_of(path: Path, tables: Mapping[str, Postures]) -> list[tuple[str, b
 
     Raises
     ------
-    FileError : the recording or one of its images cannot be read.
+    FileError : the recording, or all of the images that would be shown, cannot be read.
     """
     recording = read_depth(path)
     tables = {name: _as_the_camera_sees(recording, table) for name, table in tables.items()}
     rows = {name: _rows(table, recording.times) for name, table in tables.items()}
     above = {name: parents(table.names) for name, table in tables.items()}
-    found = []
+    found, damaged = [], []
     for number in _chosen(recording.frames, tables, rows):
-        frame = recording.frame(number)
+        frame, why = _readable(recording, number)
+        damaged += [why] if why else []
+        if frame is None:
+            continue
         poses = []
         words = [f"{path.name}, frame {number}, {frame.time:.2f} s"]
         for name, table in tables.items():
@@ -56,7 +61,21 @@ def pictures_of(path: Path, tables: Mapping[str, Postures]) -> list[tuple[str, b
                 mean, most = 100 * float(np.nanmean(std)), 100 * float(std[worst])
                 words.append(f"{name}: deviation {mean:.1f} cm, largest {most:.1f} ({table.names[worst]})")
         found.append((", ".join(words), camera_view(frame, poses)))
-    return found
+    if not found and damaged:
+        raise FileError(f"no image can be shown, as of the first: {damaged[0]}")
+    return found, tuple(damaged)
+
+
+def _readable(recording: DepthRecording, number: int) -> tuple[DepthFrame | None, str]:
+    """What can be read of a frame, and why not all of it."""
+    try:
+        return recording.frame(number), ""
+    except FileError as error:
+        why = str(error)
+    try:
+        return without_color(recording).frame(number), f"frame {number} is shown without colour: {why}"
+    except FileError:
+        return None, f"frame {number} is not shown: {why}"
 
 
 def _as_the_camera_sees(recording: DepthRecording, table: Postures) -> Postures:
@@ -64,7 +83,10 @@ def _as_the_camera_sees(recording: DepthRecording, table: Postures) -> Postures:
     rows = _rows(table, recording.times)
     numbers = np.flatnonzero(rows >= 0)
     numbers = numbers[np.unique(np.linspace(0, len(numbers) - 1, min(len(numbers), _TRIED)).astype(int))]
-    frames = [(recording.frame(int(number)), table.positions[rows[number]]) for number in numbers]
+    images = [
+        (_readable(without_color(recording), int(number))[0], table.positions[rows[number]]) for number in numbers
+    ]
+    frames = [(frame, joints) for frame, joints in images if frame is not None]
     best = max(_WAYS, key=lambda way: sum(_met(frame, joints * np.array(way)) for frame, joints in frames))
     return table.with_positions(table.positions * np.array(best))
 

@@ -293,7 +293,16 @@ class CorrectorModel:
         prior = self.bones[joining.model_bones] * sight.scale
         later = None if waiting is None else going_on(joining, waiting, failing, placed[0])
         shown, settled = settled_frame(
-            state.shown, placed[0], time, trust[0], joining.bones, prior, state.hinges, kin, later
+            state.shown,
+            placed[0],
+            time,
+            trust[0],
+            joining.bones,
+            prior,
+            state.hinges,
+            kin,
+            later,
+            sight.shaking.noise,
         )
         if memory is not None:
             calm = shown.calm  # what following adds to it is behind the person, and nothing to be learned

@@ -130,6 +130,7 @@ def settled_frame(
     hinges: Hinges | None = None,
     belief: float = 1.0,
     later: tuple[Floats, Floats] | None = None,
+    shaking: float = 0.0,
 ) -> tuple[Body, Floats]:
     """One live frame made steady, its bones kept, and limbs bent back that bend too far.
 
@@ -144,11 +145,13 @@ def settled_frame(
     hinges : joints that have limits.
     belief : in [0, 1], in `prior`.
     later : (N, J, 3) m, the same joints in the frames after it, NaN = not known; and (N,) s, each since the one before.
+    shaking : m, deviation of a coordinate by which all joints shake.
     """
     if not np.isfinite(positions).any():
         return body, positions  # what was put out last still is when somebody is seen again
     first, second = time - body.time, body.time - body.before
     step, passed = _steps(body.step, first, second)
+    after, steps = later or (np.empty((0, *positions.shape)), np.empty(0))
     placed, lengths, yielded, motion, calm = kernel.settle_frame(
         positions,
         trust,
@@ -163,7 +166,9 @@ def settled_frame(
         body.yielded,
         passed,
         body.motion,
-        *(later or (np.empty((0, *positions.shape)), np.empty(0))),
+        after,
+        steps,
+        shaking,
     )
     if hinges is not None:
         placed = hinges.kept(placed[None], trust[None])[0]

@@ -14,6 +14,7 @@ from .follow import Followed, begin
 from .level import TOLD_ALREADY, UNASKED, Lean, level
 from .normalise import Placement, Standard, bone_lengths
 from .reliability import Detector
+from .shaking import Shaking, calm
 
 FAR = 100.0  # m; what is farther is no person
 POINT = 1e-3  # m; joints that are all within this are no person either
@@ -54,6 +55,7 @@ class Sight:
         moves has not stopped.
     stale : s, for which the sensor has said this posture, all joints alike: a slow one says each several times.
     refused : the frame says so little that it was not judged.
+    shaking : how much all joints shake.
     other : somebody else is where a moment ago somebody was; or who was there was seen aslant until now.
     lean : what was seen of how far the sensor is tilted.
     speaks : it ever said of a joint that it is tracked or inferred.
@@ -75,6 +77,7 @@ class Sight:
     moved: Bools
     stale: float
     refused: bool
+    shaking: Shaking
     other: bool = False
     lean: Lean = UNASKED
     speaks: bool = False
@@ -105,6 +108,7 @@ def fresh(watcher: Watcher) -> Sight:
         np.zeros(joints, dtype=np.bool_),
         0.0,
         False,
+        calm(joints),
     )
 
 

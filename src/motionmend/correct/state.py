@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Floats
+from ..kernels.bones import ACQUAINTED_SECONDS
 from .joining import Joining
 from .limits import Hinges
 from .look_ahead import Waiting
@@ -44,10 +45,14 @@ class CorrectorState:
     doubt: Doubt | None = None
 
     def kin_after(self, now: float, time: float) -> float:
-        """What `kin` becomes when a frame says `now`: slowly something else than the first one said, as what is put out
-        moves with it."""
+        """What `kin` becomes when a frame says `now`: the mean of what was said until bones are known, as a first frame
+        that shakes says little, and then slowly something else, as what is put out moves with it."""
         passed = time - self.shown.time
-        return self.kin + min(max(passed / KIN_SECONDS, 0.0), 1.0) * (now - self.kin) if passed < np.inf else now
+        if not passed < np.inf:
+            return now
+        known = float(self.shown.lengths[1].max(initial=0.0))
+        over = KIN_SECONDS if known >= ACQUAINTED_SECONDS else known + max(passed, 0.0)
+        return self.kin + min(max(passed, 0.0) / max(over, 1e-9), 1.0) * (now - self.kin)
 
 
 @dataclass(frozen=True, eq=False)

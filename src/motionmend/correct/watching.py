@@ -15,6 +15,7 @@ from .follow import Followed, begin, follow
 from .leaps import left_behind, stirred
 from .level import tilt
 from .normalise import Placement, upright
+from .shaking import shaken, usual_jerk
 from .sides import changed, confused_limbs, confused_until_now, faces_away, gone_along, trunk_turned
 from .sight import NO_STATES, Sight, Watcher, fresh, unsteadiness
 
@@ -109,6 +110,7 @@ def look(
         else:
             frame, standard = frame.exchanged(limbs), changed(standard, limbs)
     rows = frame.rows
+    shaking = shaken(sight.shaking, rows, sight.rows, sight.earlier, seconds)
     lengths, raw, bone, best_bone, nobodys, told, repeated = kernel.signs(
         rows,
         sight.rows,
@@ -118,7 +120,7 @@ def look(
         body.bones,
         body.twins,
         unsteadiness(watcher, sight.spread),
-        watcher.detector.jerk,
+        usual_jerk(watcher.detector.jerk, shaking, stance.size),
         NO_STATES if frame.states is None else frame.states,
     )
     stirs = stirred(rows, sight.rows)
@@ -154,6 +156,7 @@ def look(
         other=sight.other,
         lean=sight.lean,
         speaks=speaks,
+        shaking=shaking,
     )
 
 

@@ -126,6 +126,7 @@ def settle_frame(
     motion: Floats,
     later: Floats,
     steps: Floats,
+    shaking: float,
 ) -> Any:
     """One live frame made steady, its bones kept.
 
@@ -138,7 +139,7 @@ def settle_frame(
     last, earlier : (J, 3) m, what was put out then.
     known : (2, B) lengths so far in m, and s for which they were seen, 0 at first.
     yielded : (J, 3) m, how far joints gave way to their bones.
-    step, motion, later, steps : s, (J, 13), (N, J, 3) m and (N,) s, of `steady_frame`.
+    step, motion, later, steps, shaking : s, (J, 13), (N, J, 3) m, (N,) s and m, of `steady_frame`.
 
     Returns
     -------
@@ -147,7 +148,7 @@ def settle_frame(
     """
     joints, count = positions.shape[0], bones.shape[0]
     lengths = np.empty((1, count))
-    calm, going = steady_frame(positions, step, motion, later, steps)
+    calm, going = steady_frame(positions, step, motion, later, steps, shaking)
     steadied = calm.copy().reshape(1, joints, 3)
     after, mobility = np.empty(known.shape), np.empty((1, joints))
     passed = min(first, LONG_SECONDS) if first >= 0.0 else 1.0 / 30.0  # the first frame is one of a sensor at 30 Hz

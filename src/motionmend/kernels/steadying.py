@@ -27,7 +27,9 @@ PLACE_VAR, SPEED_VAR, COVARIANCE, DRIFT, INNOVATION = 6, 7, 8, 9, 10
 
 
 @compiled
-def steady_frame(positions: Floats, seconds: float, motion: Floats, later: Floats, steps: Floats) -> Any:
+def steady_frame(
+    positions: Floats, seconds: float, motion: Floats, later: Floats, steps: Floats, shaking: float
+) -> Any:
     """One live frame made steady, by what came before it and, where that is known, after it.
 
     Parameters
@@ -37,6 +39,7 @@ def steady_frame(positions: Floats, seconds: float, motion: Floats, later: Float
     motion : (J, 13) of that one; NaN = not known.
     later : (N, J, 3) m, where joints are in the frames after it, NaN = not known.
     steps : (N,) s, each since the one before.
+    shaking : m, deviation of a coordinate by which all joints shake; less than `NOISE` is usual.
 
     Returns
     -------
@@ -47,18 +50,18 @@ def steady_frame(positions: Floats, seconds: float, motion: Floats, later: Float
     Rauch, Tung, Striebel, Maximum likelihood estimates of linear dynamic systems, 1965, for the frames after it.
     """
     calm, after = positions.copy(), np.full(motion.shape, np.nan)
-    count = len(steps)
+    count, noise = len(steps), max(NOISE, shaking) ** 2
     expected, found = np.empty((count + 1, STATE)), np.empty((count + 1, STATE))
     for j in range(positions.shape[0]):
         if not _there(positions[j]):
             continue
         if told(seconds) and isfinite(motion[j, 0]):
             _predict(motion[j], RATE * seconds, expected[0])
-            _update(expected[0], positions[j], RATE * seconds, after[j])
+            _update(expected[0], positions[j], RATE * seconds, noise, after[j])
         else:
             for d in range(3):
                 after[j, d], after[j, 3 + d] = positions[j, d], 0.0
-            after[j, PLACE_VAR], after[j, SPEED_VAR] = NOISE**2, BEGUN**2
+            after[j, PLACE_VAR], after[j, SPEED_VAR] = noise, BEGUN**2
             after[j, COVARIANCE], after[j, DRIFT] = 0.0, CALMEST**2
             after[j, INNOVATION:] = 0.0
         found[0] = after[j]
@@ -68,7 +71,7 @@ def steady_frame(positions: Floats, seconds: float, motion: Floats, later: Float
                 break
             _predict(found[n], RATE * steps[n], expected[n + 1])
             if _there(later[n, j]):
-                _update(expected[n + 1], later[n, j], RATE * steps[n], found[n + 1])
+                _update(expected[n + 1], later[n, j], RATE * steps[n], noise, found[n + 1])
                 known = n + 1
             else:
                 found[n + 1] = expected[n + 1]
@@ -102,8 +105,9 @@ def _predict(state: Floats, frames: float, ahead: Floats) -> None:
 
 
 @compiled
-def _update(ahead: Floats, seen: Floats, frames: float, state: Floats) -> None:
-    """What is known with a place (3,) that is seen so many frames after the last one, put into `state` (13,).
+def _update(ahead: Floats, seen: Floats, frames: float, noise: float, state: Floats) -> None:
+    """What is known with a place (3,) that is seen so many frames after the last one, its coordinates of the variance
+    `noise` in m², put into `state` (13,).
 
     A livelier motion than was expected counts in this frame already, and is put into `ahead`, too.
     """
@@ -112,6 +116,7 @@ def _update(ahead: Floats, seen: Floats, frames: float, state: Floats) -> None:
         off = seen[d] - ahead[d]
         alike += off * ahead[INNOVATION + d] / 3.0
         state[INNOVATION + d] = off
+    alike -= noise - NOISE**2  # as much as innovations are alike by chance where all shakes
     lively, drift = max(alike / frames**2, CALMEST**2), ahead[DRIFT]
     drift = lively + exp(-frames / (ROUSED if lively > drift else RESTED)) * (drift - lively)
     more = max(drift - ahead[DRIFT], 0.0)
@@ -119,7 +124,7 @@ def _update(ahead: Floats, seen: Floats, frames: float, state: Floats) -> None:
     ahead[COVARIANCE] += more * frames**2 / 2.0
     ahead[SPEED_VAR] += more * frames
     place, both = ahead[PLACE_VAR], ahead[COVARIANCE]
-    noise = NOISE**2 / min(frames, 1.0)  # frames that follow faster are no news
+    noise /= min(frames, 1.0)  # frames that follow faster are no news
     gain, faster = place / (place + noise), both / (place + noise)
     for d in range(3):
         off = state[INNOVATION + d]
