@@ -76,6 +76,25 @@ def test_outliers_and_who_is_off_by_one_amount_for_a_while_are_no_stands():
     assert not slipped[100:].any()
 
 
+def test_angles_that_leap_to_others_of_the_same_rotation_are_no_leap():
+    clean = truth("walk", seconds=4.0, fps=60.0)
+    rows = _rows(clean, "lhumerus")
+    q = clean.q.copy()
+    q[100:130, rows] = q[100, rows]
+    leapt = q.copy()
+    leapt[130:, rows] += np.radians([60.0, 0.0, 0.0])
+    q[130:, rows] = q[130:, rows] * [1.0, -1.0, 1.0] + np.pi  # about three axes at right angles
+    assert not stood_joints(_shaken(clean.with_q(q), 1.0)).any()
+    assert stood_joints(_shaken(clean.with_q(leapt), 1.0))[102:130, rows].all()
+
+
+def test_toes_rest_and_snap_by_themselves():
+    clean = truth("run", seconds=4.0, fps=120.0)
+    foot, toes = (stood_joints(_shaken(_held(clean, joint, 200, 230, 2.0))) for joint in ("lfoot", "ltoes"))
+    assert foot[202:230, _rows(clean, "lfoot")].all()
+    assert not toes.any()
+
+
 @pytest.mark.parametrize("frames", [0, 1, 5, 20])
 def test_few_frames_tell_nothing(frames):
     assert not stood_joints(truth("walk", seconds=4.0, fps=60.0).at_frames(np.arange(frames))).any()

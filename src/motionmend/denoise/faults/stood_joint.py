@@ -3,14 +3,18 @@
 A solver that has lost a limb says its last word, or zero, for a while, and noise comes upon it later. Neither is an
 outlier, for it lasts, nor a slip, for it is off by another amount in every frame. What stands ends with a leap: a step
 many times as long as the steps after it, of which no joint is capable. Where it began with such a leap, too, the joint
-had fallen to some value; else it had moved just before.
+had fallen to some value; else it had moved just before. Angles that leap near a pole, while the joint does not, are no
+leap; and toes, which rest and snap by themselves, are not asked, nor is any other end of a limb.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ...arrays import Bools, Floats
 from ...bodies.motion import Motion
-from ...bodies.skeleton import ROTATION
+from ...bodies.skeleton import ROTATION, Skeleton
 from ..channels.joints import root_rows, unit
 from ..noise.level import first_noise
 
@@ -18,7 +22,7 @@ NOISY = 0.3  # degrees; a joint less noisy than that in all its angles repeats i
 SHORTEST, FRAMES = 0.12, 8  # s and frames; toes that rest for less snap so of themselves
 LONGEST = 1.3  # s; what is still for longer could not be filled without a library
 WITHIN = 4.0  # deviations of the noise about a place within which who stands stays
-LEAST, LEAPS = 12.0, 10.0  # degrees and deviations of the noise; no leap is shorter
+LEAST, LEAPS = 12.0, 10.0  # degrees and deviations of the noise; no leap is shorter, of an angle and of the joint
 STEPS, AFTER = 4.0, 4  # times the longest of so many steps after it: the least that a leap is
 AWAY = 0.5  # of the leap, that the frames after it stay away
 MOVED, BEFORE = 6.0, 0.3  # deviations by which a joint moved in so many seconds before it stood
@@ -46,11 +50,13 @@ def stood_joints(motion: Motion) -> Bools:
     angles = motion.q[:, rows] * unit(skeleton)[rows]
     noise = first_noise(angles)
     stands: dict[int, list[tuple[int, int, list[int]]]] = {}
-    for joint in np.unique(skeleton.dof_joint[rows]).tolist():
+    joints = np.unique(skeleton.dof_joint[rows]).tolist()
+    for joint in sorted(set(joints) & _borne_by(skeleton, joints)):
         own = np.flatnonzero(skeleton.dof_joint[rows] == joint)
         if noise[own].max() < NOISY:
             continue
-        for start, leap in _stands(angles[:, own], noise[own], motion.fps, least):
+        turns = _turns(skeleton.dof_axis[rows[own]], angles[:, own])
+        for start, leap in _stands(angles[:, own], turns, noise[own], motion.fps, least):
             stands.setdefault(leap, []).append((start, leap, rows[own].tolist()))
     for same in stands.values():
         if len(same) == 1:  # several that leap at once are a limb in its solver's other pose
@@ -59,9 +65,26 @@ def stood_joints(motion: Motion) -> Bools:
     return found
 
 
-def _stands(angles: Floats, noise: Floats, fps: float, least: int) -> list[tuple[int, int]]:
-    """First frames of stands of a joint (T, N) degrees, and the frames after them."""
-    leaps, steps = _leaps(angles, noise), np.diff(angles, axis=0)
+def _borne_by(skeleton: Skeleton, joints: Sequence[int]) -> set[int]:
+    """Joints on which some of these hang."""
+    found: set[int] = set()
+    for joint in joints:
+        while (joint := int(skeleton.parents[joint])) >= 0:
+            found.add(joint)
+    return found
+
+
+def _turns(axes: Floats, angles: Floats) -> Floats:
+    """(T - 1,) degrees by which a joint turns from frame to frame; its axes (N, 3) and their angles (T, N) degrees."""
+    whole = Rotation.identity(len(angles))
+    for axis, about in zip(axes, np.radians(np.nan_to_num(angles)).T, strict=True):
+        whole = whole * Rotation.from_rotvec(about[:, None] * axis)
+    return np.asarray(np.degrees((whole[:-1].inv() * whole[1:]).magnitude()))
+
+
+def _stands(angles: Floats, turns: Floats, noise: Floats, fps: float, least: int) -> list[tuple[int, int]]:
+    """First frames of stands of a joint (T, N) degrees, and the frames after them; `turns` as of `_turns`."""
+    leaps, steps = _leaps(angles, turns, noise), np.diff(angles, axis=0)
     found = []
     longest, before = round(LONGEST * fps), max(2, round(BEFORE * fps))
     frames = np.flatnonzero(leaps)
@@ -84,10 +107,11 @@ def _stands(angles: Floats, noise: Floats, fps: float, least: int) -> list[tuple
     return found
 
 
-def _leaps(angles: Floats, noise: Floats) -> Bools:
+def _leaps(angles: Floats, turns: Floats, noise: Floats) -> Bools:
     """(T,) True in the frames to which a joint leaps as none can, and does not come back at once."""
     steps = np.diff(angles, axis=0)
     far = (np.abs(steps) > np.maximum(LEAST, LEAPS * noise)).any(axis=1)
+    far &= turns > max(LEAST, LEAPS * float(noise.max()))
     size = np.linalg.norm(steps, axis=1)
     leaps = np.zeros(len(angles), dtype=np.bool_)
     for frame in np.flatnonzero(far) + 1:
