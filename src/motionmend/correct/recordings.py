@@ -24,7 +24,7 @@ from .online import blank, remembered, taken_in
 from .paper import WEIGHTS, corrected_as_published, neighbour_inputs
 from .settling import OFFSET, gently, settled_recording
 from .sides import about_turn, confused_limbs, faces_away
-from .sight import Sight, Watcher, accustomed, acquainted, fresh, kinship, rows_of, size_of
+from .sight import Sight, Watcher, acquainted, fresh, kinship, rows_of, size_of
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
 from .trembling import calmed
@@ -203,7 +203,6 @@ def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[
     whether sides were confused from the beginning."""
     joining = joined(postures.names, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
-    watcher = accustomed(watcher, rows)
     stirs = np.asarray(stirred(rows[1:], rows[:-1]).any(axis=0))
     begun = replace(fresh(watcher), upright=level(rows, watcher.body), moved=stirs, lean=TOLD_ALREADY)
     glimpse = _watched(watcher, joining, begun, rows[:GLIMPSE], postures, np.zeros(rows.shape[:2], dtype=np.bool_))

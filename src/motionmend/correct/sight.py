@@ -129,21 +129,6 @@ def acquainted(watcher: Watcher, rows: Floats, sight: Sight) -> Sight:
     return replace(sight, upright=turn, lengths=known, lean=TOLD_ALREADY)
 
 
-def accustomed(watcher: Watcher, rows: Floats) -> Watcher:
-    """The watcher used to how unsteady this recording's bones are throughout, when that is more than it was taught.
-
-    Parameters
-    ----------
-    rows : (T, J, 3) m by the model's joints, NaN = missing.
-    """
-    vary = np.array(watcher.detector.bone_spread)
-    for b, off in enumerate(np.log(np.maximum(bone_lengths(rows, watcher.body), 1e-6)).T):
-        known = off[np.isfinite(off)]
-        if len(known):
-            vary[b] = np.median(np.abs(known - np.median(known))) / proportions.MIDDLE
-    return replace(watcher, detector=replace(watcher.detector, bone_spread=unsteadiness(watcher, vary)))
-
-
 def unsteadiness(watcher: Watcher, spread: Floats) -> Floats:
     """(B,) deviation of the logarithm of each bone's length that is usual here, by what it is in this recording (B,).
 
