@@ -7,7 +7,7 @@ import numpy as np
 from motionmend.bodies.motion import Markers
 from motionmend.denoise import Denoiser
 from motionmend.denoise.adaptive.blocks import mend_channels
-from motionmend.denoise.channels.joints import root_angles, root_rotation, root_rows
+from motionmend.denoise.channels.joints import joint_rotation, root_angles, root_rows
 from motionmend.denoise.channels.recording import to_channels
 from motionmend.denoise.channels.travel import turn
 from motionmend.denoise.library.local_prior import Prior, neighbourhood
@@ -91,7 +91,7 @@ def moved(recording, angle, shift):
     turns, moves = root_rows(skeleton)
     about = turn(np.array([angle]), skeleton.up)[0]
     q = recording.q.copy()
-    rotation = root_rotation(skeleton, turns, q)
+    rotation = joint_rotation(skeleton, turns, q)
     q[:, turns] = np.radians(root_angles(skeleton, turns, about @ rotation))
     place = skeleton.offsets[0] + q[:, moves] @ skeleton.dof_axis[moves]
     q[:, moves] = (place @ about.T + shift - skeleton.offsets[0]) @ np.linalg.inv(skeleton.dof_axis[moves])

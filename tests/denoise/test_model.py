@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.denoise import METHODS, Denoiser, DenoiserModel, repair_without_model
-from motionmend.denoise.channels.joints import root_rotation, root_rows
+from motionmend.denoise.channels.joints import joint_rotation, root_rows
 from motionmend.denoise.library.learning import examples, without_glitches
 from motionmend.errors import MismatchError, UsageError
 from motionmend.evaluate import compare, corrupt
@@ -112,7 +112,7 @@ def test_repair_commutes_with_walking_somewhere_else(joints_model, markers_model
         others = np.setdiff1d(np.arange(here.q.shape[1]), turns)
         assert np.abs((there.q - here.q)[:, others]).max() < 1e-6
         # one rotation has many Euler angles: compare the rotations
-        one, other = (root_rotation(m.skeleton, turns, m.q) for m in (there, here))
+        one, other = (joint_rotation(m.skeleton, turns, m.q) for m in (there, here))
         assert np.abs(one - other).max() < 1e-6
     else:
         assert np.abs(there.positions - here.positions).max() < 1e-6

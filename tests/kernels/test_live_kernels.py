@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_correct as naive
+import naive_offsets
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
@@ -386,7 +387,7 @@ def test_a_full_model_gives_up_the_sample_that_matters_least(seed: int, depth: i
     for _ in range(size + 5):
         sample, value = rng.normal(size=3), rng.normal(size=depth)
         gp.learn(*arrays, sample[None], value[None], np.array([True]), hyper, 0.0)
-        model = naive.learn(model, hyper, sample, value, size)
+        model = naive_offsets.learn(model, hyper, sample, value, size)
     centres, inputs, outputs, lower, weights, counts, _ = (one[0, 0] for one in arrays)
     assert counts == size
     same((inputs, outputs, centres), (*model, model[0].mean(axis=0)))
@@ -402,10 +403,10 @@ def test_shapes_and_how_far_they_are_apart_are_those_of_the_twins(seed: int, fra
     postures = rng.normal(0.0, 0.4, (frames, JOINTS, 3))
     postures[:, BODY.bones[2]] = 0.1  # a bone without length
     found = shapes.directions(postures, BODY.bones, 0.15)
-    same([found], [naive.directions(postures, BODY.bones, 0.15)])
+    same([found], [naive_offsets.directions(postures, BODY.bones, 0.15)])
     columns = frozen(rng.normal(0.0, 0.2, (4, BONES, 7)), np.float32)
     told = found, frozen(rng.normal(0.0, 0.2, (BONES, 4))), columns
-    same([shapes.apart(*told)], [naive.apart(*told)], rtol=1e-5, atol=1e-6)
+    same([shapes.apart(*told)], [naive_offsets.apart(*told)], rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.parametrize("frames", [1, 3])
@@ -419,6 +420,6 @@ def test_points_tell_offsets_as_their_twin(frames: int) -> None:
     offsets, variance = np.empty((frames, JOINTS, 3)), np.empty((frames, JOINTS))
     kinds = (np.float64, np.int64, np.float64, np.float32, np.float64, np.float64)
     shapes.told(like, *(frozen(one, kind) for one, kind in zip(fixed, kinds, strict=True)), 0.8, offsets, variance)
-    same((offsets, variance), naive.told(like, *fixed, 0.8), rtol=1e-5, atol=1e-6)
+    same((offsets, variance), naive_offsets.told(like, *fixed, 0.8), rtol=1e-5, atol=1e-6)
     assert (np.abs(offsets[0] - fixed[2]) < 0.1).all()  # like no point: the mean
     assert (variance[0] > fixed[5]).all()

@@ -9,7 +9,7 @@ from ..arrays import Bools, Floats
 from ..bodies.motion import Markers, Motion
 from ..bodies.skeleton import ROTATION, wrapped
 from ..denoise.faults.frozen import held_ends
-from ..denoise.faults.slower import as_slower, ends_of_lines, shown_once
+from ..denoise.faults.slower import DRAWN, REPEATED, as_slower, ends_of_lines, shown_once
 from ..errors import counted
 
 JUMP = np.radians(60.0)  # rad between two frames: no joint turns that fast, an Euler angle does
@@ -108,9 +108,9 @@ def suspicions(recording: Motion | Markers) -> tuple[Suspicion, ...]:
         if count
     )
     if (shown := shown_once(recording)) is not None:
-        held += (Suspicion(every, "repeats", as_slower(recording, shown)),)
+        held += (Suspicion(every, REPEATED, as_slower(recording, shown, REPEATED)),)
     elif (drawn := ends_of_lines(recording)) is not None:
-        held += (Suspicion(every, "lines", as_slower(recording, drawn)),)
+        held += (Suspicion(every, DRAWN, as_slower(recording, drawn, DRAWN)),)
     return held + (_of_motion(recording) if isinstance(recording, Motion) else _of_markers(recording))
 
 

@@ -12,7 +12,7 @@ from ..numerics.robust import ESTIMATORS
 from .bases.certainty import TRUSTED
 from .bases.optimise import SCALE
 from .bases.repair import ChannelRepair
-from .channels.joints import root_rotation, root_rows, unit
+from .channels.joints import joint_rotation, root_rows, unit
 from .channels.layout import Layout
 from .channels.pieces import pieces
 from .channels.recording import Channels, from_channels, si_unit
@@ -230,8 +230,8 @@ def _root_never_leapt(motion: Motion, values: Floats, origin: Bytes, std: Single
     asked = np.isfinite(motion.q[:, turns]).all(axis=1) & np.isfinite(values[:, turns]).all(axis=1)
     if not (np.abs(values[asked][:, turns] - motion.q[asked][:, turns]) > OFF).any():
         return []
-    recorded = root_rotation(motion.skeleton, turns, motion.q)
-    off = _apart(recorded, root_rotation(motion.skeleton, turns, values))
+    recorded = joint_rotation(motion.skeleton, turns, motion.q)
+    off = _apart(recorded, joint_rotation(motion.skeleton, turns, values))
     steps = _apart(recorded[1:], recorded[:-1])
     turned = np.zeros(len(off), dtype=np.bool_)
     for start, stop in runs(off > OFF):

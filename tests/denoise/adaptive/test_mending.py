@@ -11,7 +11,7 @@ from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.denoise import Denoiser, repair_without_model
 from motionmend.denoise.adaptive import blocks
 from motionmend.denoise.adaptive.blocks import mend_channels
-from motionmend.denoise.channels.joints import root_rotation, root_rows
+from motionmend.denoise.channels.joints import joint_rotation, root_rows
 from motionmend.denoise.library.local_prior import Prior
 from motionmend.evaluate import compare, corrupt
 from motionmend.io import read
@@ -54,7 +54,7 @@ def test_walking_somewhere_else_is_repaired_the_same(kind, angle, x, y, z):
     np.testing.assert_array_equal(there.origin[:, others[6:]], at_home.origin[:, others[6:]])
     assert np.nanmax(np.abs(there.recording.q - here.q)[:, others]) < 1e-6
     # one rotation has many Euler angles: compare the rotations
-    one, other = (root_rotation(m.skeleton, turns, m.q) for m in (there.recording, here))
+    one, other = (joint_rotation(m.skeleton, turns, m.q) for m in (there.recording, here))
     assert np.nanmax(np.abs(one - other)) < 1e-6
 
 

@@ -6,7 +6,7 @@ import pytest
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.bodies.skeleton import ROTATION
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.faults.slower import as_slower, but_for_repeats, ends_of_lines, shown_once
+from motionmend.denoise.faults.slower import DRAWN, REPEATED, as_slower, but_for_repeats, ends_of_lines, shown_once
 from motionmend.samples import markers
 from performers import joints_model, truth
 
@@ -84,7 +84,7 @@ def test_other_recordings_are_as_fast_as_they_say(clean, rng):
 def test_a_part_cut_out_between_two_frames_is_of_the_same_rate():
     held, _ = _shown_again(truth("walk", seconds=2.0, fps=60.0), 2.0)
     part = held.with_q(held.q[11:74])
-    assert as_slower(part, shown_once(part)).startswith(
+    assert as_slower(part, shown_once(part), REPEATED).startswith(
         "each frame is shown 2 times throughout: taken for a recording of 30 Hz"
     )
 
@@ -189,7 +189,7 @@ def test_the_ends_of_lines_are_found(clean, times, decimals):
     assert found is not None
     assert np.isin(new[1:-1], found).mean() > 0.95
     assert len(found) <= 1.1 * len(new)
-    assert f"only every {times}th frame" in as_slower(drawn, found) or len(found) != len(new)
+    assert f"only every {times}th frame" in as_slower(drawn, found, DRAWN) or len(found) != len(new)
 
 
 def test_who_moves_on_no_lines_is_as_fast_as_it_says(clean, rng):

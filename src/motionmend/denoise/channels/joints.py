@@ -66,11 +66,11 @@ def joint_channels(motion: Motion, centre: Floats) -> tuple[Floats, Travel | Non
         if len(moves) == 3
         else np.zeros((motion.frames, 3))
     )
-    headings = [heading(root_rotation(skeleton, turns, q[some]), up) for some in pieces(motion.frames)]
+    headings = [heading(joint_rotation(skeleton, turns, q[some]), up) for some in pieces(motion.frames)]
     frame = travel(place, np.concatenate(headings), motion.fps, up)
     for some in pieces(motion.frames):
         back = turn(frame.heading[some], up).transpose(0, 2, 1)
-        rotation = root_rotation(skeleton, turns, q[some])
+        rotation = joint_rotation(skeleton, turns, q[some])
         known = np.isfinite(rotation).all(axis=(1, 2))
         relative = np.full((len(rotation), 3), np.nan)
         relative[known] = Rotation.from_matrix(back[known] @ rotation[known]).as_rotvec(degrees=True)
@@ -195,8 +195,8 @@ def _middle(channel: Floats, angular: bool) -> float:
     return float(np.median(nearest_turn(known, np.full(known.shape, start))))
 
 
-def root_rotation(skeleton: Skeleton, turns: Ints, q: Floats) -> Floats:
-    """(T, 3, 3) rotation of the root from its three rotation rows, NaN where one is missing."""
+def joint_rotation(skeleton: Skeleton, turns: Ints, q: Floats) -> Floats:
+    """(T, 3, 3) rotation of a joint from its rotation rows and q (T, D) rad, NaN where one is missing."""
     known = np.isfinite(q[:, turns]).all(axis=1)
     total = Rotation.identity(int(known.sum()))
     for row in turns:

@@ -17,6 +17,8 @@ from ...bodies.skeleton import ROTATION
 from ..channels.joints import CENTIMETRES, unit
 from ..noise.digits import coarseness
 
+REPEATED, DRAWN = "repeats", "lines"  # how a recording was brought to a higher rate
+_SAID = {REPEATED: "repeat the one before", DRAWN: "lie on lines"}
 FEWEST = 10  # frames with something new that tell how regularly they come
 LEAST, MOST = 1.4, 5.0  # frames for each of them: less are single stale ones, more are poses that somebody drew
 STEADY = 0.95  # of the ways from one to the next that are as long as the others, to a frame
@@ -45,15 +47,15 @@ def but_for_repeats(repair: Callable[[Recording], Repaired[Recording]], recordin
     what lies between, as sure as frames between twice as far ones turn out to be, and that is said. Others are repaired
     as they are.
     """
-    shown, how = shown_once(recording), "repeat the one before"
+    shown, how = shown_once(recording), REPEATED
     if shown is None:
-        shown, how = ends_of_lines(recording), "lie on lines"
+        shown, how = ends_of_lines(recording), DRAWN
     if shown is None:
         return repair(recording)
     outcome: Repaired[Recording] = repair(replace(recording.at_frames(shown), fps=recording.fps / _way(shown)))
     between = _between(outcome, shown, recording)
     said = (
-        f"{as_slower(recording, shown)}; {recording.frames - len(shown)} frames that {how} were "
+        f"{as_slower(recording, shown, how)}; {recording.frames - len(shown)} frames that {_SAID[how]} were "
         "replaced by what lies between; frames that other warnings name are counted without them"
     )
     return replace(
@@ -138,17 +140,18 @@ def ends_of_lines(recording: Motion | Markers) -> Ints | None:
     return np.union1d(found, [recording.frames - 1])
 
 
-def as_slower(recording: Motion | Markers, shown: Ints) -> str:
+def as_slower(recording: Motion | Markers, shown: Ints, how: str) -> str:
     """The sentence that says how often a recording shows its frames.
 
     Parameters
     ----------
     recording : T frames.
-    shown : (S,) of `shown_once`.
+    shown, how : (S,) of `shown_once`, and `REPEATED`; or of `ends_of_lines`, and `DRAWN`.
     """
     way = _way(shown)
-    again = shown_once(recording) is not None
-    what = f"each frame is shown {way:.3g} times" if again else f"only every {way:.3g}th frame is on no straight line"
+    what = f"each frame is shown {way:.3g} times"
+    if how == DRAWN:
+        what = f"only every {way:.3g}th frame is on no straight line"
     return f"{what} throughout: taken for a recording of {recording.fps / way:.4g} Hz written at {recording.fps:.4g} Hz"
 
 

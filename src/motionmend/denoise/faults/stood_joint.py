@@ -12,14 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...arrays import Bools, Floats
+from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Motion
 from ...bodies.skeleton import ROTATION, Skeleton
-from ..channels.joints import root_rows, unit
+from ..channels.joints import joint_rotation, root_rows, unit
 from ..noise.level import first_noise
 
 NOISY = 0.3  # degrees; a joint less noisy than that in all its angles repeats itself, or rests
-SHORTEST, FRAMES = 0.12, 8  # s and frames; toes that rest for less snap so of themselves
+SHORTEST, FRAMES = 0.12, 8  # s and frames; who rests for less may leap so
 LONGEST = 1.3  # s; what is still for longer could not be filled without a library
 WITHIN = 4.0  # deviations of the noise about a place within which who stands stays
 LEAST, LEAPS = 12.0, 10.0  # degrees and deviations of the noise; no leap is shorter, of an angle and of the joint
@@ -55,8 +55,8 @@ def stood_joints(motion: Motion) -> Bools:
         own = np.flatnonzero(skeleton.dof_joint[rows] == joint)
         if noise[own].max() < NOISY:
             continue
-        turns = _turns(skeleton.dof_axis[rows[own]], angles[:, own])
-        for start, leap in _stands(angles[:, own], turns, noise[own], motion.fps, least):
+        leaps = _leaps(motion, rows[own], angles[:, own], noise[own])
+        for start, leap in _stands(angles[:, own], leaps, noise[own], motion.fps, least):
             stands.setdefault(leap, []).append((start, leap, rows[own].tolist()))
     for same in stands.values():
         if len(same) == 1:  # several that leap at once are a limb in its solver's other pose
@@ -74,18 +74,9 @@ def _borne_by(skeleton: Skeleton, joints: Sequence[int]) -> set[int]:
     return found
 
 
-def _turns(axes: Floats, angles: Floats) -> Floats:
-    """(T - 1,) degrees by which a joint turns from frame to frame; its axes (N, 3) and their angles (T, N) degrees."""
-    whole = Rotation.identity(len(angles))
-    for axis, about in zip(axes, np.radians(np.nan_to_num(angles)).T, strict=True):
-        whole = whole * Rotation.from_rotvec(about[:, None] * axis)
-    return np.asarray(np.degrees((whole[:-1].inv() * whole[1:]).magnitude()))
-
-
-def _stands(angles: Floats, turns: Floats, noise: Floats, fps: float, least: int) -> list[tuple[int, int]]:
-    """First frames of stands of a joint (T, N) degrees, and the frames after them; `turns` as of `_turns`."""
-    leaps, steps = _leaps(angles, turns, noise), np.diff(angles, axis=0)
-    found = []
+def _stands(angles: Floats, leaps: Bools, noise: Floats, fps: float, least: int) -> list[tuple[int, int]]:
+    """First frames of stands of a joint (T, N) degrees, and the frames after them; `leaps` (T,) as of `_leaps`."""
+    steps, found = np.diff(angles, axis=0), []
     longest, before = round(LONGEST * fps), max(2, round(BEFORE * fps))
     frames = np.flatnonzero(leaps)
     for leap in frames.tolist():
@@ -107,14 +98,21 @@ def _stands(angles: Floats, turns: Floats, noise: Floats, fps: float, least: int
     return found
 
 
-def _leaps(angles: Floats, turns: Floats, noise: Floats) -> Bools:
-    """(T,) True in the frames to which a joint leaps as none can, and does not come back at once."""
+def _leaps(motion: Motion, rows: Ints, angles: Floats, noise: Floats) -> Bools:
+    """(T,) True in the frames to which a joint leaps as none can, and does not come back at once.
+
+    Parameters
+    ----------
+    rows, angles, noise : (N,), (T, N) and (N,) degrees, of the joint.
+    """
     steps = np.diff(angles, axis=0)
     far = (np.abs(steps) > np.maximum(LEAST, LEAPS * noise)).any(axis=1)
-    far &= turns > max(LEAST, LEAPS * float(noise.max()))
+    frames = np.flatnonzero(far) + 1
+    before, now = (joint_rotation(motion.skeleton, rows, motion.q[some]) for some in (frames - 1, frames))
+    turned = np.degrees(Rotation.from_matrix(before.swapaxes(1, 2) @ now).magnitude())
     size = np.linalg.norm(steps, axis=1)
     leaps = np.zeros(len(angles), dtype=np.bool_)
-    for frame in np.flatnonzero(far) + 1:
+    for frame in frames[turned > max(LEAST, LEAPS * float(noise.max()))]:
         after = angles[frame : frame + AFTER + 1]
         if len(after) <= AFTER:
             continue
