@@ -88,6 +88,14 @@ def test_angles_that_leap_to_others_of_the_same_rotation_are_no_leap():
     assert stood_joints(_shaken(clean.with_q(leapt), 1.0))[102:130, rows].all()
 
 
+def test_who_leaps_in_one_angle_while_another_is_missing_is_not_asked():
+    clean = truth("run", seconds=4.0, fps=120.0)
+    rows = _rows(clean, "lhumerus")
+    q = _shaken(_held(clean, "lhumerus", 150, 180, 2.0)).q.copy()
+    q[:, rows[1]] = np.nan
+    assert not stood_joints(clean.with_q(q)).any()
+
+
 def test_toes_rest_and_snap_by_themselves():
     clean = truth("run", seconds=4.0, fps=120.0)
     foot, toes = (stood_joints(_shaken(_held(clean, joint, 150, 180, 2.0))) for joint in ("lfoot", "ltoes"))

@@ -107,6 +107,7 @@ def _leaps(motion: Motion, rows: Ints, angles: Floats, noise: Floats) -> Bools:
     """
     steps = np.diff(angles, axis=0)
     far = (np.abs(steps) > np.maximum(LEAST, LEAPS * noise)).any(axis=1)
+    far &= np.isfinite(steps).all(axis=1)  # else it is not known where the joint is
     frames = np.flatnonzero(far) + 1
     before, now = (joint_rotation(motion.skeleton, rows, motion.q[some]) for some in (frames - 1, frames))
     turned = np.degrees(Rotation.from_matrix(before.swapaxes(1, 2) @ now).magnitude())
