@@ -16,7 +16,10 @@ from ..bodies.postures import Postures
 from ..errors import MismatchError
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from ..io.depth_recording import DepthRecording
+    from ..processes import Crew
     from ..track.hindsight.backwards import Moment
     from ..track.measure.calibrate import Calibration
     from ..track.model import TrackerModel
@@ -134,6 +137,7 @@ def follow(
     recording: "DepthRecording",
     performer: Performer | None = None,
     landmarks: Floats | None = None,
+    other: "Crew | Executor | None" = None,
 ) -> Followed:
     """Track a recording, one frame at a time; once later ones have set it right only its estimate is kept.
 
@@ -144,6 +148,7 @@ def follow(
     recording : the depth images.
     performer : the person's lengths and widths; None calibrates them on the recording itself.
     landmarks : (16, 3) m, where the joints are in frame 0, NaN where not known; None finds the person.
+    other : another process to look back with (`looking_back.second_process`); None does it here.
 
     Raises
     ------
@@ -158,13 +163,13 @@ def follow(
         landmarks = landmarks @ recording.axes
     scene = None if landmarks is not None else _furnished(recording)
     measured = None if performer is not None else _measured(model, settings, recording, landmarks, scene)
-    found = _followed(model, settings, recording, performer, measured, landmarks, scene, perf_counter() - begin)
+    found = _followed(model, settings, recording, performer, measured, landmarks, scene, other, perf_counter() - begin)
     window = max(1, round(WINDOW * recording.fps))
     if measured is None or not found.mistaken[:window].any() or not found.seen.any():
         return found
     # furniture was measured, alone or with who came after it
     measured = _measured(model, settings, recording, None, scene, int(np.argmax(found.seen)))
-    return _followed(model, settings, recording, None, measured, landmarks, scene, perf_counter() - begin)
+    return _followed(model, settings, recording, None, measured, landmarks, scene, other, perf_counter() - begin)
 
 
 def _furnished(recording: "DepthRecording") -> "Scene | None":
@@ -182,19 +187,21 @@ def _followed(
     measured: "Calibration | None",
     landmarks: Floats | None,
     scene: "Scene | None",
+    other: "Crew | Executor | None",
     calibrate: float,
 ) -> Followed:
     """The recording tracked with a body that is given, or was measured in so many seconds."""
-    from ..track.hindsight.backwards import moment, revised
+    from ..track.hindsight.backwards import moment
     from ..track.recording import Told
     from ..track.starting.furniture import room_behind
     from ..track.tracker import start, step
     from .ahead import ahead
+    from .looking_back import revised_beside
 
     fitted = measured is not None and measured.measured
     body = performer if performer is not None else average() if measured is None else measured.performer
     pose = None if landmarks is None else _posed(model, body, landmarks)
-    log = _Log(Told(), body)
+    log, begun = _Log(Told(), body), perf_counter()
 
     def moments() -> "Iterator[Moment]":
         state, begin = None, perf_counter()
@@ -211,9 +218,9 @@ def _followed(
             begin = perf_counter()
         log.room = None if state is None else room_behind(state, frame)
 
-    for estimate in revised(model, settings, moments()):
+    for estimate in revised_beside(other, model, settings, moments()):
         log.add(estimate)
-    found = log.followed(recording, calibrate, fitted, steady=settings.steady)
+    found = log.followed(recording, begun, calibrate, fitted, steady=settings.steady)
     return replace(found, furnished=scene is not None)
 
 
@@ -276,7 +283,10 @@ class _Log:
         self.converged += estimate.converged
         self.restarts += estimate.restarts
 
-    def followed(self, recording: "DepthRecording", calibrate: float, fitted: bool, *, steady: bool) -> Followed:
+    def followed(
+        self, recording: "DepthRecording", begun: float, calibrate: float, fitted: bool, *, steady: bool
+    ) -> Followed:
+        """All of it; `begun` is when the first image was asked for, by `perf_counter`."""
         begin = perf_counter()
         tracked = self.told.tracked(recording.times, self.performer, self.room, steady=steady)
         if steady:
@@ -292,7 +302,7 @@ class _Log:
             frozen(self.returns),
             frozen(1000 * np.array(self.spent[1:])),
             self.read,
-            sum(self.spent) + self.stages.get("hindsight", 0.0) + perf_counter() - begin,
+            perf_counter() - begun - self.read,
             calibrate,
             self.stages,
             self.iterations,

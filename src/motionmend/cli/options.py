@@ -75,6 +75,10 @@ class Working:
         """Processes to use."""
         return self.jobs if self.jobs is not None else (os.cpu_count() or 1)
 
+    def idle(self, count: int) -> bool:
+        """Whether each of so many inputs may have two of this machine's processors to itself."""
+        return self.cluster is None and 2 * count <= self.width
+
     def reachable(self, path: Path) -> Path:
         """The path as every worker finds it: those of a cluster run in other folders."""
         return path if self.cluster is None else path.absolute()

@@ -81,6 +81,8 @@ def pipeline(
             else:
                 jobs.append(take)
         refused = [*refused, *barred]
+        if chain.follow is not None:
+            chain = replace(chain, follow=replace(chain.follow, idle=working.idle(len(jobs))))
         return work(chain, jobs, name=_source, working=working, as_json=as_json, refused=refused, given=given)
 
 

@@ -96,9 +96,11 @@ def track(
         while body is not None and task.performer is None and len(jobs) > 1:
             # The first recording with somebody in it finds the body, whatever --jobs is, and all others use it.
             alone = replace(working, jobs=1, cluster=None)
+            task = replace(task, idle=working.idle(1))
             codes.append(work(task, jobs[:1], name=_source, working=alone, as_json=as_json))
             jobs = jobs[1:]
             task = task.knowing(model, skeleton, body, start)
+        task = replace(task, idle=working.idle(len(jobs)))
         codes.append(work(task, jobs, name=_source, working=working, as_json=as_json, refused=refused, given=folders))
         return max(codes)
 
@@ -128,6 +130,7 @@ class Follow:
     body: Path | None = None
     skeleton_file: Path | None = None
     supposed: tuple[str, ...] = ()  # of the skeleton's file
+    idle: bool = False  # whether there is a processor that works on nothing else
 
     def knowing(self, model: Path, skeleton: Path | None, body: Path | None, start: Path | None) -> "Follow":
         """The same options with the files read.
@@ -185,11 +188,13 @@ class Follow:
         from ..io.depth_recording import without_color
         from ..track.settings import settings_of
         from .following import follow
+        from .looking_back import second_process
 
         assert self.model is not None
         settings = settings_of(self.preset, self.terms)
         recording = recording if "color" in self.terms else without_color(recording)
-        followed = follow(self.model, settings, recording, self.performer, self.landmarks)
+        with second_process(recording.frames, idle=self.idle) as other:
+            followed = follow(self.model, settings, recording, self.performer, self.landmarks, other)
         if not followed.seen.any():
             said = _nobody(followed, given=self.performer is not None)
             raise FileError(f"{source}: {said}{_of_lengths(self.supposed)}")

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from ...arrays import Bools, Singles, frozen
+from ...arrays import Bools, Bytes, Singles, frozen
 from ...bodies.camera import Camera
 from ...errors import MismatchError
 
@@ -45,6 +45,14 @@ class Observation:
             if image is not None and image.shape != shape:
                 raise MismatchError(f"an image of {shape} pixels was wanted, came {image.shape}")
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """To another process only the box that the person is in goes, and what is true or false as bits."""
+        there = np.isfinite(self.depth)
+        rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
+        box = (slice(*rows[[0, -1]] + (0, 1)), slice(*columns[[0, -1]] + (0, 1))) if len(rows) else (slice(0), slice(0))
+        bits = [None if image is None else np.packbits(image) for image in (self.free, self.rim)]
+        return _unpacked, (self.camera, box, self.depth[box], *bits, self.time, self.intensity)
+
     @property
     def pixels(self) -> int:
         """How many pixels show the person."""
@@ -62,3 +70,24 @@ class Observation:
         intensity = None if self.intensity is None else self.intensity[::step, ::step]
         rim = None if self.rim is None else self.rim[::step, ::step]
         return Observation(self.camera.every(step), depth, free, self.time, intensity, rim)
+
+
+def _unpacked(
+    camera: Camera,
+    box: tuple[slice, slice],
+    depth: Singles,
+    free: Bytes,
+    rim: Bytes | None,
+    time: float,
+    intensity: Singles | None,
+) -> Observation:
+    """What `Observation.__reduce__` packed."""
+    shape = (camera.height, camera.width)
+    whole = np.full(shape, np.nan, np.float32)
+    whole[box] = depth
+    bits = [
+        None if packed is None else np.unpackbits(packed, count=whole.size).reshape(shape).astype(bool)
+        for packed in (free, rim)
+    ]
+    assert bits[0] is not None
+    return Observation(camera, whole, bits[0], time, intensity, bits[1])

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from time import perf_counter
-from typing import final
+from typing import TypeVar, final
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from ..outcome import Estimate
 from ..readings.left_right import strange_legs
 from ..readings.pair import either
 from ..settings import TrackSettings
-from ..state import TrackState
+from ..state import Facing, Sides, TrackState
 from ..terms.objective import PAUSE, expected_pose, terms_of
 from ..terms.smooth import difference
 from ..terms.solve import solve_pose
@@ -46,6 +46,7 @@ BESIDE = 3  # frames after those told of that are solved together with them
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
+One = TypeVar("One")
 _LEGS = slice(2, 4)  # of `PARTS`
 _IDENTITY = np.eye(3)
 
@@ -85,8 +86,11 @@ class Moment:
 
 
 def moment(state: TrackState, estimate: Estimate) -> Moment:
-    """What `tracker.step` gave, without what nobody asks for again: the room, the images, another pose."""
-    return Moment(replace(state, scene=None, before=None, hypothesis=None), estimate)
+    """What `tracker.step` gave, without what nobody asks for again: the room, what is looked at, another pose."""
+    question = state.facing.question
+    facing = state.facing if question is None else Facing(replace(question, look=None))
+    kept = replace(state, scene=None, before=None, hypothesis=None, girth=None, facing=facing, sides=Sides())
+    return Moment(kept, estimate)
 
 
 @final
@@ -126,17 +130,26 @@ def revised(model: TrackerModel, settings: TrackSettings, moments: Iterable[Mome
     model, settings : as for `tracker.step`; without `settings.hindsight` estimates come as they are, at once.
     moments : of one recording, in order. No more than `WINDOW + AHEAD` of them are kept.
     """
-    waiting: list[Moment] = []
+    if not settings.hindsight:
+        yield from (one.estimate for one in moments)
+        return
+    for some, count in stretches(moments):
+        yield from looked_back(model, settings, some, count)
+
+
+def stretches(moments: Iterable[One]) -> Iterator[tuple[list[One], int]]:
+    """Frames as they are looked back at: up to `WINDOW + AHEAD` in order, and of how many of them it is told.
+
+    The next stretch begins with the first frame that was not told of. Of the last one all are.
+    """
+    waiting: list[One] = []
     for one in moments:
-        if not settings.hindsight:
-            yield one.estimate
-            continue
         waiting.append(one)
         if len(waiting) == WINDOW + AHEAD:
-            yield from looked_back(model, settings, waiting, WINDOW)
-            del waiting[:WINDOW]
+            yield waiting, WINDOW
+            waiting = waiting[WINDOW:]
     if waiting:
-        yield from looked_back(model, settings, waiting, len(waiting))
+        yield waiting, len(waiting)
 
 
 def looked_back(
