@@ -21,6 +21,7 @@ from .channels.layout import Layout, learn_layout, own_layout
 from .channels.recording import to_channels
 from .channels.rotation_order import Reordered, reordered
 from .dynamics.kalman import Dynamics, fit_dynamics, smooth_with
+from .faults.flipped import but_for_flips
 from .faults.lost_capture import but_for_lost_capture
 from .faults.rest_first import but_for_rest_pose
 from .faults.slower import but_for_repeats
@@ -195,7 +196,7 @@ class DenoiserModel:
         meant = partial(by_what_is_meant, by_example, layout=model.layout, library=model.library)
         taught = partial(but_for_rest_pose, meant)
         if method == "adaptive":
-            outcome = but_for_repeats(partial(but_for_lost_capture, taught), recording)
+            outcome = but_for_repeats(partial(but_for_lost_capture, partial(but_for_flips, taught)), recording)
         else:
             outcome = taught(recording)
         return _warned(outcome, said)
@@ -323,7 +324,7 @@ def repair_without_model(recording: Recording, method: str = "adaptive") -> Repa
     by_itself = partial(but_for_rest_pose, partial(_by_itself, method=method))
     if method != "adaptive":
         return by_itself(recording)
-    return but_for_repeats(partial(but_for_lost_capture, by_itself), recording)
+    return but_for_repeats(partial(but_for_lost_capture, partial(but_for_flips, by_itself)), recording)
 
 
 def _by_itself(recording: Recording, method: str) -> Repaired[Recording]:
