@@ -25,6 +25,35 @@ def run(capsys: pytest.CaptureFixture[str], words: str) -> tuple[int, str, str]:
     return code, said.out, said.err
 
 
+@pytest.mark.parametrize(
+    ("words", "where"),
+    [
+        (["inspect", ""], "a name"),
+        (["inspect", "a.amc", ""], "a name"),
+        (["denoise", "a.amc", "-o", ""], "-o: something"),
+        (["denoise", "a.amc", "--out="], "--out: something"),
+        (["compare", "", "a.amc"], "a name"),
+    ],
+)
+def test_an_empty_argument_is_not_the_folder_one_stands_in(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    words: list[str],
+    where: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write("a.amc", samples.clip("walk", seconds=0.5, seed=0))
+    before = sorted(tmp_path.rglob("*"))
+    assert main(words) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == (
+        f"motionmend: {where} was wanted, came an empty argument: is it a variable of the shell that is not set?\n"
+    )
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 @pytest.mark.parametrize("given", ["1.5", "1e1", "two"])
 def test_what_is_no_whole_number_is_not_made_one(capsys: pytest.CaptureFixture[str], given: str) -> None:
     code, out, err = run(capsys, f"inspect --jobs {given} nowhere.amc")

@@ -170,6 +170,7 @@ def test_json_is_pure_and_one_object_for_each_input(cli: Command, library: Path,
     assert set(done["seconds"]) == {"startup", "read", "repair", "write", "total"}
     assert done["seconds"]["total"] >= done["seconds"]["repair"] > 0
     assert done["frame_ms"]["mean"] == pytest.approx(1000 * done["seconds"]["repair"] / done["frames"])
+    assert done["frame_ms"] == dict.fromkeys(("mean", "median", "p95", "max"), done["frame_ms"]["mean"])
     assert done["output"] == str(tmp_path / "out" / "takes" / "take.amc")
     assert sum(done["counts"].values()) == done["frames"] * 62
     assert isinstance(done["warnings"], list)

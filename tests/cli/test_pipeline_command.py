@@ -267,6 +267,11 @@ def test_a_configuration_with_a_mistake_is_bad_usage(
     assert word in ran.failures[0]
 
 
+def test_a_byte_order_mark_as_editors_write_is_no_part_of_it(tmp_path: Path) -> None:
+    (tmp_path / "t.toml").write_text("fps = 25\n[denoise]\nmethod = 'paper'\n", "utf-8-sig")
+    assert read_config(tmp_path / "t.toml").fps == 25.0
+
+
 def test_terms_are_a_list_or_a_text_with_commas_as_on_the_command_line(tmp_path: Path) -> None:
     for spelt in ('"surface, color"', '["surface", "color"]'):
         (tmp_path / "t.toml").write_text(f"[track]\nterms = {spelt}\n")

@@ -152,9 +152,10 @@ def test_drop_takes_markers_with_and_without_the_subject():
         assert missing[:, 1:].sum() == 0
 
 
-def test_a_name_that_is_not_there_is_named_with_its_like():
-    with pytest.raises(UsageError, match=r"lfemr.*lfemur") as caught:
-        corrupt(MOTION, drop=["lfemr"])
+@pytest.mark.parametrize("name", ["lfemr", "LFEMUR", "LFemur"])
+def test_a_name_that_is_not_there_is_named_with_its_like(name):
+    with pytest.raises(UsageError, match=rf"{name}.*lfemur") as caught:
+        corrupt(MOTION, drop=[name])
     assert "\n" not in str(caught.value)
 
 

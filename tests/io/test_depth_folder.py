@@ -206,6 +206,14 @@ def in_milliseconds(folder: Path) -> None:
     (folder / "times.csv").write_text("0\n40\n80\n120\n")
 
 
+@pytest.mark.parametrize("dropped", [(), (7, 20, 21)])
+def test_times_in_whole_milliseconds_are_at_the_clock_s_rate(tmp_path: Path, dropped: tuple[int, ...]) -> None:
+    kept = [k for k in range(40) if k not in dropped]
+    write_depth_folder(tmp_path / "clip", frames(len(kept)), 30.0)
+    (tmp_path / "clip/times.csv").write_text("".join(f"{k / 30:.3f}\n" for k in kept))
+    assert read_depth(tmp_path / "clip").fps == pytest.approx(30.0, rel=1e-3)  # one over the median step: 30.3
+
+
 PROMISES: dict[str, tuple[Callable[[Path], object], str]] = {
     "fewer colour images": (lambda f: (f / "color/000002.png").unlink(), "for 1 of 4 depth images, 000002 first"),
     "colour begins later": (lambda f: renumber(f, 1), "for 1 of 4 .* 000000 first: .* 000001 to 000004"),

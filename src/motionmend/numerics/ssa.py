@@ -26,7 +26,7 @@ class LagCovariance:
     channels : C.
     count : S_N, windows seen.
     total : (M * C,) sum of the windows, time-major: entry (m, c) at m * C + c.
-    products : (M * C, M * C) sum of their outer products.
+    products : (M * C, M * C) sum of their outer products; (0, 0) while no window was seen.
     """
 
     window: int
@@ -41,6 +41,8 @@ class LagCovariance:
                 f"lag covariances add only when window and channels agree: "
                 f"{self.window} x {self.channels} and {other.window} x {other.channels}"
             )
+        if not self.count or not other.count:
+            return self if self.count else other
         return LagCovariance(
             self.window,
             self.channels,
@@ -54,7 +56,7 @@ class LagCovariance:
         return self.total / max(self.count, 1)
 
     def matrix(self) -> Floats:
-        """(M * C, M * C) the grand lag covariance C_D about the mean window (eq. 2.3)."""
+        """(M * C, M * C) the grand lag covariance C_D about the mean window (eq. 2.3); of one window or more."""
         mean = self.mean()
         return self.products / max(self.count, 1) - np.multiply.outer(mean, mean)
 
@@ -91,7 +93,8 @@ def lag_covariance(series: Floats | Sequence[Floats], window: int) -> LagCovaria
             total += (running[windows : windows + window] - running[:window]).ravel()
             stretches.append(stretch)
     count = sum(len(stretch) - window + 1 for stretch in stretches)
-    products = lag_products_of(stretches, window) if stretches else np.zeros((len(total), len(total)))
+    # a window longer than every clip would take (M C)^2 numbers to say nothing: 30 GB for 1,000 frames of 62 channels
+    products = lag_products_of(stretches, window) if stretches else np.zeros((0, 0))
     return LagCovariance(window, channels, count, total, products)
 
 
