@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import motionmend as mm
-from motionmend.denoise.noise.lasting import USUAL_OF_ANGLES, lasting_noise
+from motionmend.denoise.noise.lasting import USUAL_OF_ANGLES, lasting_by_distances, lasting_noise
 
 FPS, FRAMES, CHANNELS = 120.0, 600, 20
 
@@ -71,3 +71,52 @@ def test_deviations_reach_noise_that_lasts():
     assert np.sqrt(np.square(off).mean()) < 0.9 * np.sqrt(np.square(noise[:, moving]).mean())  # before: 0.99
     assert 0.6 < (off < repaired.std[:, moving]).mean() < 0.9  # before: 0.15
     assert (off < 1.96 * repaired.std[:, moving]).mean() > 0.88  # before: 0.3
+
+
+def turning(fps, rng, frames=FRAMES):
+    """(T, 3 M) cm: three stiff bodies of six markers each that fly and turn as fast as people do."""
+    time, parts = np.arange(frames) / fps, []
+    for _ in range(3):
+        home = rng.uniform(-15.0, 15.0, (6, 3))
+        angle = 1.5 * np.sin(2.0 * np.pi * 0.9 * time + rng.uniform(0.0, 6.0))
+        cos, sin, nil, one = np.cos(angle), np.sin(angle), 0.0 * angle, 1.0 + 0.0 * angle
+        turn = np.stack([cos, -sin, nil, sin, cos, nil, nil, nil, one], axis=1).reshape(-1, 3, 3)
+        way = 80.0 * np.sin(2.0 * np.pi * rng.uniform(0.3, 1.2, 3) * time[:, None] + rng.uniform(0.0, 6.0, 3))
+        parts.append(np.einsum("tij,mj->tmi", turn, home) + way[:, None])
+    return np.concatenate(parts, axis=1).reshape(frames, -1)
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+@pytest.mark.parametrize("stays", [0.7, 0.9])
+@pytest.mark.parametrize("seed", range(3))
+def test_distances_tell_it_of_markers_whose_motion_hides_it(fps, stays, seed):
+    rng = np.random.default_rng(seed)
+    clean = turning(fps, rng)
+    assert lasting_by_distances(clean, fps) is None
+    assert lasting_by_distances(clean + 0.3 * rng.standard_normal(clean.shape), fps) is None
+    measured = clean + 0.3 * lasts(rng, clean.shape, stays)
+    measured[50:80, :9], measured[:, 30:33] = np.nan, np.nan
+    found = lasting_by_distances(measured, fps)
+    assert found is not None
+    seen = np.delete(found.variance, [30, 31, 32])
+    assert np.sqrt(np.median(seen)) == pytest.approx(0.3, rel=0.2)
+    assert found.variance[30] == 0.0
+
+
+def test_few_markers_or_frames_tell_nothing():
+    rng = np.random.default_rng(0)
+    measured = 0.3 * lasts(rng, (FRAMES, 18), 0.9) + turning(120.0, rng)[:, :18]
+    for columns, frames in ((0, FRAMES), (3, FRAMES), (18, 30), (18, 0)):
+        assert lasting_by_distances(measured[:frames, :columns], 120.0) is None
+    assert lasting_by_distances(np.full((FRAMES, 18), np.nan), 120.0) is None
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_deviations_of_markers_reach_noise_that_lasts(fps):
+    clean = mm.samples.markers(mm.samples.clip("run", seconds=5, fps=fps, seed=3))
+    noise = 0.003 * lasts(np.random.default_rng(0), clean.positions.shape, 0.9)
+    repaired = mm.repair_without_model(mm.Markers(clean.names, clean.positions + noise, fps, up=clean.up))
+    off = np.abs(repaired.recording.positions - clean.positions)
+    within = [(off < many * repaired.std[:, :, None]).mean() for many in (1.0, 1.96)]
+    assert 0.55 < within[0] < 0.85
+    assert within[1] > 0.85

@@ -46,7 +46,7 @@ from ..library.local_prior import Prior, neighbourhood
 from ..library.markers import MarkerLibrary
 from ..noise.barely_moving import most_bends
 from ..noise.digits import rounding, shaken
-from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_noise
+from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_by_distances, lasting_noise
 from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
 from ..outcome import brought_back, repaired_recording
 from ..outliers.as_pose import of_one_limb, smoother_as_pose
@@ -389,6 +389,8 @@ def _traits(values: Floats, recording: Motion | Markers, channels: Channels) -> 
     usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
     lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
     if isinstance(recording, Markers):
+        if rounded is None:
+            lasting = lasting_by_distances(values, recording.fps) or lasting
         return Traits(together=3, rounded=rounded, lasting=lasting)
     skeleton, columns = recording.skeleton, channels.columns
     return Traits(

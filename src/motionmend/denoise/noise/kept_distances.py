@@ -7,6 +7,7 @@ from ...arrays import Bools, Floats, Ints
 
 NEAREST = 8  # markers that are tried as partners, by their median distance
 LOOKED_AT = 64  # frames for that
+MOMENTS = 256  # at most, of which means tell which distance is steady
 HALVES = 16  # frames on end; a partner is chosen in every other such stretch and asked in the rest
 FEWEST = 8  # differences that tell anything
 PARTNERS = 4  # that are asked of each half, at most
@@ -77,6 +78,35 @@ def noise_by_distances(measured: Floats, believed: Bools, loudness: Floats) -> t
     for _ in range(_TURNS):
         own = np.maximum(own + 0.5 * np.nanmean(pairs - own[:, None] - own[other], axis=1), _NOTHING)
     return np.repeat(own, 3), weight
+
+
+def steadiest_distances(places: Floats, moment: int) -> Floats:
+    """(T, M) cm, how far each marker is from that near one from which this changes least.
+
+    Chosen by means of some frames, for by single ones noise would choose what hides it.
+
+    Parameters
+    ----------
+    places : (T, M, 3) cm, NaN = missing; two markers at least.
+    moment : frames, of which the means are taken; two moments at least.
+    """
+    near = _nearest(places)
+    count = len(places) // moment
+    begins = moment * np.unique(np.linspace(0, max(count - 1, 0), min(count, MOMENTS)).astype(int))
+    means = np.full((len(begins), *near.shape), np.nan)
+    for k, begin in enumerate(begins):
+        some = places[begin : begin + moment]
+        away = np.linalg.norm(some[:, :, None] - some[:, near], axis=-1)
+        known = np.isfinite(away).any(axis=0)
+        means[k, known] = np.nanmean(away[:, known], axis=0)
+    told = np.isfinite(means).sum(axis=0) >= 2
+    spread = np.full(told.shape, np.inf)
+    spread[told] = np.nanstd(means[:, told], axis=0)
+    partner = np.take_along_axis(near, np.argmin(spread, axis=1)[:, None], 1)[:, 0]
+    apart = np.zeros(places.shape[:2])
+    for k in range(3):
+        apart += np.square(places[:, :, k] - places[:, partner, k])
+    return np.sqrt(apart)
 
 
 def _nearest(places: Floats) -> Ints:

@@ -1,10 +1,11 @@
 """Noise that lasts: each frame's is much that of the frame before, and passes for motion unless it is told."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arrays import Bools, Floats
+from .kept_distances import steadiest_distances
 from .quiet import quiet_variance
 
 ORDER = 4  # of the differences that are asked: motion hardly shows in them, over short lags
@@ -18,6 +19,10 @@ LEAST_GROWTH, MOST_GROWTH, RISES = 0.6, 1.6, 0.3
 # Degrees or cm, squared, a second, by which clean recordings wander as if by such noise.
 USUAL_OF_ANGLES, USUAL_OF_MARKERS = 10.0, 0.2
 FEWEST_FRAMES, FEWEST_LAGS = 64, 3
+# Distances between markers: cm squared a second by which they wander in clean recordings; growth between which they
+# show noise, for skin gives way but does not move on; and the most that is kept: how long noise lasts skin hides.
+USUAL_OF_DISTANCES, BETWEEN, MOST_KEPT = 0.2, (0.4, 1.7), 0.9
+MOMENT = 0.25  # s, of which means tell which distance is steady
 FLAT = 1.5  # Hz; of what changes more slowly nothing tells noise from motion
 _EDGE = np.pi - 1e-6
 _STAYS = np.concatenate([np.linspace(0.3, 0.9, 61), 1.0 - np.geomspace(0.09, 0.005, 40)])
@@ -96,9 +101,7 @@ def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
     """
     if len(measured) < FEWEST_FRAMES:
         return None
-    lags = [1, 2, 4]
-    while 2 * lags[-1] <= min(LONGEST * fps, len(measured) / 16):
-        lags.append(2 * lags[-1])
+    lags = _lags(len(measured), fps)
     found = np.array([_variance(measured, lag) for lag in lags])
     asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
     if not asked.any():
@@ -108,17 +111,62 @@ def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
     told = 1 + int(np.argmin(np.append(as_noise, [False])))
     if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
         return None
-    kept = _STAYS[:, None] ** np.array(lags[:told])
+    return _fitted(found, asked, lags[:told], fps, usual, _STAYS)
+
+
+def lasting_by_distances(measured: Floats, fps: float) -> Lasting | None:
+    """The same of markers, by the distance of each to the one near it from which that changes least.
+
+    However fast a body moves, skin keeps its markers apart; but it gives way slowly, which hides how long noise
+    lasts: it is taken to keep no more than `MOST_KEPT`. Both markers of a distance have an equal part in its noise.
+
+    Parameters
+    ----------
+    measured : (T, C) in cm, NaN = missing; three columns a marker.
+    fps : Hz.
+
+    Returns
+    -------
+    None where there are too few frames or markers, or distances do not change as noise that lasts makes them.
+    """
+    if len(measured) < FEWEST_FRAMES or measured.shape[1] < 6:
+        return None
+    apart = steadiest_distances(measured.reshape(len(measured), -1, 3), max(2, round(MOMENT * fps)))
+    lags = _lags(len(measured), fps)
+    found = np.array([_variance(apart, lag) for lag in lags])
+    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
+    if not asked.any():
+        return None
+    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
+    as_noise = (growth >= BETWEEN[0]) & (growth <= BETWEEN[1])
+    told = 1 + int(np.argmin(np.append(as_noise, [False])))
+    if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
+        return None
+    between = _fitted(found, asked, lags[:told], fps, USUAL_OF_DISTANCES, _STAYS[_STAYS <= MOST_KEPT])
+    # no motion hides what of them changes slowly
+    return replace(between, variance=np.repeat(0.5 * between.variance, 3), flat=0.0)
+
+
+def _lags(frames: int, fps: float) -> list[int]:
+    """Over how many frames differences are asked."""
+    lags = [1, 2, 4]
+    while 2 * lags[-1] <= min(LONGEST * fps, frames / 16):
+        lags.append(2 * lags[-1])
+    return lags
+
+
+def _fitted(found: Floats, asked: Bools, lags: list[int], fps: float, usual: float, stays: Floats) -> Lasting:
+    """The noise whose differences over some lags have variances nearest to those found (L or more, C)."""
+    kept = stays[:, None] ** np.array(lags)
     expected = np.polynomial.polynomial.polyval(kept, _SHARES) / _OF_WHITE
-    apart = np.log(np.median(found[:told, asked] / found[0, asked], axis=1)) - np.log(expected / expected[:, :1])
+    apart = np.log(np.median(found[: len(lags), asked] / found[0, asked], axis=1)) - np.log(expected / expected[:, :1])
     best = int(np.square(apart).sum(axis=1).argmin())
-    stays = float(_STAYS[best])
-    variance = np.zeros(measured.shape[1])
+    variance = np.zeros(found.shape[1])
     variance[asked] = found[0, asked] / expected[best, 0]
     wanders = found[0] * _OF_WHITE / 20.0 * fps
     variance *= np.where(asked, np.clip(1.0 - usual / np.maximum(wanders, _NOTHING), 0.0, None), 0.0)
-    lowest = np.pi / lags[told - 1]
-    return Lasting(variance, stays, lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
+    lowest = np.pi / lags[-1]
+    return Lasting(variance, float(stays[best]), lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
 
 
 def _variance(measured: Floats, lag: int) -> Floats:
