@@ -84,6 +84,8 @@ def unflipped(motion: Motion) -> Unflipped:
     turning = np.flatnonzero(skeleton.dof_kind == ROTATION)
     angles = motion.q * unit(skeleton)
     same, half = np.zeros(angles.shape, np.bool_), np.zeros(angles.shape, np.bool_)
+    if not np.isfinite(angles[:, turning]).any():
+        return Unflipped(motion, same, half)
     root, _ = root_rows(skeleton)
     least = 0.0 if (angles[:, turning] >= 0.0).mean() >= BY_RULE else -HALF_TURN
     balls = [*triples(skeleton), *([root] if len(root) else [])]
