@@ -242,6 +242,23 @@ def test_a_body_that_an_arm_cuts_in_two_stays_whole(rng):
     assert _overlap(found, crossed) > 0.9
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_the_legs_of_who_leaps_behind_an_arm_stay_theirs(rng, known):
+    """Trunk and legs are where nobody was a moment ago, an arm's loss apart; before a room that is known both move."""
+    nobody = DepthFrame(CAMERA, np.full((240, 320), np.nan, np.float32))
+    alone = picture(standing((0.0, 0.1, 2.8)), person=PERSON.stretched(np.full((1, 3), 0.85)))
+    rows, columns = np.nonzero(np.isfinite(alone.depth))
+    waist, band = int(rows.min() + 0.42 * np.ptp(rows)), round(0.17 * CAMERA.fy / 2.8)
+    depth = np.array(in_room(alone, rng=rng).depth)
+    depth[waist : waist + band, columns.min() : columns.max() + 1] = np.nan
+    whole = DepthFrame(CAMERA, depth)
+    scene = empty_scene([in_room(nobody, rng=rng) for _ in range(2)]) if known else scene_of(whole)
+    found = np.isfinite(find_person(scene, whole).depth)
+    legs = slice(waist + band + 5, rows.max() - 12)
+    assert found[waist - 20 : waist - 10].any()
+    assert (np.count_nonzero(found[legs]) > 0.9 * np.count_nonzero(np.isfinite(alone.depth[legs]))) == known
+
+
 @pytest.mark.parametrize("seen_before", [True, False])
 def test_a_child_cut_in_two_halves_of_which_none_is_long_enough_for_a_body_stays(rng, seen_before):
     """Only who was there a moment ago: in an empty room what is so short is nobody."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motionmend.bodies.camera import KINECT, DepthFrame
-from motionmend.bodies.performer import LANDMARKS, landmarks
+from motionmend.bodies.performer import BONES, FIRST, LANDMARKS, Pose, landmarks, standing
 from motionmend.bodies.surface import render
 from motionmend.evaluate.sensor import sensed
 from motionmend.track.frame.evidence import evidence_of
@@ -60,3 +60,18 @@ def test_feet_out_of_sight_tell_nothing():
     pose = walking(0.5, (0, 0, 3), 40.0)
     frame = coarse(pose)
     assert feet_against(BODY, pose, about_face(BODY, pose), cut(frame, int(0.6 * len(frame.seen)))) == 0.0
+
+
+def test_feet_that_are_guessed_before_the_trunk_are_not_told_by_it():
+    """Seen by the trunk alone, somebody was held back to front by how it fits where the feet were believed to be."""
+    pose = standing((0.0, 0.0, 3.0))
+    frame = coarse(pose)
+    frame = cut(frame, len(frame.seen) // 2)
+    joints = np.array(pose.joints)
+    joints[[FIRST[BONES.index(f"{side}_thigh")] for side in "lr"]] -= 1.5  # legs straight at the camera
+    guessed = Pose(pose.translation, pose.root, joints)
+    x, y, z = landmarks(BODY, guessed)[ANKLE]
+    fx, fy, cx, cy = frame.intrinsics
+    assert z < 2.2
+    assert np.isfinite(frame.seen[int(cy + fy * (y - 0.2) / z), int(cx + fx * x / z)])
+    assert feet_against(BODY, guessed, pose, frame) == 0.0

@@ -167,7 +167,10 @@ def joined(main: int, seen: Surfaces, strange: Bools) -> list[int]:
             # A limb behind or before another one is apart by less than an arm's length, and small.
             was = known[s] > 0.5
             arm = measures[s, 11] > 0.5 and size[s] < ARM_AREA
-            near = gap < (_ARM if arm or was else _REACH if size[s] < max(0.25 * size[main], ARM_AREA) else 0.12)
+            # So is the other half of who moves fast, which was not there a moment ago: both are one body at most.
+            piece = size[s] < max(0.25 * size[main], ARM_AREA)
+            piece |= measures[s, 11] > 0.5 and total + size[s] < USUAL_AREA
+            near = gap < (_ARM if arm or was else _REACH if piece else 0.12)
             wide = (np.maximum(high, highs[s]) - np.minimum(low, lows[s])).max()
             # Where the person walks over known ground, a piece that has always been there is none of theirs.
             stays = measures[main, 11] > 0.5 > measures[s, 11] and not was

@@ -24,19 +24,21 @@ def feet_against(performer: Performer, pose: Pose, other: Pose, coarse: Coarse) 
     performer, pose, other : the two readings. coarse : the frame.
     """
     ankles = np.concatenate([landmarks(performer, one)[ANKLES] for one in (pose, other)])
-    feet = _near(ankles, coarse) & np.isfinite(coarse.seen)
+    feet = _near(ankles, coarse)
     more = _wrong(performer, pose, feet, coarse) - _wrong(performer, other, feet, coarse)
     return more / (float(feet.sum()) + FEW)
 
 
 def _near(ankles: Floats, coarse: Coarse) -> Bools:
+    """What may be a foot: of who shows the trunk alone the feet are guessed, before or behind it as often as not."""
     fx, fy, cx, cy = coarse.intrinsics
     rows, columns = np.indices(coarse.seen.shape)
     near = np.zeros(coarse.seen.shape, np.bool_)
     for x, y, z in ankles:
         if z > 0.0:
             away = ((columns - cx) / fx - x / z) ** 2 + ((rows - cy) / fy - y / z) ** 2
-            near |= away < (ABOUT / z) ** 2
+            with np.errstate(invalid="ignore"):
+                near |= (away < (ABOUT / z) ** 2) & (np.abs(coarse.seen - z) < ABOUT)
     return near
 
 
