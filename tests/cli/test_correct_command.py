@@ -130,6 +130,16 @@ def test_fit_says_what_it_did(cli: Command, taught: Path, tmp_path: Path) -> Non
     assert "--force" in again.failures[0]
 
 
+def test_a_pair_that_is_named_twice_is_told(cli: Command, taught: Path, tmp_path: Path) -> None:
+    rows = [f"{taught}/walk_{seed}.csv,{taught}/walk_{seed}.bvh" for seed in (0, 1, 0)]
+    (tmp_path / "pairs.csv").write_text("\n".join(["sensor,truth", *rows]) + "\n")
+    ran = cli("fit", "corrector", tmp_path / "pairs.csv", "-o", tmp_path / "m.mend", "--jobs", "1", "--json")
+    assert ran.code == 0, ran.err
+    (said,) = [line for line in ran.err.splitlines() if "counts twice" in line]
+    assert "line 4 names the pair of line 2 again" in said
+    assert any("line 4" in warning for warning in json.loads(ran.out)["warnings"])
+
+
 def test_bad_rows_are_told_and_the_others_learned_from(cli: Command, taught: Path, tmp_path: Path) -> None:
     for file in taught.glob("walk_*"):
         shutil.copy(file, tmp_path)

@@ -58,6 +58,9 @@ def corrector(
     left_out = [] if keep_strange else _left_out(found)
     apart = {one["line"] for one in left_out}
     used = [one for one in found if one.listed.line not in apart]
+    twice = _twice(listed)
+    for warning in twice:
+        say(f"warning ({pairs}): {warning}")
     for entry in left_out:
         say(f"{entry['sensor']} is left out: {entry['why']}")
     if not used:
@@ -83,7 +86,7 @@ def corrector(
         "left_out": left_out,
         "failed": len(failures),
         "failures": reasons(failures),
-        "warnings": [*notes, *(w for one in found for w in one.matched.warnings)],
+        "warnings": [*notes, *twice, *(w for one in found for w in one.matched.warnings)],
         "guesses": list(guesses),
         "seconds": {"read": was_read - start, "fit": was_fitted - was_read, "total": perf_counter() - start},
     }
@@ -131,6 +134,17 @@ def _read(
                 for guess in (*read.warnings, *read.guesses):
                     guesses.setdefault(guess, []).append(file)
     return found, failures, guesses
+
+
+def _twice(listed: "tuple[Listed, ...]") -> list[str]:
+    """What is said of rows that name the files of a row before them."""
+    first: dict[tuple[Path, Path], int] = {}
+    said = []
+    for row in listed:
+        pair = row.sensor.resolve(), row.truth.resolve()
+        if first.setdefault(pair, row.line) != row.line:
+            said.append(f"line {row.line} names the pair of line {first[pair]} again: it counts twice")
+    return said
 
 
 def _left_out(found: list[_Found]) -> list[dict[str, Any]]:
