@@ -1,7 +1,10 @@
 """A second process looks back: the same estimates, whatever becomes of it."""
 
 import multiprocessing
+import sys
 from dataclasses import replace
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -90,12 +93,29 @@ def test_nobody_looks_back_where_no_processor_is_idle_or_little_is_to_be_done(fo
         assert not multiprocessing.active_children()
 
 
-def test_two_processors_for_each_recording_are_needed():
+@pytest.mark.parametrize("started", ["python -m motionmend", "motionmend"])
+def test_two_processors_for_each_recording_are_needed(monkeypatch, started):
+    command = ModuleType("__main__")
+    if started == "motionmend":
+        command.__file__ = "/usr/local/bin/motionmend"
+    else:
+        command.__spec__ = ModuleSpec("motionmend.__main__", None)
+    monkeypatch.setitem(sys.modules, "__main__", command)
     assert Working(jobs=2).idle(1)
     assert Working(jobs=4).idle(2)
     assert not Working(jobs=1).idle(1)
     assert not Working(jobs=4).idle(3)
     assert not Working(jobs=4, cluster="tcp://127.0.0.1:8786").idle(1)
+
+
+def test_a_script_that_calls_the_command_is_not_run_again_by_another_process(monkeypatch):
+    script = ModuleType("__main__")
+    monkeypatch.setitem(sys.modules, "__main__", script)
+    for file in ("/home/anna/all_takes.py", None):
+        script.__file__ = file
+        assert not Working(jobs=2).idle(1)
+    script.__spec__ = ModuleSpec("takes.motionmend", None)
+    assert not Working(jobs=2).idle(1)
 
 
 def test_without_looking_back_estimates_come_as_they_are(followed):

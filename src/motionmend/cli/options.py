@@ -2,10 +2,12 @@
 
 import os
 import re
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, TypeAlias
 
 from cyclopts import Parameter, Token
@@ -76,8 +78,11 @@ class Working:
         return self.jobs if self.jobs is not None else (os.cpu_count() or 1)
 
     def idle(self, count: int) -> bool:
-        """Whether each of so many inputs may have two of this machine's processors to itself."""
-        return self.cluster is None and 2 * count <= self.width
+        """Whether each of so many inputs may have two of this machine's processors to itself.
+
+        Never where somebody else's script called the command: another process would run that script again.
+        """
+        return self.cluster is None and 2 * count <= self.width and _is_command(sys.modules["__main__"])
 
     def reachable(self, path: Path) -> Path:
         """The path as every worker finds it: those of a cluster run in other folders."""
@@ -96,3 +101,11 @@ class Writing:
 
 
 WORKING, WRITING = Working(), Writing()  # what holds when nothing is said
+
+
+def _is_command(main: ModuleType) -> bool:
+    """Whether a process that was started with a module is `motionmend`, by its name or by `python -m`."""
+    spec = getattr(main, "__spec__", None)
+    if spec is not None:
+        return bool(spec.name.partition(".")[0] == "motionmend")
+    return Path(getattr(main, "__file__", None) or "").stem == "motionmend"
