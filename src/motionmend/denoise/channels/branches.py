@@ -52,7 +52,7 @@ def nearest_triple(angles: Floats, meant: Floats, counted: Bools | None = None) 
     Rotations by (a, b, c) and (a + 180, 180 - b, c + 180) about axes at right angles are the same. Which of the two is
     nearer is judged by the angles that are `counted` (T, 3), None = all.
     """
-    first, second = nearest_turn(angles, meant), nearest_turn(_twin(angles), meant)
+    first, second = nearest_turn(angles, meant), nearest_turn(twin(angles), meant)
     share = 1.0 if counted is None else counted.astype(float)
     away = (share * np.abs(second - meant)).sum(axis=1) < (share * np.abs(first - meant)).sum(axis=1)
     return np.where(away[:, None], second, first)
@@ -85,7 +85,7 @@ def steady_triple(angles: Floats, centre: Floats, fps: float) -> Floats:
         return nearest
     from ...kernels.branches import steadiest
 
-    both = np.stack([whole, nearest_turn(_twin(whole), centre)], axis=1)
+    both = np.stack([whole, nearest_turn(twin(whole), centre)], axis=1)
     chosen = steadiest(both, _TURNS, np.ascontiguousarray(centre), HOLD * fps)
     steady = nearest.copy()
     steady[known] = both[np.arange(len(whole)), chosen // len(_TURNS)] + _TURNS[chosen % len(_TURNS)]
@@ -95,5 +95,6 @@ def steady_triple(angles: Floats, centre: Floats, fps: float) -> Floats:
     return steady
 
 
-def _twin(angles: Floats) -> Floats:
+def twin(angles: Floats) -> Floats:
+    """The other triples (T, 3) degrees of the same rotations about axes at right angles."""
     return np.stack([angles[:, 0] + 180.0, 180.0 - angles[:, 1], angles[:, 2] + 180.0], axis=1)

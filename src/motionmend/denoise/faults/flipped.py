@@ -18,7 +18,7 @@ import numpy as np
 from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
-from ..channels.branches import FLIP, HALF_TURN, nearest_triple, nearest_turn
+from ..channels.branches import FLIP, HALF_TURN, nearest_triple, nearest_turn, twin
 from ..channels.joints import root_rows, triples, unit
 from ..noise.level import first_noise
 from .held import named
@@ -190,21 +190,16 @@ def _nearest(angles: Floats, meant: Floats) -> Floats:
 
 def _way_between(written: Floats, straight: Floats, stretch: int) -> _Way:
     """The way in which angles (N,) are written that mean others (N,)."""
-    for twin in (False, True):
-        turns = ((_twin_of(straight[None])[0] if twin else straight) - written) / WHOLE_TURN
+    for turned in (False, True):
+        turns = ((twin(straight[None])[0] if turned else straight) - written) / WHOLE_TURN
         if np.allclose(turns, np.round(turns), atol=1e-6):
             break
-    return _Way(stretch, twin, tuple(round(turn) for turn in turns))
-
-
-def _twin_of(angles: Floats) -> Floats:
-    """(T, 3) the other triples of the same rotations."""
-    return np.stack([angles[:, 0] + HALF_TURN, HALF_TURN - angles[:, 1], angles[:, 2] + HALF_TURN], axis=1)
+    return _Way(stretch, turned, tuple(round(turn) for turn in turns))
 
 
 def _there(straight: Floats, way: _Way) -> Floats:
     """Angles (T, N) written in some way."""
-    return (_twin_of(straight) if way.twin else straight) - WHOLE_TURN * np.array(way.turns)
+    return (twin(straight) if way.twin else straight) - WHOLE_TURN * np.array(way.turns)
 
 
 def _back(written: Floats, way: _Way) -> Floats:

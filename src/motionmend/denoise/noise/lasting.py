@@ -1,5 +1,6 @@
 """Noise that lasts: each frame's is much that of the frame before, and passes for motion unless it is told."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,19 +100,7 @@ def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
     loud it is is told by those of neighbouring frames, which motion reaches last; what clean recordings show as well
     is taken off.
     """
-    if len(measured) < FEWEST_FRAMES:
-        return None
-    lags = _lags(len(measured), fps)
-    found = np.array([_variance(measured, lag) for lag in lags])
-    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
-    if not asked.any():
-        return None
-    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
-    as_noise = growth <= np.minimum(MOST_GROWTH, np.append(growth[0], growth[:-1]) + RISES)
-    told = 1 + int(np.argmin(np.append(as_noise, [False])))
-    if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
-        return None
-    return _fitted(found, asked, lags[:told], fps, usual, _STAYS)
+    return _lasting(measured, fps, usual, _STAYS, _before_motion)
 
 
 def lasting_by_distances(measured: Floats, fps: float) -> Lasting | None:
@@ -132,40 +121,49 @@ def lasting_by_distances(measured: Floats, fps: float) -> Lasting | None:
     if len(measured) < FEWEST_FRAMES or measured.shape[1] < 6:
         return None
     apart = steadiest_distances(measured.reshape(len(measured), -1, 3), max(2, round(MOMENT * fps)))
-    lags = _lags(len(measured), fps)
-    found = np.array([_variance(apart, lag) for lag in lags])
-    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
-    if not asked.any():
+    between = _lasting(apart, fps, USUAL_OF_DISTANCES, _STAYS[_STAYS <= MOST_KEPT], _before_skin)
+    if between is None:
         return None
-    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
-    as_noise = (growth >= BETWEEN[0]) & (growth <= BETWEEN[1])
-    told = 1 + int(np.argmin(np.append(as_noise, [False])))
-    if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
-        return None
-    between = _fitted(found, asked, lags[:told], fps, USUAL_OF_DISTANCES, _STAYS[_STAYS <= MOST_KEPT])
     # no motion hides what of them changes slowly
     return replace(between, variance=np.repeat(0.5 * between.variance, 3), flat=0.0)
 
 
-def _lags(frames: int, fps: float) -> list[int]:
-    """Over how many frames differences are asked."""
+def _before_motion(growth: Floats) -> Bools:
+    """Where differences grow from lag to lag (L,) as noise lets them: more and more of motion shows in them."""
+    return np.asarray(growth <= np.minimum(MOST_GROWTH, np.append(growth[0], growth[:-1]) + RISES))
+
+
+def _before_skin(growth: Floats) -> Bools:
+    """The same of distances (L,)."""
+    return np.asarray((growth >= BETWEEN[0]) & (growth <= BETWEEN[1]))
+
+
+def _lasting(
+    measured: Floats, fps: float, usual: float, stays: Floats, as_noise: Callable[[Floats], Bools]
+) -> Lasting | None:
+    """Noise that lasts in (T, C), of the shares that may stay (S,), by differences that grow `as_noise` makes them."""
+    if len(measured) < FEWEST_FRAMES:
+        return None
     lags = [1, 2, 4]
-    while 2 * lags[-1] <= min(LONGEST * fps, frames / 16):
+    while 2 * lags[-1] <= min(LONGEST * fps, len(measured) / 16):
         lags.append(2 * lags[-1])
-    return lags
-
-
-def _fitted(found: Floats, asked: Bools, lags: list[int], fps: float, usual: float, stays: Floats) -> Lasting:
-    """The noise whose differences over some lags have variances nearest to those found (L or more, C)."""
-    kept = stays[:, None] ** np.array(lags)
+    found = np.array([_variance(measured, lag) for lag in lags])
+    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
+    if not asked.any():
+        return None
+    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
+    told = 1 + int(np.argmin(np.append(as_noise(growth), [False])))
+    if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
+        return None
+    kept = stays[:, None] ** np.array(lags[:told])
     expected = np.polynomial.polynomial.polyval(kept, _SHARES) / _OF_WHITE
-    apart = np.log(np.median(found[: len(lags), asked] / found[0, asked], axis=1)) - np.log(expected / expected[:, :1])
+    apart = np.log(np.median(found[:told, asked] / found[0, asked], axis=1)) - np.log(expected / expected[:, :1])
     best = int(np.square(apart).sum(axis=1).argmin())
-    variance = np.zeros(found.shape[1])
+    variance = np.zeros(measured.shape[1])
     variance[asked] = found[0, asked] / expected[best, 0]
     wanders = found[0] * _OF_WHITE / 20.0 * fps
     variance *= np.where(asked, np.clip(1.0 - usual / np.maximum(wanders, _NOTHING), 0.0, None), 0.0)
-    lowest = np.pi / lags[-1]
+    lowest = np.pi / lags[told - 1]
     return Lasting(variance, float(stays[best]), lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
 
 

@@ -49,7 +49,9 @@ class Observation:
         """To another process only the box that the person is in goes, and what is true or false as bits."""
         there = np.isfinite(self.depth)
         rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
-        box = (slice(*rows[[0, -1]] + (0, 1)), slice(*columns[[0, -1]] + (0, 1))) if len(rows) else (slice(0), slice(0))
+        box = slice(0), slice(0)
+        if len(rows):
+            box = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
         bits = [None if image is None else np.packbits(image) for image in (self.free, self.rim)]
         return _unpacked, (self.camera, box, self.depth[box], *bits, self.time, self.intensity)
 

@@ -46,9 +46,9 @@ BESIDE = 3  # frames after those told of that are solved together with them
 EASED = 2  # frames to either side of one over which the choice between two near accounts is spread
 STRAIGHT = 0.03  # m, by which joints of mixed poses may miss the mixture of the joints
 TRUNK = len(LIMBS)
-One = TypeVar("One")
 _LEGS = slice(2, 4)  # of `PARTS`
 _IDENTITY = np.eye(3)
+One = TypeVar("One")
 
 _OF_LIMBS = tuple(
     frozen([limb.begin, *limb.landmarks] if limb.name.endswith("arm") else limb.landmarks, np.int64) for limb in LIMBS
