@@ -6,22 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionmend.denoise.noise.kept_distances import noise_by_distances
+from tumblers import tumbling
 
 FRAMES = 200
 
 
 def _tumbling(markers, fps, rng):
-    """(T, 3 M) cm: three stiff bodies of some markers each that fly and tumble fast."""
-    time = np.arange(FRAMES) / fps
-    parts = []
-    for _ in range(3):
-        home = rng.uniform(-15.0, 15.0, (markers, 3))
-        angle = 9.0 * np.sin(2.0 * np.pi * 0.9 * time + rng.uniform(0.0, 6.0))
-        cos, sin, nil, one = np.cos(angle), np.sin(angle), 0.0 * angle, 1.0 + 0.0 * angle
-        turn = np.stack([cos, -sin, nil, sin, cos, nil, nil, nil, one], axis=1).reshape(-1, 3, 3)
-        way = 80.0 * np.sin(2.0 * np.pi * rng.uniform(0.3, 1.2, 3) * time[:, None] + rng.uniform(0.0, 6.0, 3))
-        parts.append(np.einsum("tij,mj->tmi", turn, home) + way[:, None])
-    return np.concatenate(parts, axis=1).reshape(FRAMES, -1)
+    return tumbling(markers, FRAMES, fps, rng, 9.0)
 
 
 @given(st.integers(4, 8), st.sampled_from([30.0, 120.0]), st.floats(0.05, 1.0), st.integers(0, 10**6))

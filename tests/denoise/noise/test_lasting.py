@@ -5,6 +5,7 @@ import pytest
 
 import motionmend as mm
 from motionmend.denoise.noise.lasting import USUAL_OF_ANGLES, lasting_by_distances, lasting_noise
+from tumblers import tumbling
 
 FPS, FRAMES, CHANNELS = 120.0, 600, 20
 
@@ -73,17 +74,9 @@ def test_deviations_reach_noise_that_lasts():
     assert (off < 1.96 * repaired.std[:, moving]).mean() > 0.88  # before: 0.3
 
 
-def turning(fps, rng, frames=FRAMES):
-    """(T, 3 M) cm: three stiff bodies of six markers each that fly and turn as fast as people do."""
-    time, parts = np.arange(frames) / fps, []
-    for _ in range(3):
-        home = rng.uniform(-15.0, 15.0, (6, 3))
-        angle = 1.5 * np.sin(2.0 * np.pi * 0.9 * time + rng.uniform(0.0, 6.0))
-        cos, sin, nil, one = np.cos(angle), np.sin(angle), 0.0 * angle, 1.0 + 0.0 * angle
-        turn = np.stack([cos, -sin, nil, sin, cos, nil, nil, nil, one], axis=1).reshape(-1, 3, 3)
-        way = 80.0 * np.sin(2.0 * np.pi * rng.uniform(0.3, 1.2, 3) * time[:, None] + rng.uniform(0.0, 6.0, 3))
-        parts.append(np.einsum("tij,mj->tmi", turn, home) + way[:, None])
-    return np.concatenate(parts, axis=1).reshape(frames, -1)
+def turning(fps, rng):
+    """(T, 54) cm: markers on what flies and turns as fast as people do."""
+    return tumbling(6, FRAMES, fps, rng, 1.5)
 
 
 @pytest.mark.parametrize("fps", [30.0, 120.0])
