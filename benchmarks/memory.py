@@ -139,7 +139,7 @@ def _repair(given: Mapping[str, Floats]) -> Callable[[], object]:
 
 
 def _repair_plain(given: Mapping[str, Floats]) -> Callable[[], object]:
-    from motionmend.denoise.bases.repair import interpolated
+    from motionmend.denoise.bases.support import interpolated
 
     from .twins import alternate
 

@@ -10,7 +10,8 @@ from motionmend.arrays import Floats
 from motionmend.bodies.motion import Motion
 from motionmend.denoise import Denoiser, DenoiserModel
 from motionmend.denoise.bases.optimise import PRIOR_WEIGHT, SCALE, Fit, fit_windows, window_starts
-from motionmend.denoise.bases.repair import interpolated, repair_channels
+from motionmend.denoise.bases.repair import repair_channels
+from motionmend.denoise.bases.support import interpolated
 from motionmend.kernels.lagged import BLOCK_BYTES, overlap_add, project
 from motionmend.numerics.robust import ESTIMATORS
 from motionmend.numerics.ssa import Eigenbases

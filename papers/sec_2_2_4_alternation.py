@@ -10,7 +10,7 @@ import numpy as np
 
 from motionmend.arrays import Floats
 from motionmend.denoise.bases.optimise import PRIOR_WEIGHT, SCALE, TOLERANCE, fit_windows, window_starts
-from motionmend.denoise.bases.repair import interpolated
+from motionmend.denoise.bases.support import interpolated
 from motionmend.denoise.channels.recording import to_channels
 from motionmend.kernels.lagged import coverage, overlap_add, project
 from motionmend.numerics.robust import ESTIMATORS

@@ -20,7 +20,7 @@ from motionmend.denoise import Denoiser, DenoiserModel, repair_without_model
 from motionmend.denoise.adaptive import blocks as mending
 from motionmend.denoise.adaptive import recording as mend_recording
 from motionmend.denoise.adaptive.rounds import Adapted
-from motionmend.denoise.bases.support import Support, bridged
+from motionmend.denoise.bases.support import Support, interpolated
 from motionmend.denoise.channels import pieces
 from motionmend.denoise.library import exemplars as library
 from motionmend.evaluate import corrupt
@@ -71,7 +71,7 @@ def test_a_repair_holds_its_results_and_little_else(
     off = 20.0 if way == "doubtful library" else 0.0
 
     def quick(measured: np.ndarray, *_: object, **__: object) -> Adapted:
-        values = bridged(measured)
+        values = interpolated(measured)
         outlier = np.abs(np.diff(measured, axis=0, prepend=measured[:1])) > 20.0
         ones, one = np.ones(measured.shape), np.ones(measured.shape[1])
         told = Support(values + off, ones, ones)

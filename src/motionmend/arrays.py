@@ -23,6 +23,15 @@ def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     return array
 
 
+def away_from(mask: ArrayLike) -> Floats:
+    """(T,) how far each index is from the nearest at which a mask (T,) holds; inf where it holds at none."""
+    holds = np.asarray(mask, np.bool_)
+    here = np.arange(len(holds))
+    before = np.maximum.accumulate(np.where(holds, here, -np.inf))
+    after = np.minimum.accumulate(np.where(holds, here, np.inf)[::-1])[::-1]
+    return np.asarray(np.minimum(here - before, after - here))
+
+
 def runs(mask: ArrayLike) -> list[tuple[int, int]]:
     """Start and stop, the first index after it, of each longest stretch in which a mask (T,) holds, in order."""
     edges = np.flatnonzero(np.diff(np.asarray(mask, np.int8), prepend=0, append=0))

@@ -120,6 +120,23 @@ def test_a_frame_nobody_was_seen_in_stays_missing():
     assert np.isnan(performer_frames(gone, person)[2]).all()
 
 
+def test_a_stiff_trunk_turns_with_the_pelvis_whichever_shoulder_is_raised():
+    person = anatomy.average()
+    whole = skeleton_of(person)
+    bends = ~np.isin(whole.dof_joint, [whole.names.index(n) for n in ("Spine", "LeftShoulder", "RightShoulder")])
+    stiff = replace(
+        whole,
+        dof_names=tuple(np.array(whole.dof_names)[bends]),
+        **{name: getattr(whole, name)[bends] for name in ("dof_joint", "dof_axis", "dof_kind", "limits")},
+    )
+    joints = np.zeros((2, 28))
+    for row, side, sign in ((0, "l", 1.0), (1, "r", -1.0)):
+        joints[row, bodies.FIRST[bodies.BONES.index(f"{side}_clavicle")]] = sign * 0.4
+    poses = bodies.Poses(np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1)), joints)
+    left, right = motion_of(poses, person, stiff, 30.0).q[:, 3:6]
+    np.testing.assert_allclose(np.abs(left), np.abs(right), atol=1e-3)
+
+
 def renamed(skeleton, names):
     """The same tree under other names."""
     fresh = tuple(names.get(name, name) for name in skeleton.names)

@@ -40,6 +40,16 @@ def test_what_nothing_tells_of_is_kept_and_said(frames, taught):
         assert any(said.startswith(words) and "a guess" in said for said in outcome.warnings)
 
 
+@pytest.mark.parametrize("taught", [False, True])
+def test_no_frames_are_no_frames(taught):
+    motion = truth("reach")
+    places = markers(motion)
+    none = (motion.with_q(motion.q[:0]), joints_model()), (places.with_positions(places.positions[:0]), markers_model())
+    for take, model in none:
+        outcome = model.repair(take) if taught else repair_without_model(take)
+        assert outcome.recording.frames == 0
+
+
 @pytest.mark.parametrize("frames", [FEWEST_FRAMES, 10])
 def test_a_few_more_are_repaired_and_as_far_off_as_they_say(frames):
     """Without a library, for which alone the recording speaks."""

@@ -131,6 +131,15 @@ def test_bases_at_another_rate_span_the_same_time_and_describe_the_same_motion()
     assert np.linalg.norm(piece - flat.T @ (flat @ piece)) < 1e-2 * np.linalg.norm(piece)
 
 
+def test_bases_at_a_rate_too_low_for_all_of_them_are_as_many_as_there_is_room_for():
+    bases = eigenbases(lag_covariance(_walk(0, frames=400)[:, :2], 20), 1.0)
+    slower, _ = at_rate(bases, 30.0, 5.0)
+    assert bases.count > 8
+    assert (slower.count, slower.window) == (8, 4)
+    flat = slower.vectors.reshape(8, -1)
+    np.testing.assert_allclose(flat @ flat.T, np.eye(8), atol=1e-9)
+
+
 def test_no_window_is_one_clear_error():
     with pytest.raises(MismatchError, match="longer clips"):
         eigenbases(lag_covariance(_walk(0, frames=5), 20), 0.99)

@@ -287,6 +287,15 @@ def test_an_empty_frame_is_said_to_be_empty_and_the_person_is_taken_up_again():
     assert off(estimate.pose, pose).mean() < 0.02
 
 
+def test_a_clock_that_is_put_back_counts_as_no_time():
+    settings, pose, model = settings_of("default"), some_pose(), TrackerModel(library())
+    frame = DepthFrame(KINECT, render(BODY, pose, KINECT).depth, None, 100.0)
+    state, _ = step(model, settings, start(model, settings, frame, BODY, pose), frame)
+    for depth in (frame.depth, np.full_like(frame.depth, np.nan)):
+        then, now = (step(model, settings, state, DepthFrame(KINECT, depth, None, time))[1] for time in (0.0, 100.0))
+        np.testing.assert_array_equal(then.std, now.std)
+
+
 def test_what_no_pose_explains_does_not_become_usual():
     """A ball instead of the person, for three seconds: what is told of it is `lost`, and what is usual stays."""
     settings, pose = settings_of("default"), some_pose()

@@ -82,7 +82,8 @@ def _angles(skeleton: Skeleton, rig: Rig, turned: Floats) -> Floats:
     from scipy.spatial.transform import Rotation
 
     part, count = rig.roles, len(turned)
-    world = {int(joint): turned[:, b] for b, joint in enumerate(rig.joints)}
+    # Of bones that turn with one joint, as all of a trunk without a spine do, the one nearest the pelvis says how.
+    world = {int(rig.joints[b]): turned[:, b] for b in reversed(range(len(BONES)))}
     pelvis, chest = turned[:, 0], turned[:, BONES.index("chest")]
     for joints, begin, end in (
         (part.spine, pelvis, chest),

@@ -53,6 +53,8 @@ LANDMARKS = (
     "r_knee",
     "r_ankle",
 )
+OTHER_SIDE = frozen((0, 1, 2, 3, 7, 8, 9, 4, 5, 6, 13, 14, 15, 10, 11, 12), np.int64)
+"""The same landmark of the other side."""
 LANDMARK_BONES = frozen((0, 1, 2, 2, 5, 6, 6, 7, 8, 8, 9, 10, 11, 12, 13, 14), np.int64)
 TIPS = ("crown", "l_hand", "r_hand", "l_toe", "r_toe")
 """The far ends of head, hands and feet; the hands are stiff with the forearms."""
@@ -190,13 +192,8 @@ class Performer:
     limits: Floats = field(default_factory=lambda: LIMITS)
 
     bones = BONES
-    parents = PARENTS
     moves = MOVES
     landmark_bone = LANDMARK_BONES
-    tip_bone = TIP_BONES
-    dof_bone = DOF_BONES
-    dof_axis = DOF_AXES
-    dof_kind = DOF_KINDS
 
     def __post_init__(self) -> None:
         shapes = {"offsets": (len(BONES), 3), "landmark_place": (len(LANDMARKS), 3), "tip_place": (len(TIPS), 3)}

@@ -10,7 +10,16 @@ from ..bodies.joint_sets import correspondence, meanings
 from ..bodies.postures import Postures
 from ..errors import MismatchError, counted, few
 from .axes import carrying
-from .metrics import bone_drift, counting_missing, jitter, position_error
+from .metrics import (
+    bone_drift,
+    centimetres,
+    centroids,
+    counting_missing,
+    jitter,
+    mean_of_known,
+    number,
+    position_error,
+)
 from .names import same_names
 
 FAR = 0.15  # m; a joint farther from the truth than this is lost
@@ -99,34 +108,34 @@ def compare_joints(truth: Postures, other: Postures, *, align: bool | None = Fal
     there, seen = truth.present, np.asarray(np.isfinite(other_at).all(axis=2))
     claimed = seen if other.std is None else seen & ~(other.std[:, place] >= UNSURE)
     both = np.where((there & seen)[:, :, None], other_at, np.nan)
-    centre = _centre(true_at)
+    centre = centroids(true_at)
     distance = position_error(true_at, both)
     filled = position_error(true_at, np.where((there & ~seen)[:, :, None], centre, both))
     far = np.where(there, np.where(seen, distance > FAR, True), False)
     held = there.any(axis=1)
-    of_frame = np.array([_mean(row) for row in distance])
+    of_frame = np.array([mean_of_known(row) for row in distance])
     lost = held & ~(of_frame <= FAR)
     still, moved = (jitter(at, truth.fps) for at in (np.where(np.isfinite(both), true_at, np.nan), both))
     return JointComparison(
         frames=truth.frames,
         fps=truth.fps,
-        mean_cm=_cm(_mean(distance)),
-        mean_cm_counting_missing=_cm(counting_missing(distance, filled)),
-        median_cm=_cm(_quantile(distance, 0.5)),
-        p95_cm=_cm(_quantile(distance, 0.95)),
-        max_cm=_cm(_quantile(distance, 1.0)),
-        share_above_15cm=_known(_mean(np.where(np.isfinite(distance), distance > FAR, np.nan))),
+        mean_cm=centimetres(mean_of_known(distance)),
+        mean_cm_counting_missing=centimetres(counting_missing(distance, filled)),
+        median_cm=centimetres(_quantile(distance, 0.5)),
+        p95_cm=centimetres(_quantile(distance, 0.95)),
+        max_cm=centimetres(_quantile(distance, 1.0)),
+        share_above_15cm=number(mean_of_known(np.where(np.isfinite(distance), distance > FAR, np.nan))),
         share_above_15cm_counting_missing=_ratio(far.sum(), there.sum()),
         frames_above_15cm=_ratio(lost.sum(), held.sum()),
-        mean_cm_by_joint=_by_name(truth.names, [_mean(column) for column in distance.T]),
+        mean_cm_by_joint=_by_name(truth.names, [mean_of_known(column) for column in distance.T]),
         p95_cm_by_joint=_by_name(truth.names, [_quantile(column, 0.95) for column in distance.T]),
         jitter={
-            "truth": _known(still),
-            "other": _known(moved),
-            "ratio": _known(moved / still) if still > 0 else None,
+            "truth": number(still),
+            "other": number(moved),
+            "ratio": number(moved / still) if still > 0 else None,
         },
-        bone_drift_cm=_cm(bone_drift(true_at, both)),
-        bone_drift_truth_cm=_cm(bone_drift(true_at, true_at)),
+        bone_drift_cm=centimetres(bone_drift(true_at, both)),
+        bone_drift_truth_cm=centimetres(bone_drift(true_at, true_at)),
         missing=_missing(truth.names, there, there & ~seen),
         extra={"samples": int((claimed & ~there).sum()), "share": _ratio((claimed & ~there).sum(), (~there).sum())},
         notes=notes,
@@ -171,7 +180,7 @@ def _upright_alike(truth: Postures, other: Postures, place: Ints) -> tuple[Postu
     best: tuple[float, str, Postures] | None = None
     for signs, axes in (((1.0, -1.0, 1.0), "y"), ((-1.0, -1.0, 1.0), "x and y")):
         turned = other.with_positions(other.positions * np.array(signs))
-        apart = _mean(np.linalg.norm(turned.positions[:, place] - truth.positions, axis=2)[:, place >= 0])
+        apart = mean_of_known(np.linalg.norm(turned.positions[:, place] - truth.positions, axis=2)[:, place >= 0])
         if best is None or apart < best[0]:
             best = apart, axes, turned
     assert best is not None
@@ -251,14 +260,6 @@ def _at(postures: Postures, times: Floats) -> Postures:
     return whole if std is None else replace(whole, std=np.maximum(std[lower], std[upper]))
 
 
-def _centre(points: Floats) -> Floats:
-    """(T, 1, 3) m: the mean of each frame's joints, NaN in an empty frame."""
-    there = np.isfinite(points).all(axis=2, keepdims=True)
-    count = there.sum(axis=1, keepdims=True)
-    total = np.where(there, points, 0.0).sum(axis=1, keepdims=True)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
-
-
 def _missing(names: tuple[str, ...], there: Bools, lost: Bools) -> dict[str, Any]:
     return {
         "samples": int(lost.sum()),
@@ -268,12 +269,7 @@ def _missing(names: tuple[str, ...], there: Bools, lost: Bools) -> dict[str, Any
 
 
 def _by_name(names: tuple[str, ...], metres: list[float]) -> dict[str, float | None]:
-    return {name: _cm(value) for name, value in zip(names, metres, strict=True)}
-
-
-def _mean(values: Floats) -> float:
-    there = np.isfinite(values)
-    return float(values[there].mean()) if there.any() else float("nan")
+    return {name: centimetres(value) for name, value in zip(names, metres, strict=True)}
 
 
 def _quantile(values: Floats, share: float) -> float:
@@ -283,11 +279,3 @@ def _quantile(values: Floats, share: float) -> float:
 
 def _ratio(part: Any, whole: Any) -> float | None:
     return float(part / whole) if whole else None
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _cm(metres: float) -> float | None:
-    return _known(100.0 * metres)

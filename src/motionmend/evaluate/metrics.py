@@ -124,7 +124,7 @@ def rms_angle(truth: Floats, other: Floats) -> float:
     float
         rad; NaN when there is no common sample.
     """
-    return float(np.sqrt(_mean(wrapped(other - truth) ** 2)))
+    return float(np.sqrt(mean_of_known(wrapped(other - truth) ** 2)))
 
 
 def position_error(truth: Floats, other: Floats) -> Floats:
@@ -141,8 +141,8 @@ def counting_missing(loss: Floats, filled: Floats) -> float:
     loss : (T, C) of each sample of C points or angles, as m of `position_error` or rad²; NaN = missing.
     filled : (T, C) the same with something in place of what the other lacks; NaN = the truth lacks it.
     """
-    usual = np.fmax([_mean(column) for column in loss.T], _mean(loss))
-    return _mean(np.where(np.isfinite(loss) | ~np.isfinite(filled), loss, np.fmax(filled, usual)))
+    usual = np.fmax([mean_of_known(column) for column in loss.T], mean_of_known(loss))
+    return mean_of_known(np.where(np.isfinite(loss) | ~np.isfinite(filled), loss, np.fmax(filled, usual)))
 
 
 def jitter(positions: Floats, fps: float) -> float:
@@ -159,7 +159,7 @@ def jitter(positions: Floats, fps: float) -> float:
         m/s^3; NaN when no four consecutive frames are there.
     """
     jerk = np.linalg.norm(np.diff(positions, n=3, axis=0), axis=2) * fps**3
-    return _mean(np.array([_mean(column) for column in jerk.T]))
+    return mean_of_known(np.array([mean_of_known(column) for column in jerk.T]))
 
 
 def bone_drift(truth: Floats, other: Floats) -> float:
@@ -180,7 +180,7 @@ def bone_drift(truth: Floats, other: Floats) -> float:
         true_std = _std_over_time(truth[:, p + 1 :] - truth[:, p : p + 1])
         other_std = _std_over_time(other[:, p + 1 :] - other[:, p : p + 1])
         drifts.extend(other_std[(true_std <= RIGID_STD) & np.isfinite(other_std)])
-    return _mean(np.array(drifts))
+    return mean_of_known(np.array(drifts))
 
 
 def body_channels(names: Sequence[str]) -> Bools:
@@ -240,10 +240,10 @@ def _compare_motions(truth: Motion, other: Motion) -> Comparison:
             truth.channels[c]: _degrees(rms_angle(truth.q[:, c], other_q[:, c])) if told[c] else None
             for c in np.flatnonzero(rotation)
         },
-        mean_cm=_cm(_mean(distance)),
-        mean_cm_counting_missing=_cm(counting_missing(distance, position_error(true_at, filled_at))),
+        mean_cm=centimetres(mean_of_known(distance)),
+        mean_cm_counting_missing=centimetres(counting_missing(distance, position_error(true_at, filled_at))),
         mean_cm_by_joint=_by_name(truth.skeleton.names, distance),
-        root_rms_cm=_cm(float(np.sqrt(_mean(distance[:, roots] ** 2)))),
+        root_rms_cm=centimetres(float(np.sqrt(mean_of_known(distance[:, roots] ** 2)))),
         jitter=_jitters(true_at, other_at, truth.fps),
         bone_drift_cm=0.0,
         bone_drift_truth_cm=0.0,
@@ -262,7 +262,7 @@ def _other_axes(true_at: Floats, other_at: Floats) -> Carrying | None:
     if common.sum() < 3:
         return None
     found = carrying(np.where(common[:, :, None], other_at, np.nan), true_at)
-    left, whole = (_mean(position_error(true_at, at)) for at in (found.of(other_at), other_at))
+    left, whole = (mean_of_known(position_error(true_at, at)) for at in (found.of(other_at), other_at))
     return found if found.large and left < EXPLAINED * whole else None
 
 
@@ -284,9 +284,9 @@ def _compare_markers(truth: Markers, other: Markers) -> Comparison:
     seen = np.asarray(np.isfinite(other_at).all(axis=2))
     other_at = np.where((truth.present & seen)[:, :, None], other_at, np.nan)
     true_at = np.where(truth.present[:, :, None], truth.positions, np.nan)
-    filled_at = np.where((truth.present & ~seen)[:, :, None], _centroids(true_at), other_at)
+    filled_at = np.where((truth.present & ~seen)[:, :, None], centroids(true_at), other_at)
     distance = position_error(true_at, other_at)
-    drift = _cm(bone_drift(true_at, other_at))
+    drift = centimetres(bone_drift(true_at, other_at))
     feet, notes = _feet(truth)
     lacking = [name for name, p in zip(truth.names, place, strict=True) if p < 0]
     if lacking:
@@ -302,13 +302,13 @@ def _compare_markers(truth: Markers, other: Markers) -> Comparison:
         rms_deg_counting_missing=None,
         rms_deg_all=None,
         rms_deg_by_channel=None,
-        mean_cm=_cm(_mean(distance)),
-        mean_cm_counting_missing=_cm(counting_missing(distance, position_error(true_at, filled_at))),
+        mean_cm=centimetres(mean_of_known(distance)),
+        mean_cm_counting_missing=centimetres(counting_missing(distance, position_error(true_at, filled_at))),
         mean_cm_by_joint=_by_name(truth.names, distance),
         root_rms_cm=None,
         jitter=_jitters(true_at, other_at, truth.fps),
         bone_drift_cm=drift,
-        bone_drift_truth_cm=_cm(bone_drift(true_at, true_at)),
+        bone_drift_truth_cm=centimetres(bone_drift(true_at, true_at)),
         foot_skate_cm_s=_skates(true_at, other_at, feet, truth.fps, truth.up),
         missing=_missing(truth, seen),
         notes=notes,
@@ -338,13 +338,13 @@ def _mean_pose(motion: Motion) -> Floats:
     rotation = motion.skeleton.dof_kind == ROTATION
     return np.array(
         [
-            np.arctan2(_mean(np.sin(column)), _mean(np.cos(column))) if turns else _mean(column)
+            np.arctan2(mean_of_known(np.sin(column)), mean_of_known(np.cos(column))) if turns else mean_of_known(column)
             for column, turns in zip(motion.q.T, rotation, strict=True)
         ]
     )
 
 
-def _centroids(points: Floats) -> Floats:
+def centroids(points: Floats) -> Floats:
     """(T, 1, 3) m: the mean of each frame's points that are there, NaN in an empty frame."""
     there = np.isfinite(points).all(axis=2, keepdims=True)
     count = there.sum(axis=1, keepdims=True)
@@ -367,9 +367,9 @@ def _jitters(true_at: Floats, other_at: Floats, fps: float) -> dict[str, float |
     common = np.where(np.isfinite(other_at), true_at, np.nan)
     truth, other = jitter(common, fps), jitter(other_at, fps)
     return {
-        "truth": _known(truth),
-        "other": _known(other),
-        "ratio": _known(other / truth) if truth > 0 else None,
+        "truth": number(truth),
+        "other": number(other),
+        "ratio": number(other / truth) if truth > 0 else None,
     }
 
 
@@ -393,8 +393,8 @@ def _skates(true_at: Floats, other_at: Floats, feet: Ints, fps: float, up: Float
         return {"truth": None, "other": None}
     standing = contacts(true_at[:, feet], fps, up)
     return {
-        "truth": _cm(skate_during(true_at[:, feet], standing, fps, up)),
-        "other": _cm(skate_during(other_at[:, feet], standing, fps, up)),
+        "truth": centimetres(skate_during(true_at[:, feet], standing, fps, up)),
+        "other": centimetres(skate_during(other_at[:, feet], standing, fps, up)),
     }
 
 
@@ -408,7 +408,7 @@ def _missing(truth: Motion | Markers, seen: Bools) -> dict[str, Any]:
 
 
 def _by_name(names: tuple[str, ...], distance: Floats) -> dict[str, float | None]:
-    return {label: _cm(_mean(column)) for label, column in zip(_labels(names), distance.T, strict=True)}
+    return {label: centimetres(mean_of_known(column)) for label, column in zip(_labels(names), distance.T, strict=True)}
 
 
 def _labels(names: tuple[str, ...]) -> list[str]:
@@ -420,19 +420,21 @@ def _kind(recording: Motion | Markers) -> str:
     return "joint angles" if isinstance(recording, Motion) else "markers"
 
 
-def _mean(values: Floats) -> float:
+def mean_of_known(values: Floats) -> float:
     """Mean of what is not NaN; NaN of nothing."""
     there = np.isfinite(values)
     return float(values[there].mean()) if there.any() else float("nan")
 
 
-def _known(value: float) -> float | None:
+def number(value: float) -> float | None:
+    """The value, None where it is not known."""
     return float(value) if np.isfinite(value) else None
 
 
-def _cm(metres: float) -> float | None:
-    return _known(100.0 * metres)
+def centimetres(metres: float) -> float | None:
+    """m in cm, None where it is not known."""
+    return number(100.0 * metres)
 
 
 def _degrees(radians: float) -> float | None:
-    return _known(float(np.degrees(radians)))
+    return number(float(np.degrees(radians)))

@@ -38,10 +38,10 @@ def local_pca(samples: Floats, energy: float = 0.95) -> LocalPca:
     energy : share, in (0, 1].
     """
     mean, covariance = moments(samples)
-    values, vectors = np.linalg.eigh(covariance)
+    values, vectors = np.linalg.eigh(covariance)  # eq. 3.10
     values, vectors = np.maximum(values[::-1], 0.0), vectors[:, ::-1]
     total = values.sum()
-    # Rounding may leave the whole sum a hair under the share asked for.
+    # Eq. 3.11; rounding may leave the whole sum a hair under the share asked for.
     kept = 0 if total <= 0 else int(np.searchsorted(np.cumsum(values) / total, energy - 1e-12) + 1)
     kept = min(kept, len(values))
     return LocalPca(mean, np.ascontiguousarray(vectors[:, :kept]), values)

@@ -167,7 +167,7 @@ def eigenbases(covariance: LagCovariance, energy: float, most: int | None = None
     matrix = covariance.matrix()
     size = len(matrix)
     total = float(np.trace(matrix))
-    values, vectors = _leading(matrix, total, energy)
+    values, vectors = _leading(matrix, total, energy)  # e^k of eq. 2.6
     reached = np.cumsum(values) >= energy * total * (1 - 1e-12)
     count = int(np.argmax(reached)) + 1 if reached.any() else len(values)
     count = min(count, covariance.count - 1, most or size)
@@ -230,7 +230,7 @@ def at_rate(bases: Eigenbases, fps: float, recording_fps: float) -> tuple[Eigenb
 
     Returns
     -------
-    bases : (K, M', C) with M' the frames of the recording that fit in a window.
+    bases : (K', M', C) with M' the frames of the recording that fit in a window; K' is K, or M' C where that is fewer.
     stride : frames of the recording between the starts of neighbouring windows, at least 1.
     """
     ratio = recording_fps / fps
@@ -240,14 +240,14 @@ def at_rate(bases: Eigenbases, fps: float, recording_fps: float) -> tuple[Eigenb
     times = np.minimum(np.arange(length) / ratio, bases.window - 1)
     knots = np.arange(bases.window)
     mean = CubicSpline(knots, bases.mean, axis=0)(times)
-    bent = CubicSpline(knots, bases.vectors, axis=1)(times)
-    count = bases.count
+    count = min(bases.count, length * bases.mean.shape[1])  # so few samples have no room for more orthonormal patterns
+    bent = CubicSpline(knots, bases.vectors[:count], axis=1)(times)
     flat, upper = np.linalg.qr(bent.reshape(count, -1).T)
     flat = flat * np.sign(np.diag(upper))
     vectors = flat.T.reshape(count, length, -1)
     scale = length / bases.window  # a window of more samples has as much more variance
     return (
-        Eigenbases(mean, vectors, bases.values * scale, bases.total * scale, bases.discarded),
+        Eigenbases(mean, vectors, bases.values[:count] * scale, bases.total * scale, bases.discarded),
         max(1, round(ratio)),
     )
 

@@ -55,7 +55,6 @@ def response(smoothness: float) -> Floats:
     ----------
     smoothness : as of `whittaker`.
     """
-    angles = (
-        (np.arange(512) + 0.5) * np.pi / 512
-    )  # in the middle of each interval: slow sines count no more than others
+    # in the middle of each interval: slow sines count no more than others
+    angles = (np.arange(512) + 0.5) * np.pi / 512
     return np.asarray(1.0 / (1.0 + smoothness * (2.0 - 2.0 * np.cos(angles)) ** 2))

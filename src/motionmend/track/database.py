@@ -63,7 +63,9 @@ def database_of(clips: Sequence[Motion]) -> tuple[PoseDatabase, Poses, list[Perf
     kept: list[Poses] = []
     performers: dict[int, Performer] = {}
     for clip in clips:
-        performer = performers.setdefault(id(clip.skeleton), performer_of(clip.skeleton))
+        if id(clip.skeleton) not in performers:
+            performers[id(clip.skeleton)] = performer_of(clip.skeleton)
+        performer = performers[id(clip.skeleton)]
         step = max(1, round(clip.fps / FPS))
         q = clip.q[::step]
         q = q[np.isfinite(q).all(axis=1)]

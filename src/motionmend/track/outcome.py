@@ -21,7 +21,6 @@ from .state import Fit, Sight, TrackState
 from .terms.objective import PAUSE
 from .terms.smooth import difference
 
-FLAGS = ("tracked", "held", "lost", "recovered", "revised", "empty")
 BODY = 0.25  # share of pixels usually explained wrongly, up to which they are surely a body's: furniture's are 0.3
 PROBATION = 1.0  # s, in which it has to prove itself; what is usual gives way meanwhile
 DOUBTFUL = 1.15  # times the usual share of pixels explained wrongly, above which a pose may be wrong
@@ -40,7 +39,8 @@ class Estimate:
         back have it at least, until one of them is refuted, and wider by what doubt is left then.
     settled : (16,) m, the deviation if this reading is the right one; None where nobody is.
     changed : how likely front and back are changed over, 0 to 0.5.
-    flags : of `FLAGS`; `held` joints are in `held`, and only `hindsight` says `revised`.
+    flags : of tracked, held, lost, recovered, revised and empty; `held` joints are in `held`, and only `hindsight` says
+        `revised`.
     held : (16,) True where nothing of the limb is seen and the prior holds it.
     costs, inliers : of each term. wrong : share of the person's pixels explained wrongly.
     converged, iterations : of Gauss-Newton. covariance : (34, 34) m² and rad².
@@ -161,21 +161,21 @@ def followed(
     clock.lap("certainty")
     solution = fit.solution
     return after, Estimate(
-        pose,
-        place,
-        unsure,
-        flags,
-        ~belief.visible,
-        solution.system.costs,
-        solution.system.inliers,
-        wrong,
-        solution.converged,
-        solution.iterations,
-        belief.covariance,
-        searched.restarts + recovered,
-        std,
-        changed,
-        clock.seconds,
+        pose=pose,
+        landmarks=place,
+        std=unsure,
+        flags=flags,
+        held=~belief.visible,
+        costs=solution.system.costs,
+        inliers=solution.system.inliers,
+        wrong=wrong,
+        converged=solution.converged,
+        iterations=solution.iterations,
+        covariance=belief.covariance,
+        restarts=searched.restarts + recovered,
+        settled=std,
+        changed=changed,
+        seconds=clock.seconds,
     )
 
 

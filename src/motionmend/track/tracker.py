@@ -140,7 +140,7 @@ def _seen(settings: TrackSettings, state: TrackState, frame: DepthFrame) -> tupl
     scene = scene_of(frame) if state.scene is None else told_again(state.scene, frame)
     last = None if state.pose is None else state.pose.translation
     person, scene = person_of(scene, frame, last, settings.median)
-    elapsed = frame.time - state.time if np.isfinite(state.time) else 0.0
+    elapsed = max(frame.time - state.time, 0.0) if np.isfinite(state.time) else 0.0  # a recording may be wound back
     seen = Observation(frame.camera, person.depth, person.free, frame.time, _tones(frame, settings), person.rim)
     evidence = evidence_of(seen, settings) if person.found else None
     observation = None if evidence is None else seen
@@ -239,9 +239,9 @@ def _faced(sight: Sight, body: _Body, clock: Stages, *, first: bool, busy: bool)
     if is_lost(body.fit.state.wrong, body.fit.wrong):
         return body
     asked = (body.ways or []) if body.recovered or first else None
-    fit, turned_about = faced(sight, body.fit, body.elapsed, asked, busy=busy)
+    fit, otherwise = faced(sight, body.fit, body.elapsed, asked, busy=busy)
     clock.lap("facing")
-    if turned_about:
+    if otherwise:
         return replace(body, fit=fit, elapsed=0.0, recovered=True)  # it did not move there
     return replace(body, fit=fit, restarts=body.restarts + (fit.solution is not body.fit.solution))
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from drawn_people import CAMERA, PERSON, picture, random_poses, turned
-from motionmend.bodies.camera import Camera, DepthFrame
-from motionmend.bodies.performer import LANDMARKS, Pose, landmarks, rotation
+from motionmend.bodies.camera import KINECT, Camera, DepthFrame
+from motionmend.bodies.performer import LANDMARKS, OTHER_SIDE, Pose, landmarks, rotation
 from motionmend.errors import MismatchError
 from motionmend.io.model import load_model, save_model
 from motionmend.track.detect import part_forest
 from motionmend.track.detect.joints import Detector, detect, detected_lying, fit_detector
-from motionmend.track.detect.pictures import KINECT, OTHER_SIDE, pictures
+from motionmend.track.detect.pictures import pictures
 
 TRUNK = [LANDMARKS.index(name) for name in ("pelvis", "chest", "neck", "head", "l_shoulder", "r_shoulder")]
 

@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drawn_people import HALF, PERSON, picture, random_joints, random_poses, turned
-from motionmend.bodies.performer import LANDMARKS, LIMITS, Pose, landmarks, rotation, standing
+from motionmend.bodies.performer import LANDMARKS, LIMITS, OTHER_SIDE, Pose, landmarks, rotation, standing
 from motionmend.errors import MismatchError
 from motionmend.track.detect.joints import Detection
-from motionmend.track.detect.pictures import OTHER_SIDE
 from motionmend.track.frame.observation import Observation
 from motionmend.track.limbs.judge import judge
 from motionmend.track.starting.first_pose import candidates, five_of, lying, mirrored, pose_from_joints, poses_to

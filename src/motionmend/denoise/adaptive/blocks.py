@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...arrays import Bools, Bytes, Floats, Ints
+from ...arrays import Bytes, Floats, Ints, away_from
 from ...bodies.motion import Origin
 from ..bases.repair import MUCH_MISSED, ChannelRepair
 from ..bases.support import missed_by
@@ -177,15 +177,7 @@ def _among_missing(block: Floats, least: int) -> Floats:
 def _open_unsupported(origin: Bytes, fps: float, library: bool) -> None:
     """Open the gaps (T, C) that nothing supports, in place."""
     # with a library any channel speaks for all; without one each speaks for itself
-    anywhere = _distance((origin == Origin.MEASURED).any(axis=1)) if library else None
+    anywhere = away_from((origin == Origin.MEASURED).any(axis=1)) if library else None
     for c in np.flatnonzero((origin == Origin.FILLED).any(axis=0)):
-        away = _distance(origin[:, c] == Origin.MEASURED) if anywhere is None else anywhere
+        away = away_from(origin[:, c] == Origin.MEASURED) if anywhere is None else anywhere
         origin[(origin[:, c] == Origin.FILLED) & (away > NEAR * fps), c] = Origin.LEFT_OPEN
-
-
-def _distance(evidence: Bools) -> Floats:
-    """(T,) frames to the nearest True; inf where there is none."""
-    frames = np.arange(len(evidence))
-    last = np.maximum.accumulate(np.where(evidence, frames, -np.inf))
-    following = np.minimum.accumulate(np.where(evidence, frames, np.inf)[::-1])[::-1]
-    return np.asarray(np.minimum(frames - last, following - frames))

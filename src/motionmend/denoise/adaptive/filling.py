@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats
 from ...numerics.coupled import lone_step_variance, smooth_coupled
-from ..bases.support import bridged
+from ..bases.support import interpolated
 from ..dynamics.steady import mixed_in, smooth_steadily
 from ..gaps.likeliest import Process
 from ..gaps.moved import excess, gaps_of, hidden_by, laid_elsewhere
@@ -90,13 +90,13 @@ def in_gaps(
     moved = laid_elsewhere(gaps, present)
     hidden = hidden_by(moved, measured.shape)
     left = np.where(hidden, np.nan, measured)
-    begin = bridged(np.where(hidden, np.nan, values))
+    begin = interpolated(np.where(hidden, np.nan, values))
     blind = prior if prior.elsewhere is None else replace(prior, bases=prior.elsewhere)
     # of `values` only what is believed is looked at
     told = told_by_library(left, outlier, begin, values, blind, noise, fps)
     weight = np.where(np.isfinite(left) & ~outlier, 1.0 / np.square(noise), 0.0)
     everything, goal = joined(np.nan_to_num(left), weight, told)
-    lively = np.exp(bridged(np.where(hidden, np.nan, np.log(liveliness))))
+    lively = np.exp(interpolated(np.where(hidden, np.nan, np.log(liveliness))))
     filled, steps = smooth_coupled(goal, everything, calm, np.sqrt(lively), begin)
     sure = DOUBT * certainty(everything, lone_step_variance(everything, calm) * lively)[0]
     telling = present & ~outlier & (values.std(axis=0) > AT_REST)

@@ -11,8 +11,8 @@ from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
 from ...errors import few
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
-from ..channels.cloud import CENTIMETRES
-from ..channels.joints import DEGREES, joints_of, root_rows
+from ..channels.cloud import in_metres
+from ..channels.joints import CENTIMETRES, DEGREES, joints_of, root_rows
 from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
@@ -291,7 +291,7 @@ def _right_at_first_sight(
     swapped labels are told.
     """
     channels = to_channels(recording, layout)
-    positions = channels.values.reshape(recording.frames, -1, 3) / CENTIMETRES
+    positions = in_metres(channels.values)
     seen = swaps_seen(but_for_spikes(positions), recording.fps, None)
     certain = those_asked(tuple(swap for swap in seen if swap.put_right and swap.log_odds >= AT_FIRST_SIGHT), channels)
     return relabelled(recording, channels, certain), tuple(swap for swap in certain if swap.put_right)
@@ -456,7 +456,7 @@ def _cleaned(mended: Mended, recording: Markers, layout: Layout) -> Floats:
     elsewhere = lasting(mended.found.origin == Origin.REPAIRED, recording.fps)
     if elsewhere.any():
         values = np.where(elsewhere, to_channels(recording, layout).values, values)
-    return values.reshape(len(values), -1, 3) / CENTIMETRES
+    return in_metres(values)
 
 
 def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None, beside: bool) -> Mended:
@@ -473,7 +473,7 @@ def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None
     if not lost.any():
         return mended
     frames = len(found.values)
-    known = np.where(lost, np.nan, found.values).reshape(frames, -1, 3) / CENTIMETRES
+    known = in_metres(np.where(lost, np.nan, found.values))
     filled = fill_gaps(known, fps, library=postures)
     if beside:
         filled = filled_both_ways(filled, fill_gaps(known, fps))

@@ -9,7 +9,7 @@ from ...arrays import Bools, Floats
 from ...bodies.motion import Origin
 from ...numerics.risk import share_of_second
 from ..bases.repair import MUCH_MISSED
-from ..bases.support import RARE, bridged
+from ..bases.support import RARE, interpolated
 from ..noise.own_bends import own_bends
 from .blocks import Mended
 from .smoothing import least_bend
@@ -70,7 +70,7 @@ def of_one_mind(library: Mended, own: Mended) -> Mended:
         told = float(share_of_second(*(each[seen, None].sum(axis=0) for each in (one, other, np.square(apart))))[0])
         strays = _on_end((first.origin[:, c] == Origin.REPAIRED) & (second.origin[:, c] == Origin.MEASURED))
         share = np.where(strays, 1.0 - common * (1.0 - told), told)
-        shift, meets = bridged(np.where(seen, [share * apart, apart], np.nan).T).T
+        shift, meets = interpolated(np.where(seen, [share * apart, apart], np.nan).T).T
         surer = first.std[:, c] / np.maximum(first.std[:, c] + second.std[:, c], TINY)
         inside = np.where(seen | ~seen.any(), 0.0, surer)
         first.values[:, c] += shift + inside * (apart - meets)

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ...arrays import Bools, Floats
-from ..bases.repair import interpolated
-from ..bases.support import Support, line_support, support, supported
+from ..bases.support import Support, interpolated, line_support, support, supported
 from ..library.local_prior import Prior
 
 UNCOUPLED = 0.1  # share of the covariance of second differences that is not believed

@@ -25,8 +25,8 @@ def deviations(measured: Floats, fit: Fit, bases: Eigenbases, noise: Floats, mis
     ----------
     measured : (T, C) in channel units, NaN = missing.
     fit : of `measured`.
-    noise, misfit : (C,) of `noise_and_misfit`.
     bases : at the rate the model was learned at or at the recording's; a window spans `bases.window` samples.
+    noise, misfit : (C,) of `noise_and_misfit`.
 
     Returns
     -------

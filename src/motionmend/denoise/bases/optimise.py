@@ -125,9 +125,8 @@ def fit_windows(
         if float((slope * direction).sum()) >= 0.0:
             direction = step
         c_step = project(np.ascontiguousarray(direction), vectors, starts)
-        bend = (curvature * direction * direction).sum() - 2.0 * prior_weight * np.square(
-            c_step
-        ).sum()  # the second derivative of the touching squares along the direction
+        # the second derivative of the touching squares along the direction
+        bend = (curvature * direction * direction).sum() - 2.0 * prior_weight * np.square(c_step).sum()
         if not bend > 0.0:
             converged = True
             break

@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Bools, Bytes, Floats, Singles
+from ...arrays import Bools, Bytes, Floats, Singles, away_from
 from ...bodies.motion import Origin
 from ...numerics.ssa import Eigenbases, at_rate
 from ..channels.pieces import blocks
 from .certainty import TRUSTED, deviations, noise_and_misfit
 from .optimise import SCALE, Fit, fit_windows
+from .support import interpolated
 
 LONG = 1 << 16  # frames repaired at once: the fit needs twenty times their memory
 MARGIN = 4.0  # s of the neighbours that a block of a longer recording sees on each side
@@ -112,7 +113,7 @@ def labelled(measured: Floats, fit: Fit, std: Floats, window: int) -> ChannelRep
     present = np.isfinite(measured)
     origin = np.where(fit.weights >= TRUSTED, Origin.MEASURED, Origin.REPAIRED).astype(np.uint8)
     origin[~present] = Origin.FILLED
-    blind = ~_near(np.asarray(present.any(axis=1)), window)
+    blind = away_from(present.any(axis=1)) >= window
     opened = ~present & blind[:, None]
     origin[opened] = Origin.LEFT_OPEN
     return ChannelRepair(
@@ -124,16 +125,6 @@ def labelled(measured: Floats, fit: Fit, std: Floats, window: int) -> ChannelRep
         fit.cost,
         fit.converged,
     )
-
-
-def interpolated(measured: Floats, centre: Floats) -> Floats:
-    """(T, C) with every gap bridged by a straight line, held at the ends; an empty channel stands at its centre."""
-    filled = measured.copy()
-    frames = np.arange(len(measured))
-    for c in np.flatnonzero(~np.isfinite(measured).all(axis=0)):
-        known = np.isfinite(measured[:, c])
-        filled[:, c] = np.interp(frames, frames[known], measured[known, c]) if known.any() else centre[c]
-    return filled
 
 
 def _padded(measured: Floats, window: int) -> tuple[Floats, Bools]:
@@ -149,12 +140,3 @@ def _padded(measured: Floats, window: int) -> tuple[Floats, Bools]:
 
 def _thinned(fit: Fit, stride: int) -> Fit:
     return Fit(fit.values[::stride], fit.weights[::stride], fit.cost, fit.iterations, fit.converged)
-
-
-def _near(evidence: Bools, window: int) -> Bools:
-    """(T,) True where a frame with evidence lies within a window's length."""
-    frames = np.flatnonzero(evidence)
-    near = np.zeros(len(evidence), dtype=bool)
-    for start in frames:
-        near[max(0, start - window + 1) : start + window] = True
-    return near

@@ -100,7 +100,7 @@ def support(
         usual = np.sort(missed, axis=0)[:kept].mean(axis=0)
         return np.asarray(CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / (1.0 - leverage) ** 2)
 
-    away = bridged(measured - values)
+    away = interpolated(measured - values)
     middle = _running_median(away, span)
     # what a library misses is smooth; what scatters is noise, or a burst of outliers, and moves the median by chance
     scatter = np.maximum(noise, DEVIATION * _running_median(np.abs(away - middle), span))
@@ -109,7 +109,7 @@ def support(
         known = variance(missed)
         return Support(values, known, known)
     # in a gap the estimate is no evidence against the library: what is missed on both sides counts
-    apart = np.square(bridged(np.where(believed, smooth - values, np.nan)))
+    apart = np.square(interpolated(np.where(believed, smooth - values, np.nan)))
     known = variance(np.maximum(missed, apart))
     if own:
         return Support(values, known, known)
@@ -155,7 +155,7 @@ def line_support(believed: Floats, present: Bools) -> Support:
     known = np.isfinite(believed)
     strays = [np.var(believed[known[:, c], c]) if known[:, c].any() else np.inf for c in range(known.shape[1])]
     variance = np.where(present, np.inf, CARRIED * (np.array(strays) + LEAST**2))
-    return Support(bridged(believed), variance, variance)
+    return Support(interpolated(believed), variance, variance)
 
 
 def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
@@ -177,10 +177,13 @@ def _running_median(values: Floats, span: int) -> Floats:
     return median
 
 
-def bridged(values: Floats) -> Floats:
-    """(T, C) with gaps bridged by straight lines; an empty channel is 0."""
-    bridged, frames = values.copy(), np.arange(len(values))
+def interpolated(values: Floats, centre: Floats | None = None) -> Floats:
+    """(T, C) with gaps bridged by straight lines, held at the ends; an empty channel is at its centre (C,), or 0."""
+    filled, frames = values.copy(), np.arange(len(values))
     for c in np.flatnonzero(~np.isfinite(values).all(axis=0)):
         known = np.isfinite(values[:, c])
-        bridged[:, c] = np.interp(frames, frames[known], values[known, c]) if known.any() else 0.0
-    return bridged
+        if known.any():
+            filled[:, c] = np.interp(frames, frames[known], values[known, c])
+        else:
+            filled[:, c] = 0.0 if centre is None else centre[c]
+    return filled

@@ -44,9 +44,14 @@ def by_bare_names(
     return replace(outcome, recording=replace(outcome.recording, skeleton=recording.skeleton))
 
 
+def bare_name(name: str) -> str:
+    """A marker's name without the subject before the colon, in capitals: what clips of other people share."""
+    return name.rpartition(":")[2].strip().upper()
+
+
 def called_as_taught(names: Sequence[str], taught: Sequence[str]) -> tuple[str, ...]:
     """Markers' names as a library spells them, where all that differs is the subject they all begin with."""
-    own = [name.rpartition(":")[2].strip().upper() for name in names]
+    own = [bare_name(name) for name in names]
     known = {_without_subject(name, taught): name for name in taught}
     meant = tuple(known.get(_without_subject(name, own), name) for name in own)
     more = len(set(meant) & set(taught)) > len(set(own) & set(taught))

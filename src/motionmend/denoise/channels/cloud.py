@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from ...arrays import Bools, Floats, Ints, frozen
 from ...errors import MismatchError
 from ...numerics.robust import ESTIMATORS
+from .joints import CENTIMETRES
 from .travel import Travel, travel, turn
 
-CENTIMETRES = 100.0
 RIGID = 0.02  # m; markers on one segment keep their distance this well, skin and all
 MOST_ANCHORS = 12
 KEPT = 0.95  # share of the clips in which anchors keep their distances
@@ -52,11 +52,6 @@ class CloudChannels:
     righting: Floats
 
 
-def bare_name(name: str) -> str:
-    """A marker's name without the subject before the colon, in capitals: what clips of other people share."""
-    return name.rsplit(":", 1)[-1].strip().upper()
-
-
 def righting(up: Floats, model_up: Floats) -> Floats:
     """(3, 3) the shortest rotation that brings `up` (3,) to `model_up` (3,), both of length 1."""
     if np.allclose(up, model_up):
@@ -85,10 +80,14 @@ def cloud_channels(positions: Floats, fps: float, up: Floats, anchors: Anchors, 
 
 def positions_of(channels: CloudChannels, repaired: Floats) -> Floats:
     """(T, M, 3) m: repaired channels (T, 3 M) cm back in the world; NaN stays NaN."""
-    local = repaired.reshape(len(repaired), -1, 3) / CENTIMETRES
-    frame = channels.travel
+    local, frame = in_metres(repaired), channels.travel
     there = np.einsum("tij,tmj->tmi", frame.rotations(), local) + frame.place[:, None]
     return np.asarray(there @ channels.righting)
+
+
+def in_metres(values: Floats) -> Floats:
+    """(T, M, 3) m, the places that channels of markers (T, 3 M) cm are, in the frame that they are in."""
+    return values.reshape(len(values), values.shape[1] // 3, 3) / CENTIMETRES
 
 
 def learn_anchors(changes: Sequence[Floats], frames: Floats, up: Floats) -> Anchors:

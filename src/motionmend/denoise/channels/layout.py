@@ -10,8 +10,8 @@ from ...arrays import Floats, frozen
 from ...bodies.motion import Markers, Motion
 from ...bodies.skeleton import ROTATION, Skeleton, turned_in_other_order
 from ...errors import MismatchError, few
-from .bare_names import called_barely
-from .cloud import Anchors, bare_name, distance_change, learn_anchors, righting
+from .bare_names import bare_name, called_barely
+from .cloud import Anchors, distance_change, learn_anchors, righting
 from .joints import middle, own_middle, unit
 from .rotation_order import in_order_of
 from .thinning import MOST_VALUES, Sample, first_number, nothing, sample

@@ -39,9 +39,9 @@ class Travel:
         return Travel(self.place[frames], self.heading[frames], self.up)
 
 
-def turn(angle: Floats, up: Floats) -> Floats:
-    """(T, 3, 3) rotation matrices by `angle` (T,) rad about the unit vector `up` (Rodrigues)."""
-    x, y, z = up
+def turn(angle: Floats, axis: Floats) -> Floats:
+    """(T, 3, 3) rotation matrices by `angle` (T,) rad about the unit vector `axis` (Rodrigues)."""
+    x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
     return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))

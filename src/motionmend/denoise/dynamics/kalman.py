@@ -3,7 +3,7 @@
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ...arrays import Bools, Floats
+from ...arrays import Bools, Floats, away_from
 from ...errors import MismatchError
 from ...numerics.risk import excess, stein_risk
 from ...numerics.smoother import kalman_filter, kalman_smoother
@@ -70,7 +70,7 @@ def smooth_with(
     result[:, known], variance[:, known] = _joined(
         values[:, known], result[:, known], variance[:, known], noise_var[:, known], trust, steps
     )
-    far = ~_near(np.asarray(measured.any(axis=1)), round(SUPPORT * fps))
+    far = away_from(measured.any(axis=1)) > round(SUPPORT * fps)
     result[far], variance[far] = np.nan, np.nan
     std = np.sqrt(variance)
     if not known.all():
@@ -194,17 +194,6 @@ def _noise_var(dynamics: Dynamics, values: Floats, noise: float | Floats | None)
     else:
         spread = variance_of(noise, values.shape)
     return np.broadcast_to(np.maximum(spread, 1e-6 * own), values.shape)
-
-
-def _near(evidence: Bools, reach: int) -> Bools:
-    """(T,) True within `reach` frames of a frame with evidence."""
-    at = np.flatnonzero(evidence)
-    if len(at) == 0:
-        return np.zeros(len(evidence), dtype=bool)
-    frames = np.arange(len(evidence))
-    right = np.searchsorted(at, frames).clip(0, len(at) - 1)
-    left = (right - 1).clip(0)
-    return np.asarray(np.minimum(np.abs(at[right] - frames), np.abs(frames - at[left])) <= reach)
 
 
 def _fullest(measured: Bools, frames: int) -> slice:

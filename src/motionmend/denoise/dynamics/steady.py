@@ -13,7 +13,7 @@ import numpy as np
 from ...arrays import Bools, Floats
 from ...numerics.risk import share_of_second
 from ...numerics.steady import settled_covariance, settled_sum
-from ..bases.support import bridged
+from ..bases.support import interpolated
 from .model import Dynamics
 
 TRIED = 150  # frames on which the trust in the dynamics is judged
@@ -77,7 +77,7 @@ def mixed_in(
     share = share_of_second(own, other, square) * told
     left = (1.0 - share) * own + share * other - share * (1.0 - share) * square
     surer = np.where(told, 1.0 - SURER * (1.0 - np.minimum(left / np.where(own > 0, own, 1.0), 1.0)), 1.0)
-    return values + bridged(np.where(seen, share * apart, np.nan)), np.where(seen, variance * surer, variance)
+    return values + interpolated(np.where(seen, share * apart, np.nan)), np.where(seen, variance * surer, variance)
 
 
 def _poses(dynamics: Dynamics, seen: Floats, noise_cov: Floats, begin: Floats) -> tuple[Floats, Floats]:

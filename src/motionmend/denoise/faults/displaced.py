@@ -13,7 +13,7 @@ from scipy.ndimage import binary_opening
 
 from ...arrays import Bools, Floats, Ints, runs
 from ...numerics.robust import ESTIMATORS
-from ..bases.repair import interpolated
+from ..bases.support import interpolated
 from ..channels.cloud import distance_change
 from ..channels.pieces import PIECE, blocks
 from ..gaps.markers import LEAST_FRAMES, fill_gaps
@@ -178,7 +178,7 @@ def _between_gaps(bridged: Floats) -> Bools:
 def _bridged(positions: Floats, seen: Bools, shortest: float) -> Floats:
     """Places (T, M, 3) m with gaps of so many frames at most bridged by lines: they are no leaps."""
     frames, markers = seen.shape
-    lines = interpolated(positions.reshape(frames, 3 * markers), np.zeros(3 * markers)).reshape(positions.shape)
+    lines = interpolated(positions.reshape(frames, 3 * markers)).reshape(positions.shape)
     short = np.zeros(seen.shape, dtype=bool)
     for marker in range(markers):
         for start, stop in runs(~seen[:, marker]):
@@ -208,7 +208,7 @@ def steadiest_guides(positions: Floats) -> tuple[Floats, dict[int, tuple[Ints, F
     frames, markers = positions.shape[:2]
     unsteady = distance_change(positions[:: max(1, frames // LOOKED)])
     np.fill_diagonal(unsteady, np.inf)
-    places = interpolated(positions.reshape(frames, 3 * markers), np.zeros(3 * markers)).reshape(positions.shape)
+    places = interpolated(positions.reshape(frames, 3 * markers)).reshape(positions.shape)
     found = {}
     for marker in range(markers):
         order = np.argsort(unsteady[marker], kind="stable")

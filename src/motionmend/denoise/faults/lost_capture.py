@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, runs
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
-from ...bodies.skeleton import ROTATION
+from ...bodies.skeleton import ROTATION, wrapped
 from ..outcome import LEFT_OPEN, left_open
 from .dropped import dropped
 from .frozen import frozen, held_ends
@@ -99,7 +99,7 @@ def _strays(values: Floats, ahead: int, turns: bool) -> float:
         changes = values - np.nanmedian(values)
     changes = changes[np.isfinite(changes)]
     if turns:
-        changes = (changes + np.pi) % (2.0 * np.pi) - np.pi
+        changes = wrapped(changes)
     return float(np.sqrt(np.square(changes).mean()))
 
 

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ...arrays import Bools, Bytes, Floats, runs
 from ...bodies.motion import Markers, Motion, Origin
-from ..channels.cloud import CENTIMETRES
+from ..channels.joints import CENTIMETRES
 from ..gaps.markers import LEAST_FRAMES
 from .displaced import place_by_guides, steadiest_guides
 from .held import SAID

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers
-from ..channels.cloud import CENTIMETRES, distance_change
+from ..channels.cloud import distance_change
+from ..channels.joints import CENTIMETRES
 from ..channels.pieces import PIECE, blocks
 from ..gaps.segment_frame import ANCHORS, segment_frame, within, without
 from ..noise.level import first_noise

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...arrays import Bools, Bytes, Floats
 from ...bodies.motion import Markers, Motion, Origin
-from ..channels.cloud import CENTIMETRES, distance_change
+from ..channels.cloud import distance_change
+from ..channels.joints import CENTIMETRES
 from ..gaps.markers import LEAST_FRAMES
 from ..gaps.segment_frame import ANCHORS, segment_frame, within
 from .displaced import lasting

@@ -206,9 +206,8 @@ def _smooth_shift(
         for k in range(3):
             for i in range(3 - k):
                 band[k, :, i] += weight * way[:, i] * way[:, i + k]
-    first = np.arange(
-        -2 if rises else 0, frames if falls else frames - 2
-    )  # of three frames, the middle one accelerates
+    # the first of three frames each; the middle one accelerates
+    first = np.arange(-2 if rises else 0, frames if falls else frames - 2)
     for a, one in enumerate((1.0, -2.0, 1.0)):
         for b, two in list(enumerate((1.0, -2.0, 1.0)))[a:]:
             inside = (first + a >= 0) & (first + b < frames)

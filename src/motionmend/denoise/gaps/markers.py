@@ -16,9 +16,8 @@ from threadpoolctl import threadpool_limits
 
 from ...arrays import Bools, Floats, Ints, runs
 from ...errors import MismatchError
-from ...numerics.walk import noise_level
 from ..library.markers import MarkerLibrary, examples_like
-from ..rivals.filtered import Filtered, check_channels
+from ..rivals.filtered import Filtered, check_channels, marker_std
 from .hedge import hedged
 from .limbs import fill_absent
 from .markers_model import GROUPS, UNIT, WOBBLE, Known, Points, Relation, learn, predict, relation
@@ -81,7 +80,7 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
     if library is not None and library.markers != positions.shape[1]:
         raise MismatchError(f"the library knows {library.markers} markers, the recording has {positions.shape[1]}")
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
-    std = _measured_std(positions, seen)
+    std = marker_std(positions, seen)
     if seen.all() or not seen.any():
         return Filtered(positions, std, np.zeros(seen.shape, dtype=bool))
     with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
@@ -451,9 +450,3 @@ def _parts_of_gap(visible: Bools, least: int) -> list[tuple[int, int]]:
             break
         del edges[min((e for e in (shortest, shortest + 1) if 0 < e < len(edges) - 1), key=lost)]
     return list(pairwise(edges))
-
-
-def _measured_std(positions: Floats, seen: Bools) -> Floats:
-    """(T, M) noise level per coordinate where measured, NaN elsewhere."""
-    level = noise_level(positions.reshape(len(positions), 3 * seen.shape[1])).reshape(-1, 3)
-    return np.where(seen, np.sqrt(np.square(level).mean(axis=1)), np.nan)

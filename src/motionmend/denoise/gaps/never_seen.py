@@ -9,8 +9,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Ints
 from ...numerics.ssa import Eigenbases
-from ..bases.repair import interpolated
-from ..bases.support import CARRIED, LEAST, supported
+from ..bases.support import CARRIED, LEAST, interpolated, supported
 from ..channels.pieces import middle_frames
 
 TRIED = 8  # joints that are hidden

@@ -7,6 +7,7 @@ import numpy as np
 from ...arrays import Floats, Ints
 
 ANCHORS = 5  # at most, of a frame
+FAR = 0.02  # a marker a metre away is as bad a guide as a near one whose distance changes by this much, m
 _EVEN = 0.01  # m; anchors steadier than this count the same
 _ROUNDS = 2
 
@@ -92,6 +93,3 @@ def unsteadiness(positions: Floats, least: int, most: int = 300) -> Floats:
         enough[marker] = False
         found[marker, enough] = (spread + FAR * mean)[enough]
     return found
-
-
-FAR = 0.02  # a marker a metre away is as bad a guide as a near one whose distance changes by this much, m

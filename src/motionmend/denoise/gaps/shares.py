@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ...arrays import Bools, Floats
-from ..bases.support import bridged
+from ..bases.support import interpolated
 from .likeliest import Process, fill_likeliest
 from .moved import Gap, alike
 
@@ -34,7 +34,7 @@ def fillings(values: Floats, gone: Bools, process: Process | None, fps: float) -
     (F, T, C), and (T, C) the variance of what a process filled; 0 where none says anything.
     """
     sure = np.zeros(values.shape)
-    found = [values, np.where(gone, bridged(np.where(gone, np.nan, values)), values)]
+    found = [values, np.where(gone, interpolated(np.where(gone, np.nan, values)), values)]
     if process is not None:
         likeliest, sure = fill_likeliest(process, values, gone, fps)
         found.append(likeliest)

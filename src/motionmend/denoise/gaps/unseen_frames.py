@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats
 from ...bodies.motion import Markers, Origin, Recording, Repaired
-from ..channels.cloud import CENTIMETRES
+from ..channels.joints import CENTIMETRES
 
 FAR, MUCH = 0.05, 0.01  # m, and share of all samples: what is filled beyond what was seen of markers, and is said
 LOOKED = 400  # frames from which it is followed, at most

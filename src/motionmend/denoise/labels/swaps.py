@@ -37,9 +37,7 @@ _NEARBY = 0.5  # s, within which the other marker must have been seen
 _LOOK = 0.1  # s between the frames whose distances are looked at
 _SUSPICION = 6.0  # log odds of one frame, and
 _LASTS = 3  # frames looked at in a row that make two markers suspicious
-_HINT = (
-    0.1  # of the distances' odds, when others may be wrong too: it tells inside from outside where nothing else does
-)
+_HINT = 0.1  # of the distances' odds when others may be wrong too: tells inside from outside where nothing else does
 _SHORTEST = 3  # frames below which two spikes look like a swap, which is then only declared
 _TRIED = 4  # pairs tried in a round, times the number of markers: spikes without end propose any
 _ROUNDS = 5  # a cycle of three takes two, a recording full of swaps some more
@@ -88,9 +86,8 @@ def find_swaps(positions: Floats, fps: float, *, reference: MarkerDistances | No
     positions : (T, M, 3) m, NaN = missing.
     fps : Hz.
     reference : distances of the marker set from clean clips (`learn_distances`). Without it the recording's own medians
-        serve; a marker swapped for more than half of the recording (a third, if to its first or last
-        frame) is then only declared, and one swapped
-        throughout cannot be found.
+        serve; a marker swapped for more than half of the recording (a third, if to its first or last frame) is then
+        only declared, and one swapped throughout cannot be found.
 
     Returns
     -------

@@ -69,7 +69,7 @@ def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterat
             values=filled[own.start : own.stop + after],
             frames=stop - start,
             fps=recording.fps,
-            number=first_number(_samples(recording)[start:stop]),
+            number=first_number(recording.values[start:stop]),
             lost=sum(len(gap.rows) * max(0, min(gap.stop, stop) - max(gap.start, start)) for gap in gaps),
             bridged=int((np.isnan(values[own]) & np.isfinite(filled[own])).sum()),
         )
@@ -128,10 +128,6 @@ def _piece(recording: Motion | Markers, start: int, stop: int, gaps: list[Glitch
     for gap in inside:
         q[max(gap.start - start, 0) : max(gap.stop - start, 0), gap.rows] = np.nan
     return recording.with_q(q)
-
-
-def _samples(recording: Motion | Markers) -> Floats:
-    return recording.q if isinstance(recording, Motion) else recording.positions
 
 
 def _bridged(values: Floats, limit: int) -> Floats:

@@ -33,6 +33,7 @@ class Prior:
     stride : frames between windows.
     own : the bases were learned from a first repair of the very recording, and share what that missed.
     still : (C,) True for channels that bend less than what counts as motion elsewhere; None = none does.
+    elsewhere : patterns for what is filled, learned where gaps were laid into the recording; None = `bases` serve.
     """
 
     bends: Floats

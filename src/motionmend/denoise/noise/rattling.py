@@ -9,7 +9,7 @@ from scipy.ndimage import binary_dilation, binary_propagation, find_objects, lab
 
 from ...arrays import Bools, Floats, Ints
 from ...numerics.walk import NORMAL_MEDIAN
-from ..bases.support import bridged
+from ..bases.support import interpolated
 from .quiet import QUIET_NORMAL
 
 LEAST = {1: 4.0, 3: 3.0}  # degrees, and cm of markers, that count
@@ -105,7 +105,7 @@ def but_for_poses(
     longer = np.pad(measured, ((ENDS, ENDS), (0, 0)), mode="edge")  # else nothing tells at an end
     for moved in (shaken, shaken | (shaking & shaken.any(axis=1, keepdims=True))):
         some = np.pad(moved, ((ENDS, ENDS), (0, 0)))
-        still |= as_pose(longer, some, bridged(np.where(some, np.nan, longer)))[ENDS:-ENDS]
+        still |= as_pose(longer, some, interpolated(np.where(some, np.nan, longer)))[ENDS:-ENDS]
     run: Ints = np.asarray(label(shaken, np.array([[0, 1, 0]] * 3))[0], dtype=np.int64)
     share = np.bincount(run.ravel(), (still | vouched).ravel()) / np.bincount(run.ravel())
     # near a pole all angles of a joint rattle, and the joint does not in some frames at least

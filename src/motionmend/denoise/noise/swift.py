@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
 from ...arrays import Bools, Floats, Ints
-from ..bases.support import bridged
+from ..bases.support import interpolated
 
 SMOOTHED, LEAST_SMOOTHED = 0.03, 2.0  # s and frames, of the Gaussian whose slope is the speed
 LONE = 5  # frames, of which outliers of one or two are seen to be none of the motion
@@ -89,7 +89,7 @@ def speeds(measured: Floats, noise: Floats, fps: float, together: int, joints: I
 
 def _speed(moving: Floats, noise: Floats, fps: float, together: int) -> Floats:
     """(T, C) of the columns that move together, of what is left without lone outliers."""
-    calm = median_filter(bridged(moving), (LONE, 1), mode="nearest")
+    calm = median_filter(interpolated(moving), (LONE, 1), mode="nearest")
     width = max(SMOOTHED * fps, LEAST_SMOOTHED)
     slope = fps * gaussian_filter1d(calm, width, axis=0, order=1, mode="nearest")
     # of white noise the slope of a Gaussian has this variance, and that of the sum of some squares is twice as many

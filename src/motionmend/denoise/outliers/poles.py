@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...arrays import Bools, Floats, Ints
 from ...bodies.skeleton import Skeleton
 from ..channels.joints import DEGREES, triples
+from ..channels.travel import turn
 
 JUMP = 20.0  # degrees from between its neighbours: a step of the angles worth a look
 AS_ROTATION = 1.0 / 3.0  # of the jump: as a rotation the sample is this much nearer
@@ -60,7 +61,7 @@ def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
     turns = np.where(known, angles, 0.0) / DEGREES
 
     def rotations(t: Ints) -> Floats:
-        one, two, three = (_turns(turns[t, i], axes[i]) for i in range(3))
+        one, two, three = (turn(turns[t, i], axes[i]) for i in range(3))
         return np.asarray(one @ two @ three)
 
     for before, after in NEIGHBOURS:
@@ -73,14 +74,6 @@ def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
         between = Rotation.from_matrix(one.transpose(0, 2, 1) @ other).as_rotvec()
         expected = one @ Rotation.from_rotvec(share * between).as_matrix()
         cosine = (np.einsum("tij,tij->t", expected, rotations(t)) - 1.0) / 2.0
-        turn = np.arccos(np.clip(cosine, -1.0, 1.0)) * DEGREES
-        smooth[t[turn < AS_ROTATION * jump]] = True
+        apart = np.arccos(np.clip(cosine, -1.0, 1.0)) * DEGREES
+        smooth[t[apart < AS_ROTATION * jump]] = True
     return smooth
-
-
-def _turns(angle: Floats, axis: Floats) -> Floats:
-    """(T, 3, 3) rotations by angles (T,) rad about one axis (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))

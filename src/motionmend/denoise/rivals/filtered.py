@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, frozen
 from ...errors import MismatchError
+from ...numerics.walk import noise_level
 
 TOGETHER = 1 << 22  # values of a long recording that are looked at together
 
@@ -43,6 +44,12 @@ def check_channels(values: Floats, fps: float) -> None:
         raise MismatchError(f"channels must be (frames, channels), came {values.shape}")
     if not (np.isfinite(fps) and fps > 0):
         raise MismatchError(f"a recording needs a frame rate above 0 Hz, came {fps}")
+
+
+def marker_std(positions: Floats, seen: Bools) -> Floats:
+    """(T, M) noise level per coordinate of markers (T, M, 3) where they are seen (T, M), NaN elsewhere."""
+    level = noise_level(positions.reshape(len(positions), 3 * seen.shape[1])).reshape(-1, 3)
+    return np.where(seen, np.sqrt(np.square(level).mean(axis=1)), np.nan)
 
 
 def channelwise(method: Callable[[Floats, float], Filtered], values: Floats, fps: float) -> Filtered:

@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...arrays import Bools, Floats, Ints
+from ...arrays import Bools, Floats, Ints, runs
 from ...numerics.walk import noise_level
 from .filtered import Filtered, check_channels
 
@@ -86,7 +86,7 @@ def gap_std(values: Floats, bridge: Bridge) -> Floats:
     A gap as long as a measured stretch cannot be tried; its error grows with its length from the longest tried.
     """
     std = np.full(values.shape, np.nan)
-    gaps = [(c, a, b) for channels, known in _patterns(values) for a, b in _runs(known) for c in channels]
+    gaps = [(c, a, b) for channels, known in _patterns(values) for a, b in _inner_gaps(known) for c in channels]
     if not gaps:
         return std
     lengths, errors = _left_out_errors(values, bridge, max(b - a for _, a, b in gaps))
@@ -132,7 +132,7 @@ def _left_out_errors(values: Floats, bridge: Bridge, longest: int) -> tuple[Floa
 def _whole_runs(measured: Bools, out: Bools) -> Bools:
     """(T, C) True in the runs of `out` (T,) that are measured throughout, with the samples on either side."""
     whole = np.zeros_like(measured)
-    for start, stop in _runs(~out):
+    for start, stop in runs(out):
         whole[start:stop] = measured[start - 1 : stop + 1].all(axis=0)
     return whole
 
@@ -147,14 +147,9 @@ def _patterns(values: Floats) -> Iterator[tuple[Ints, Bools]]:
         yield np.array(channels), known[:, channels[0]]
 
 
-def _runs(known: Bools) -> list[tuple[int, int]]:
-    """Inner gaps as (start, stop)."""
-    edges = np.flatnonzero(np.diff(known.astype(np.int8)))
-    at = np.flatnonzero(known)
-    if len(at) == 0:
-        return []
-    inner = edges[(edges >= at[0]) & (edges < at[-1])]
-    return [(int(a) + 1, int(b) + 1) for a, b in inner.reshape(-1, 2)]
+def _inner_gaps(known: Bools) -> list[tuple[int, int]]:
+    """Gaps between measured samples as (start, stop)."""
+    return [(start, stop) for start, stop in runs(~known) if start > 0 and stop < len(known)]
 
 
 def _inner(known: Bools) -> Ints:

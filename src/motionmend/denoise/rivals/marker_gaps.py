@@ -8,8 +8,7 @@ from threadpoolctl import threadpool_limits
 from ...arrays import Bools, Floats, Ints, runs
 from ...errors import MismatchError
 from ...numerics.smoother import StateSpace, kalman_smoother
-from ...numerics.walk import noise_level
-from .filtered import Filtered
+from .filtered import Filtered, marker_std
 
 # Gloersen and Federolf's parameters
 NEAR = 0.2  # m, sigma of the weight by distance
@@ -49,7 +48,7 @@ def fill_pca(positions: Floats, wanted: Bools | None = None) -> Filtered:
     one here, so that a marker is left out only where it is missing itself.
     """
     seen = _present(positions)
-    std = _measured_std(positions, seen)
+    std = marker_std(positions, seen)
     if seen.all() or not seen.any():
         return Filtered(positions, std, np.zeros(seen.shape, dtype=bool))
     with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
@@ -99,7 +98,7 @@ def fill_kalman_lowdim(positions: Floats) -> Filtered:
     Biomechanics 49(9), 2016. Taking out the trajectory and measuring the noise are ours; theirs is fixed.
     """
     seen = _present(positions)
-    std = _measured_std(positions, seen)
+    std = marker_std(positions, seen)
     with threadpool_limits(1, user_api="blas"):
         return _fill_kalman_lowdim(positions, seen, std)
 
@@ -281,9 +280,3 @@ def _present(positions: Floats) -> Bools:
     if positions.ndim != 3 or positions.shape[2] != 3:
         raise MismatchError(f"markers must be (frames, markers, 3), came {positions.shape}")
     return np.asarray(np.isfinite(positions).all(axis=2))
-
-
-def _measured_std(positions: Floats, seen: Bools) -> Floats:
-    """(T, M) noise level per coordinate where measured, NaN elsewhere."""
-    level = noise_level(positions.reshape(len(positions), 3 * seen.shape[1])).reshape(-1, 3)
-    return np.where(seen, np.sqrt(np.square(level).mean(axis=1)), np.nan)

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Floats, Ints, frozen
-from ...bodies.camera import Camera, DepthFrame
-from ...bodies.performer import LANDMARKS, Performer, Poses
+from ...bodies.camera import KINECT, Camera, DepthFrame
+from ...bodies.performer import LANDMARKS, OTHER_SIDE, Performer, Poses
 from ...errors import MismatchError
 from .part_forest import PartForest, differences, grown, leaves, planted
-from .pictures import KINECT, OTHER_SIDE, Picture, pictures
+from .pictures import Picture, pictures
 
 JOINTS = len(LANDMARKS)
 WITHIN = 0.10  # m, what counts as found when confidences are learned

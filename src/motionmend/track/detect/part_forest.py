@@ -149,15 +149,15 @@ def planted(trees: list[Any], probes: list[Singles], parts: int) -> PartForest:
     all_probes, thresholds, children, roots, tables = [], [], [], [], []
     nodes = number = 0
     for tree, tested in zip(trees, probes, strict=True):
-        grown = tree.tree_
-        leaf = grown.children_left < 0
+        inner = tree.tree_
+        leaf = inner.children_left < 0
         names = number + np.cumsum(leaf) - 1
-        pair = np.stack([grown.children_left, grown.children_right], axis=1) + nodes
+        pair = np.stack([inner.children_left, inner.children_right], axis=1) + nodes
         children.append(np.where(leaf[:, None], -1 - names[:, None], pair))
-        all_probes.append(np.where(leaf[:, None], 0.0, tested[np.where(leaf, 0, grown.feature)]))
-        thresholds.append(np.where(leaf, 0.0, grown.threshold))
+        all_probes.append(np.where(leaf[:, None], 0.0, tested[np.where(leaf, 0, inner.feature)]))
+        thresholds.append(np.where(leaf, 0.0, inner.threshold))
         table = np.zeros((int(leaf.sum()), parts))
-        share = grown.value[leaf, 0]
+        share = inner.value[leaf, 0]
         table[:, tree.classes_] = share / share.sum(axis=1, keepdims=True)
         tables.append(table)
         roots.append(nodes)

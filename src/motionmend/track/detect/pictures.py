@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Floats, Singles
-from ...bodies.camera import Camera
+from ...bodies.camera import KINECT, Camera
 from ...bodies.performer import (
     BONES,
     DOF_AXES,
@@ -16,6 +16,7 @@ from ...bodies.performer import (
     LANDMARKS,
     LIMITS,
     MIRROR,
+    OTHER_SIDE,
     Performer,
     Pose,
     Poses,
@@ -24,14 +25,6 @@ from ...bodies.performer import (
 )
 from ...bodies.surface import render
 from ..person.foreground import clean
-
-KINECT = Camera(320, 240, 285.63, 285.63, 160.0, 120.0)
-
-_LEFT = np.array([i for i, name in enumerate(LANDMARKS) if name.startswith("l_")])
-_RIGHT = np.array([LANDMARKS.index(LANDMARKS[i].replace("l_", "r_", 1)) for i in _LEFT])
-OTHER_SIDE = np.arange(len(LANDMARKS))
-"""(16,) the landmark of the other side; those in the middle are their own."""
-OTHER_SIDE[_LEFT], OTHER_SIDE[_RIGHT] = _RIGHT, _LEFT
 
 _ENDS = {
     "pelvis": ("pelvis", "_hip"),

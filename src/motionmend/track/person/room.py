@@ -35,7 +35,9 @@ class Scene:
     background : (H, W) float32 m, the farthest surface seen at each pixel, NaN where none was.
     person : (H, W) float32 m, who was last seen, NaN beside; None before anybody was.
     others : (H, W) float32 m, who else was in the last frame, NaN beside; None = nobody (`passers`).
-    alive : whether who was last seen has moved before the background, and so is no furniture.
+    since : s, when that was; NaN before.
+    stirred : most of the person's pixels so far, as a share, that had the room behind them seen before.
+    vouched : whether who was last seen is a person for sure: pointed at, or well explained by a body.
     window : the part of the images in which anything is measured, where the background was taken away; else None.
     shown : share of the image in which the frame that planes were told of has depth.
     told : s, when that was; NaN once a later frame has borne them out, or where nobody asks.

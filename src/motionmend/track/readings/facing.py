@@ -1,6 +1,6 @@
 """Front or back: the other reading of a body whose left and right may be changed over, followed until one is refuted.
 
-In depth a person from behind looks much as from the front. One frame cannot always tell; a second can (`readings`), for
+In depth a person from behind looks much as from the front. One frame cannot always tell; a second can (`pair`), for
 a body read the wrong way round also walks backwards. One that goes on doing so, or bends strangely, is asked again.
 """
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Floats
-from ...bodies.performer import DOFS, LANDMARKS, Performer, Pose, landmarks
+from ...bodies.performer import DOFS, LANDMARKS, OTHER_SIDE, Performer, Pose, landmarks
 from ...numerics.neighbors import Neighbors
 from ..database import strange
 from ..starting.first_pose import poses_to
@@ -31,8 +31,6 @@ FLAT = 0.4  # of what looks tell: frames that follow each other err alike
 NEVER = -10.0  # log odds for the other reading where it was never in question, once it is
 TURNABLE = 2.0  # log odds at most that who was seen a moment ago has turned about, or has not
 BENT = 0.25  # rad from the library's poses, up to which people bend so
-_SIDES = {"l_": "r_", "r_": "l_"}
-OTHER_SIDE = np.array([LANDMARKS.index(_SIDES.get(name[:2], name[:2]) + name[2:]) for name in LANDMARKS])
 
 
 def about_face(performer: Performer, pose: Pose) -> Pose:

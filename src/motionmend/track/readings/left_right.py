@@ -5,7 +5,7 @@ one is followed on with the hips turned to it, and explains the image nearly as 
 feet are where legs are. Shoulders of a body that turns are mistaken for each other in the same way, and forearms that
 cross for such that bend back where they meet. But so twisted a body bends as nobody's does, and goes on doing so. So
 where they were near each other in the image, and now and then besides, the reading with left and right changed over is
-carried along (`readings`) until one of them is refuted.
+carried along (`pair`) until one of them is refuted.
 """
 
 from dataclasses import dataclass, replace

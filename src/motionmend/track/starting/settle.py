@@ -42,7 +42,7 @@ def settled_readings(
     Parameters
     ----------
     performer : whose pose.
-    found : candidates, the likeliest first (`start.candidates`).
+    found : candidates, the likeliest first (`first_pose.candidates`).
     seen : the frame, coarse, as they were judged by.
     coarse, shapes, refine : as of `settle`.
     detection : of the frame, if there is one, for the limbs.

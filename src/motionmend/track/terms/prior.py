@@ -64,7 +64,7 @@ def prior_term(
     samples = database.joints[follow.ravel()]
     if settings.spread <= 0.0:
         model: LocalPca = local_pca(samples, settings.energy)
-        return PriorTerm(frozen(model.mean), frozen(settings.prior * model.rest()))  # (U Uᵀ - I)² = I - U Uᵀ
+        return PriorTerm(frozen(model.mean), frozen(settings.prior * model.rest()))  # eq. 3.12: (U Uᵀ - I)² = I - U Uᵀ
     # Near neighbours count more; and where even they are far, the library has little to say of this pose.
     near = distance**2 / max(1.0 if weights is None else float(weights.sum()) / len(weights), 1e-9) / len(pose.joints)
     scale = near[len(near) // 2] + settings.spread**2
