@@ -29,7 +29,7 @@ def tracker(
     images: Annotated[
         Whole,
         Parameter(help="Synthetic depth images the detector learns from; 0 learns none, then --start is needed."),
-    ] = 2000,
+    ] = 2700,
     seed: Annotated[Whole, Parameter(help="Of those images.")] = 0,
     fps: Rate = None,
     skeleton: SkeletonFile = None,

@@ -28,7 +28,7 @@ class TrackerModel:
     detector: Any = None
 
     @classmethod
-    def fit(cls, clips: Sequence[Motion], seed: int = 0, detector: bool = True, images: int = 2000) -> "TrackerModel":
+    def fit(cls, clips: Sequence[Motion], seed: int = 0, detector: bool = True, images: int = 2700) -> "TrackerModel":
         """Learn from clean clips of any skeleton with the 16 joints.
 
         Parameters

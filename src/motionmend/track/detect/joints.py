@@ -108,7 +108,7 @@ class Detection:
 
 
 def fit_detector(
-    poses: Poses, performers: Sequence[Performer], seed: int = 0, count: int = 2000, trees: int = 3
+    poses: Poses, performers: Sequence[Performer], seed: int = 0, count: int = 2700, trees: int = 3
 ) -> Detector:
     """Learn the parts of the body from synthetic pictures.
 

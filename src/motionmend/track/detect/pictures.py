@@ -26,6 +26,9 @@ from ...bodies.performer import (
 from ...bodies.surface import render
 from ..person.foreground import clean
 
+AT_A_DESK = 0.25  # of the views
+BELOW = 0.35  # m, a pelvis below the image's border at most
+
 _ENDS = {
     "pelvis": ("pelvis", "_hip"),
     "chest": ("pelvis", "chest"),
@@ -122,13 +125,21 @@ def varied(performer: Performer, rng: np.random.Generator) -> Performer:
 
 
 def viewed(pose: Pose, rng: np.random.Generator, camera: Camera) -> Pose:
-    """The pose with any heading, 1.3 to 4.5 m away, before a camera up to 25 degrees off the level."""
+    """The pose with any heading, before a camera up to 25 degrees off the level.
+
+    It is 1.3 to 4.5 m away; but every fourth is as at a desk, nearer and cut off by the border below. A forest that
+    has seen but few of those takes hips and feet to be where the border is.
+    """
     heading, pitch, roll = rng.uniform(0.0, 2.0 * np.pi), rng.normal(0.0, 0.17), rng.normal(0.0, 0.04)
-    distance = 1.3 * (4.5 / 1.3) ** rng.uniform()
     tilt = rotation(np.array([0.0, 0.0, roll])) @ rotation(np.array([np.clip(pitch, -0.45, 0.45), 0.0, 0.0]))
     turn = tilt @ rotation(np.array([0.0, heading, 0.0]))
     u = rng.normal(0.5, 0.15) * camera.width
-    v = rng.normal(0.5, 0.12) * camera.height
+    if rng.uniform() < AT_A_DESK:
+        distance = 0.7 * (2.2 / 0.7) ** rng.uniform()
+        v = rng.uniform(0.75, 1.0 + BELOW * camera.fy / distance / camera.height) * camera.height
+    else:
+        distance = 1.3 * (4.5 / 1.3) ** rng.uniform()
+        v = rng.normal(0.5, 0.12) * camera.height
     place = np.array([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0]) * distance
     return Pose(place, turn @ pose.root, pose.joints)
 
