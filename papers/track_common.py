@@ -174,7 +174,7 @@ def library(mocap: Path, clips: tuple[str, ...] = LIBRARY) -> TrackerModel:
 
 @cache
 def tracker(mocap: Path, clips: tuple[str, ...] = LIBRARY) -> TrackerModel:
-    """Poses of clips and a detector learned from 2,700 pictures of them, as `motionmend fit tracker` makes it."""
+    """Poses of clips and a detector learned from 2,000 pictures of them, as `motionmend fit tracker` makes it."""
     return TrackerModel.fit([reduced(motion(mocap, clip), FPS) for clip in clips])
 
 

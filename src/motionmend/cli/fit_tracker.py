@@ -28,8 +28,11 @@ def tracker(
     out: ModelFile,
     images: Annotated[
         Whole,
-        Parameter(help="Synthetic depth images the detector learns from; 0 learns none, then --start is needed."),
-    ] = 2700,
+        Parameter(
+            help="Synthetic depth images the detector learns from, and half as many of people who are cut off; 0 "
+            "learns none, then --start is needed."
+        ),
+    ] = 2000,
     seed: Annotated[Whole, Parameter(help="Of those images.")] = 0,
     fps: Rate = None,
     skeleton: SkeletonFile = None,

@@ -28,7 +28,7 @@ class TrackerModel:
     detector: Any = None
 
     @classmethod
-    def fit(cls, clips: Sequence[Motion], seed: int = 0, detector: bool = True, images: int = 2700) -> "TrackerModel":
+    def fit(cls, clips: Sequence[Motion], seed: int = 0, detector: bool = True, images: int = 2000) -> "TrackerModel":
         """Learn from clean clips of any skeleton with the 16 joints.
 
         Parameters
@@ -36,7 +36,7 @@ class TrackerModel:
         clips : with limbs, in any axes and units of their own skeletons.
         seed : of the synthetic images the detector learns from; the same clips and seed give the same model.
         detector : whether to learn one; without it tracking has to be given the first pose.
-        images : how many the detector learns from.
+        images : how many of whole people the detector learns from; half as many more are of people who are cut off.
 
         Raises
         ------

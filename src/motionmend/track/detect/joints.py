@@ -26,12 +26,13 @@ PIXELS = 900  # looked at in one image, about
 FOCAL = (KINECT.fx, KINECT.fy)
 EXAMPLES = 300  # poses kept to begin with
 PLACES = 3  # modes kept of each joint
+ROWS, THICK = 4, 0.25  # px above the lower border, and m of the person there: more than both shanks
 LIES = 1.5  # times as wide as tall in the image is nobody who stands, whatever the arms do
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Detector:
+class Reader:
     """A forest, and what the mass of a joint's votes tells of its being right.
 
     Attributes
@@ -39,16 +40,14 @@ class Detector:
     forest : of body parts.
     mass : (16, K) m^2, masses of votes, not decreasing along K.
     hit : (16, K) share of joints with such a mass that were within 10 cm.
-    examples : (N, 28) rad, poses far apart from each other, to begin with where detected joints leave a pose open.
     """
 
     forest: PartForest
     mass: Floats
     hit: Floats
-    examples: Floats
 
     def __post_init__(self) -> None:
-        for name in ("mass", "hit", "examples"):
+        for name in ("mass", "hit"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         for values in (self.mass, self.hit):
             if values.shape != self.mass.shape or len(values) != JOINTS:
@@ -56,9 +55,47 @@ class Detector:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All of it by name, for a model file."""
-        return {f"forest.{name}": values for name, values in self.forest.arrays().items()} | {
-            "mass": np.asarray(self.mass),
-            "hit": np.asarray(self.hit),
+        own = {f"forest.{name}": values for name, values in self.forest.arrays().items()}
+        return own | {"mass": np.asarray(self.mass), "hit": np.asarray(self.hit)}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Reader":
+        """The reader that `arrays` gave.
+
+        Raises
+        ------
+        MismatchError : when an array is missing or of another shape.
+        """
+        if not {"mass", "hit"} <= set(arrays):
+            raise MismatchError("a detector needs the arrays mass and hit; fit the model anew")
+        return cls(PartForest.from_arrays(_below("forest.", arrays)), arrays["mass"], arrays["hit"])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Detector:
+    """What reads people who are in the image as a whole, and what reads those whom its border cuts off.
+
+    Attributes
+    ----------
+    whole : of people in the image as a whole, or all but a foot or a hand.
+    cut_off : of people at a desk, say; None in models that were fitted without: they are read as whole ones.
+    examples : (N, 28) rad, poses far apart from each other, to begin with where detected joints leave a pose open.
+    """
+
+    whole: Reader
+    cut_off: Reader | None
+    examples: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "examples", frozen(self.examples))
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All of it by name, for a model file."""
+        beside = {} if self.cut_off is None else self.cut_off.arrays()
+        return {
+            **self.whole.arrays(),
+            **{f"cut_off.{name}": values for name, values in beside.items()},
             "examples": np.asarray(self.examples, np.float32),
         }
 
@@ -70,10 +107,14 @@ class Detector:
         ------
         MismatchError : when an array is missing or of another shape.
         """
-        if not {"mass", "hit", "examples"} <= set(arrays):
-            raise MismatchError("a detector needs the arrays mass, hit and examples; fit the model anew")
-        own = {name.removeprefix("forest."): a for name, a in arrays.items() if name.startswith("forest.")}
-        return cls(PartForest.from_arrays(own), arrays["mass"], arrays["hit"], arrays["examples"])
+        if "examples" not in arrays:
+            raise MismatchError("a detector needs the array examples; fit the model anew")
+        beside = _below("cut_off.", arrays)
+        return cls(Reader.from_arrays(arrays), Reader.from_arrays(beside) if beside else None, arrays["examples"])
+
+
+def _below(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    return {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
 
 
 @final
@@ -108,7 +149,7 @@ class Detection:
 
 
 def fit_detector(
-    poses: Poses, performers: Sequence[Performer], seed: int = 0, count: int = 2700, trees: int = 3
+    poses: Poses, performers: Sequence[Performer], seed: int = 0, count: int = 2000, trees: int = 3
 ) -> Detector:
     """Learn the parts of the body from synthetic pictures.
 
@@ -117,12 +158,25 @@ def fit_detector(
     poses : in camera axes (y down), of any place and heading; both are drawn anew.
     performers : people to vary.
     seed : of all that is drawn; the same arguments give the same detector.
-    count : how many pictures.
+    count : how many pictures of whole people; half as many more are of people who are cut off.
     trees : how many trees, each with pictures, pixels and depth differences of its own.
     """
+    whole, cut_off = (
+        _fitted(
+            list(pictures(poses, performers, number, seed, cut_off=cut)),
+            list(pictures(poses, performers, max(number // 8, 40), seed + 1, cut_off=cut)),
+            seed,
+            trees,
+        )
+        for number, cut in ((count, False), ((count + 1) // 2, True))
+    )
+    return Detector(whole, cut_off, _far_apart(poses.joints, EXAMPLES))
+
+
+def _fitted(every: Sequence[Picture], others: Sequence[Picture], seed: int, trees: int) -> Reader:
+    """So many trees grown on pictures, and what their votes tell on others."""
     rng = np.random.default_rng(seed)
     fitted, probes = [], []
-    every = list(pictures(poses, performers, count, seed))
     for tree in range(trees):
         tested = _drawn_probes(rng, 320)
         samples, labels = [], []
@@ -133,8 +187,7 @@ def fit_detector(
         fitted.append(grown(np.concatenate(samples), np.concatenate(labels), 18, 12, 36, seed + tree))
         probes.append(tested)
     forest = _taught(planted(fitted, probes, JOINTS), every)
-    mass, hit = _calibrated(forest, list(pictures(poses, performers, max(count // 8, 40), seed + 1)))
-    return Detector(forest, mass, hit, _far_apart(poses.joints, EXAMPLES))
+    return Reader(forest, *_calibrated(forest, others))
 
 
 def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detection:
@@ -150,10 +203,20 @@ def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detec
     -------
     Detection : all NaN and 0 for an image with nobody in it.
     """
-    places, masses, facing = _modes(detector.forest, frame, pixels)
-    strength = np.array([np.interp(masses[j], detector.mass[j], detector.hit[j]) for j in range(JOINTS)])
+    reader = detector.whole
+    if detector.cut_off is not None and _cut_off(frame):
+        reader = detector.cut_off
+    places, masses, facing = _modes(reader.forest, frame, pixels)
+    strength = np.array([np.interp(masses[j], reader.mass[j], reader.hit[j]) for j in range(JOINTS)])
     strength[~np.isfinite(places[..., 0])] = 0.0
     return Detection(places[:, 0], strength[:, 0], places, strength, facing)
+
+
+def _cut_off(frame: DepthFrame) -> bool:
+    """Whether so much of the person is at the image's lower border as of who is cut off above the knees."""
+    lowest = frame.depth[-ROWS:]
+    nearest = np.fmin.reduce(lowest, axis=0)  # the last rows lose pixels
+    return float(np.nansum(nearest)) / frame.camera.fx > THICK
 
 
 def detected_lying(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> list[Detection]:

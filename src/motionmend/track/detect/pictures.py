@@ -26,7 +26,6 @@ from ...bodies.performer import (
 from ...bodies.surface import render
 from ..person.foreground import clean
 
-AT_A_DESK = 0.25  # of the views
 BELOW = 0.35  # m, a pelvis below the image's border at most
 
 _ENDS = {
@@ -124,33 +123,35 @@ def varied(performer: Performer, rng: np.random.Generator) -> Performer:
     return performer.stretched(np.sqrt(stretch * stretch[MIRROR]))
 
 
-def viewed(pose: Pose, rng: np.random.Generator, camera: Camera) -> Pose:
+def viewed(pose: Pose, rng: np.random.Generator, camera: Camera, *, cut_off: bool = False) -> Pose:
     """The pose with any heading, before a camera up to 25 degrees off the level.
 
-    It is 1.3 to 4.5 m away; but every fourth is as at a desk, nearer and cut off by the border below. A forest that
-    has seen but few of those takes hips and feet to be where the border is.
+    It is 1.3 to 4.5 m away; when `cut_off` nearer, and the border below cuts it somewhere from the knees to the chest.
     """
     heading, pitch, roll = rng.uniform(0.0, 2.0 * np.pi), rng.normal(0.0, 0.17), rng.normal(0.0, 0.04)
+    near, far = (0.7, 2.2) if cut_off else (1.3, 4.5)
+    distance = near * (far / near) ** rng.uniform()
     tilt = rotation(np.array([0.0, 0.0, roll])) @ rotation(np.array([np.clip(pitch, -0.45, 0.45), 0.0, 0.0]))
     turn = tilt @ rotation(np.array([0.0, heading, 0.0]))
     u = rng.normal(0.5, 0.15) * camera.width
-    if rng.uniform() < AT_A_DESK:
-        distance = 0.7 * (2.2 / 0.7) ** rng.uniform()
+    if cut_off:
         v = rng.uniform(0.75, 1.0 + BELOW * camera.fy / distance / camera.height) * camera.height
     else:
-        distance = 1.3 * (4.5 / 1.3) ** rng.uniform()
         v = rng.normal(0.5, 0.12) * camera.height
     place = np.array([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0]) * distance
     return Pose(place, turn @ pose.root, pose.joints)
 
 
-def pictures(poses: Poses, performers: Sequence[Performer], count: int, seed: int) -> Iterator[Picture]:
+def pictures(
+    poses: Poses, performers: Sequence[Performer], count: int, seed: int, *, cut_off: bool = False
+) -> Iterator[Picture]:
     """`count` pictures of random poses of varied people; the same seed gives the same ones.
 
     Parameters
     ----------
     poses : T poses in camera axes, y down; only what stands above what matters, headings are drawn anew.
     performers : the people that are varied.
+    cut_off : whether the image's border cuts them off below, as at a desk.
     """
     rng = np.random.default_rng(seed)
     made = 0
@@ -158,7 +159,7 @@ def pictures(poses: Poses, performers: Sequence[Performer], count: int, seed: in
         performer = varied(performers[int(rng.integers(len(performers)))], rng)
         pose = mixed(poses, rng)
         for _ in range(3):  # seen from a few sides: a new body costs more than a new picture
-            picture = pictured(performer, viewed(pose, rng, KINECT), rng)
+            picture = pictured(performer, viewed(pose, rng, KINECT, cut_off=cut_off), rng)
             if picture is not None and made < count:
                 made += 1
                 yield picture
