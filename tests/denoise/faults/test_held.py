@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.faults.held import LEAST_REPEATS, LONGEST, held
+from motionmend.denoise.faults.held import LEAST_REPEATS, LONG, held
 from motionmend.evaluate import compare, corrupt
 from motionmend.samples import markers
 from performers import FPS, joints_model, markers_model, truth
@@ -29,7 +29,7 @@ def _holding(recording, runs):
     return (recording.with_q if isinstance(recording, Motion) else recording.with_positions)(values), still
 
 
-@given(SEEDS, st.integers(LEAST_REPEATS, int(LONGEST * 60)))
+@given(SEEDS, st.integers(LEAST_REPEATS, int(LONG * 60)))
 @settings(max_examples=30)
 def test_runs_in_noise_are_found_and_nothing_else(seed, length):
     rng = np.random.default_rng(seed)
@@ -44,13 +44,40 @@ def test_what_is_written_in_coarse_steps_repeats_by_chance(seed, step):
     assert not held(noise.with_positions(step * np.round(noise.positions / step))).any()
 
 
-def test_a_channel_at_rest_a_long_stand_and_frames_shown_twice_are_left():
+def test_a_channel_at_rest_a_long_stand_at_an_end_or_a_limit_and_frames_shown_twice_are_left():
     noise = _noise(np.random.default_rng(0), 600)
     positions = noise.positions.copy()
     positions[:, 0] = positions[0, 0]
-    positions[100:200, 1] = positions[100, 1]
+    positions[500:, 1] = positions[500, 1]
+    positions[100:200, 2] = positions[100, 2]
+    positions[300, 2] = positions[100, 2]
+    positions[100:200, 3] = positions.max(axis=0)[3]
     assert not held(noise.with_positions(positions)).any()
     assert not held(noise.with_positions(np.repeat(noise.positions[:200], 3, axis=0))).any()
+
+
+@given(SEEDS, st.integers(int(LONG * 60) + 1, 290))
+@settings(max_examples=20)
+def test_long_runs_that_come_from_elsewhere_and_go_elsewhere_are_found(seed, length):
+    noise = _noise(np.random.default_rng(seed), 600)
+    recording, still = _holding(noise, [(2, 100, 99 + length)])
+    np.testing.assert_array_equal(held(recording), still)
+
+
+@pytest.mark.parametrize("library", [True, False])
+@pytest.mark.parametrize("start", [60, 70, 80])
+def test_what_is_held_for_long_is_filled_or_kept_and_never_said_to_be_sure(library, start):
+    clean = truth("walk", seconds=6.0)
+    noisy = corrupt(clean, noise=np.radians(2.0), seed=1).recording
+    row = clean.skeleton.dof_names.index("ltibia.rx")
+    bad, still = _holding(noisy, [(row, start, start + round(1.6 * FPS))])
+    found = joints_model().repair(bad) if library else repair_without_model(bad, "adaptive")
+    assert np.isfinite(found.recording.q).all()
+    off, recorded = (np.abs(q - clean.q)[still] for q in (found.recording.q, bad.q))
+    assert np.sqrt(np.mean(np.square(off))) < (0.4 if library else 1.1) * np.sqrt(np.mean(np.square(recorded)))
+    assert (off < 2.0 * found.std[still]).mean() > 0.7  # of one gap, whose errors go together
+    assert (found.origin[still] == Origin.REPAIRED).mean() > (0.99 if library else 0.5)
+    assert any("taken as missing" in warning for warning in found.warnings)
 
 
 @pytest.mark.parametrize("frames", [0, 1, 2, 5])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from motionmend import repair_without_model
 from motionmend.bodies.motion import Origin
-from motionmend.denoise.faults.stuck_joint import LONGEST, stuck_joints
+from motionmend.denoise.faults.stuck_joint import ALONE, RECORDED_SO, stuck_joints
 from performers import truth
 
 JOINTS = ("lfemur", "rfemur", "lhumerus", "rhumerus", "ltibia", "rradius")
@@ -68,7 +68,41 @@ def test_a_joint_at_its_limit_or_at_rest_is_not_stuck():
         rest[stretch, hip] = rest[60, hip]
     assert not _found(clean.with_q(rest)).any()
     assert not _found(_held(clean, "lfemur", clean.frames - 40, clean.frames)).any()  # it may have come to rest
-    assert not _found(_held(clean, "lfemur", 40, 40 + round(LONGEST * 60.0) + 20)).any()
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+@pytest.mark.parametrize("seconds", [0.4, 1.5, 2.5])
+def test_one_angle_of_a_joint_is_found_however_long_it_holds(fps, seconds):
+    clean = truth("walk", seconds=6.0, fps=fps)
+    row, start = _rows(clean, "lfemur")[-1], round(2.0 * fps)
+    stop = start + round(seconds * fps)
+    q = clean.q.copy()
+    while (around := np.abs(np.diff(q[[start, stop], row]))[0]) < np.radians(10.0):
+        stop += 1
+    assert around >= np.radians(10.0)  # it leaps on
+    q[start:stop, row] = q[start, row]
+    there = np.zeros(q.shape, np.bool_)
+    there[start + 1 : stop, row] = True
+    np.testing.assert_array_equal(_found(clean.with_q(q)), there)
+
+
+def test_one_angle_that_holds_for_a_moment_or_at_its_limit_is_left():
+    clean = truth("walk", seconds=6.0, fps=60.0)
+    row = _rows(clean, "lfemur")[-1]
+    q = clean.q.copy()
+    q[100 : 100 + round(ALONE * 60.0) - 1, row] = q[100, row]
+    assert not _found(clean.with_q(q)).any()
+    assert not _found(clean.with_q(np.minimum(clean.q, np.quantile(clean.q, 0.6, axis=0)))).any()
+
+
+def test_joints_that_hold_together_for_long_are_found():
+    clean = truth("walk", seconds=6.0, fps=60.0)
+    start, stop = 100, 100 + round(RECORDED_SO * 60.0) + 20
+    both = _held(_held(clean, "lfemur", start, stop), "rhumerus", start, stop)
+    rows = [*_rows(clean, "lfemur"), *_rows(clean, "rhumerus")]
+    there = np.zeros(clean.q.shape, np.bool_)
+    there[start + 1 : stop, rows] = True
+    np.testing.assert_array_equal(_found(both), there)
 
 
 def test_joints_that_hold_and_leap_together_are_left():

@@ -18,7 +18,8 @@ from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
 from ..faults.displaced import displaced, lasting
 from ..faults.fallen import but_for_fallen
-from ..faults.held import SAID, held, in_noise, told, without
+from ..faults.held import SAID, for_long, held, in_noise, told, without
+from ..faults.lost_capture import kept_where_open
 from ..faults.slid import said_of_sliding
 from ..faults.stood_joint import stood_joints
 from ..faults.stood_still import stood_still
@@ -186,7 +187,12 @@ def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]
     if (lost != wrong).any():
         del outcome  # of a long recording only one is held at once
         outcome = _mended_once(without(recording, lost), known)
-    return told(outcome, still, away, stood) if lost.any() else outcome
+    if not lost.any():
+        return outcome
+    outcome = told(outcome, still, away, stood)
+    if isinstance(recording, Motion) and isinstance(outcome.recording, Motion):
+        return kept_where_open(outcome, recording, for_long(still, recording.fps), lost)
+    return outcome
 
 
 def _elsewhere(recording: Markers, outcome: Repaired[Markers]) -> Bools:

@@ -173,3 +173,13 @@ def repeats(values: Floats, coarse: float, fps: float) -> Repeats:
 def repeats_throughout(same: Bools, moving: Bools) -> bool:
     """True for a part that is drawn so or slower than the recording, by which of its steps (T - 1,) repeat and move."""
     return bool(len(runs(same)) > OFTEN * moving.sum())
+
+
+def at_limit(values: Floats, start: int, stop: int) -> bool:
+    """Whether what is still in some frames (T, N) is at a limit: where it is in others, too, or as far as it goes."""
+    held = values[start]
+    others = np.delete(values, slice(start, stop), axis=0)
+    if (others == held).all(axis=1).any():
+        return True
+    far = (held >= np.nanmax(others, axis=0)) | (held <= np.nanmin(others, axis=0))
+    return bool((far | (held == 0.0)).all())

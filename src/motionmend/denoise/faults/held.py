@@ -15,9 +15,11 @@ from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..channels.joints import CENTIMETRES, root_rows, unit
 from ..noise.digits import coarseness
 from ..noise.level import first_noise
+from .frozen import at_limit
 
 LEAST_REPEATS = 2  # of a sample
-LONGEST = 1.3  # s; what stands still for longer may be at rest, and could not be filled without a library
+LONG = 1.3  # s; what stands still for longer may be at a limit, or have come to rest for good
+MOST_AT_ONCE = 0.5  # of a channel's samples; what is still for longer is as likely at home there
 MOST_HELD = 0.3  # of a channel's samples: one that often repeats itself is drawn so
 BY_CHANCE = 0.01  # runs that may be found in a recording where there are none
 # rad and m; a channel less noisy than that is as good as clean, and what stands still in it may be at rest
@@ -38,12 +40,17 @@ def held(recording: Motion | Markers) -> Bools:
     to be so long that in this recording hardly one comes about.
     """
     found: Bools = np.zeros((recording.frames, len(recording.channels)), dtype=bool)
-    longest = round(LONGEST * recording.fps)
+    long = round(LONG * recording.fps)
     for channel in _able(recording):
         values = _channel(recording, channel)  # one at a time: a recording may be long
         steps = np.abs(np.diff(values, axis=0))
         same = (steps == 0.0).all(axis=1)
-        if not 0 < same.sum() <= MOST_HELD * len(values):
+        repeated = runs(same)  # the step before frame t has number t - 1
+        often = same.sum() > MOST_HELD * len(values)
+        if often:  # or for long
+            repeated = [(start, stop) for start, stop in repeated if stop - start > long]
+            often = same.sum() - sum(stop - start for start, stop in repeated) > MOST_HELD * len(values)
+        if often or not repeated:
             continue
         noise = first_noise(np.where(np.pad(same, (1, 0))[:, None], np.nan, values))
         finest = np.where(steps > 0.0, steps, np.inf).min(axis=0)
@@ -52,9 +59,16 @@ def held(recording: Motion | Markers) -> Bools:
             continue
         repeats = np.log(BY_CHANCE / found.size) / np.log(max(chance, _NOTHING))
         least = max(LEAST_REPEATS, int(np.ceil(repeats)))
-        for start, stop in runs(same):  # the step before frame t has number t - 1
-            found[start + 1 : stop + 1, channel] = least <= stop - start <= longest
+        for start, stop in repeated:
+            if stop - start >= least and (stop - start <= long or _left_behind(values, start, stop + 1)):
+                found[start + 1 : stop + 1, channel] = True
     return found
+
+
+def _left_behind(values: Floats, start: int, stop: int) -> bool:
+    """Whether a channel (T, N) that is still for long came from elsewhere, goes elsewhere, and is at no limit."""
+    inside = start > 0 and stop < len(values) and stop - start <= MOST_AT_ONCE * len(values)
+    return inside and not at_limit(values, start, stop)
 
 
 def _able(recording: Motion | Markers) -> Ints:
@@ -94,8 +108,24 @@ def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers], record
         # the repair's own figure may have grown by what was held, and the mean over all frames by outliers
         told = about[np.isfinite(about)]
         usual = min(noise[channel], np.sqrt(np.square(told).sum() / max(len(told), 1)))
-        found[:, channel] = still[:, channel] & ~(about < THERE * usual)
+        calm = still[:, channel] & (about < THERE * usual)
+        found[:, channel] = still[:, channel] & ~calm
+        for start, stop in _long(still[:, channel], recording.fps):
+            found[start:stop, channel] = not (calm[start] or calm[stop - 1])  # in its midst hardly a sample tells
     return found
+
+
+def for_long(still: Bools, fps: float) -> Bools:
+    """Of samples that were held (T, C) those of runs that are longer than `LONG`."""
+    found: Bools = np.zeros(still.shape, dtype=bool)
+    for channel in np.flatnonzero(still.any(axis=0)):
+        for start, stop in _long(still[:, channel], fps):
+            found[start:stop, channel] = True
+    return found
+
+
+def _long(still: Bools, fps: float) -> list[tuple[int, int]]:
+    return [(start, stop) for start, stop in runs(still) if stop - start > round(LONG * fps)]
 
 
 def _noise_about(seen: Floats, fps: float) -> Floats:

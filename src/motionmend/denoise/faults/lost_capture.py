@@ -61,12 +61,19 @@ def but_for_lost_capture(
             f"leap there and back: {named(recording, fallen)}"
         )
     outcome = recorded_but_lost(repair(without(recording, lost)), lost, said)
-    return _kept_where_open(outcome, recording, still, lost) if isinstance(recording, Motion) else outcome
+    return kept_where_open(outcome, recording, still, lost) if isinstance(recording, Motion) else outcome
 
 
-def _kept_where_open(outcome: Repaired[Motion], recording: Motion, still: Bools, lost: Bools) -> Repaired[Motion]:
+def kept_where_open(outcome: Repaired[Motion], recording: Motion, still: Bools, lost: Bools) -> Repaired[Motion]:
     """The repair with what was frozen as it was recorded where nothing else supports a value: a pose says more than
-    none. It is as unsure as its channel strays in half the time."""
+    none. It is as unsure as its channel strays in half the time.
+
+    Parameters
+    ----------
+    outcome : of the recording without what was lost.
+    still : (T, D) samples that were frozen.
+    lost : (T, D) these, and all others that were taken as missing.
+    """
     open_ = still & (outcome.origin == Origin.LEFT_OPEN)
     if not open_.any():
         return outcome
