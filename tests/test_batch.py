@@ -14,6 +14,8 @@ from threadpoolctl import threadpool_info
 from motionmend import batch
 from motionmend.errors import FileError, UsageError
 
+PATIENT = "5 minutes"  # Dask's own cluster gives a worker up that is not there 15 s after it died: dead again, say
+
 
 def square(item: int) -> int:
     return item * item
@@ -158,10 +160,15 @@ def test_a_cluster_without_its_extra_names_the_extra(monkeypatch: pytest.MonkeyP
 
 def test_a_dask_cluster_gives_what_one_process_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    import dask
+
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
-    ) as cluster:
+    with (
+        dask.config.set({"distributed.deploy.lost-worker-timeout": PATIENT}),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+    ):
         outcomes = batch.run(square_or_fail, range(6), jobs=1, cluster=cluster.scheduler_address)
         assert [o.value for o in outcomes] == [None, 1, 4, None, None, 25]
         died = batch.run(die_at_two, range(6), jobs=1, cluster=cluster.scheduler_address)
@@ -176,7 +183,9 @@ def test_who_ran_beside_an_item_that_killed_their_worker_is_asked_again_alone(mo
 
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        dask.config.set(
+            {"distributed.scheduler.allowed-failures": 0, "distributed.deploy.lost-worker-timeout": PATIENT}
+        ),
         distributed.LocalCluster(
             n_workers=1, threads_per_worker=2, host="127.0.0.1", dashboard_address=None
         ) as cluster,
@@ -185,6 +194,27 @@ def test_who_ran_beside_an_item_that_killed_their_worker_is_asked_again_alone(mo
     assert [o.value for o in died] == [None, 3]
     assert died[0].failure is not None
     assert "KilledWorker" in died[0].failure.message
+
+
+def test_a_cluster_that_loses_its_last_worker_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    import dask
+
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    monkeypatch.setattr(batch, "ASKED", 0.2)
+    monkeypatch.setattr(batch, "DESERTED", 1.0)
+    with (
+        dask.config.set({"distributed.deploy.lost-worker-timeout": "0.1s"}),  # no new one can be there by then
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+    ):
+        outcomes = batch.run(die_at_two, range(5), jobs=1, cluster=cluster.scheduler_address)
+    assert [o.value for o in outcomes] == [0, 1, None, None, None]
+    for outcome in outcomes[2:]:
+        assert outcome.failure is not None
+        assert outcome.failure.kind == "WorkerDied"
+        assert "no workers any more" in outcome.failure.message
 
 
 def mark_and_wait_for_the_first(item: tuple[int, Path]) -> int:

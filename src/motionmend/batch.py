@@ -8,6 +8,7 @@ import importlib
 import os
 import signal
 import threading
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -20,6 +21,8 @@ from .errors import MotionMendError, UsageError, interrupt_in, one_line
 from .processes import BLAS_VARIABLES, Crew
 
 AHEAD = 4  # items for each worker that `in_turn` lets run on while one is waited for
+ASKED = 5.0  # s without an answer, after which a cluster is asked whether it has workers yet
+DESERTED = 60.0  # s in which it has none, after which nobody is waited for
 ATTEMPTS = 3  # times an item is sent before the death of its worker is held against it
 _GIVEN_UP = "KilledWorker"  # what Dask says of an item whose workers died, and of those that ran beside it
 
@@ -102,10 +105,12 @@ class Workers:
     Attributes
     ----------
     width : how many items are worked on at once.
+    present : how many could be now; a cluster's workers come and go.
     """
 
-    def __init__(self, width: int, cluster: Executor | None = None) -> None:
+    def __init__(self, width: int, cluster: Executor | None = None, present: Callable[[], int] | None = None) -> None:
         self.width = width
+        self.present = present or (lambda: width)
         self._cluster = cluster
         self._local: Crew | None = None
 
@@ -151,8 +156,8 @@ def workers(jobs: int, cluster: str | None = None) -> Iterator[Workers]:
     if jobs < 1:
         raise UsageError(f"jobs must be a whole number above 0, came {jobs}")
     if cluster is not None:
-        with _dask(cluster) as (executor, width):
-            yield Workers(width, executor)
+        with _dask(cluster) as found_there:
+            yield found_there
         return
     found = Workers(jobs)
     try:
@@ -293,6 +298,7 @@ def _spread(
     No item is sent that lies `ahead` or more beyond the first one not yet done.
 
     Alone, none dies of the memory that others need; and where one that died took others with it, only it dies again.
+    Where no workers are left, and none come, what is not done has failed.
     """
     todo = deque(range(len(items)))
     suspects: deque[int] = deque()
@@ -312,13 +318,21 @@ def _spread(
             first += 1
         done(index, result)
 
+    heard = time.monotonic()
     try:
         while todo or suspects or flying:
             if suspects and not flying:
                 send(suspects.popleft())
             while todo and not suspects and len(flying) < found.width and todo[0] < first + ahead:
                 send(todo.popleft())
-            finished, _ = wait(flying, return_when=FIRST_COMPLETED)
+            finished, _ = wait(flying, timeout=ASKED, return_when=FIRST_COMPLETED)
+            if finished or found.present():
+                heard = time.monotonic()
+            elif time.monotonic() - heard > DESERTED:
+                line = "the cluster has no workers any more: start some and run it again"
+                for index in sorted({*flying.values(), *suspects, *todo}):
+                    finish(index, Failure("WorkerDied", line, ""))
+                break
             lost = []
             for future in finished:
                 index = flying.pop(future)
@@ -348,8 +362,8 @@ def _spread(
 
 
 @contextmanager
-def _dask(address: str) -> Iterator[tuple[Executor, int]]:
-    """An executor on a Dask cluster, and how many items it can run at once."""
+def _dask(address: str) -> Iterator[Workers]:
+    """The workers of a Dask cluster."""
     try:
         distributed = importlib.import_module("distributed")
     except ImportError:
@@ -359,8 +373,13 @@ def _dask(address: str) -> Iterator[tuple[Executor, int]]:
     except (OSError, ValueError) as error:
         line = one_line(str(error))
         raise UsageError(f"no Dask scheduler answers at {address} ({line}): start `dask scheduler`") from None
+
+    def slots() -> int:
+        return sum(client.nthreads().values())
+
     with client:
-        slots = sum(client.nthreads().values())
-        if slots == 0:
+        width = slots()
+        if width == 0:
             raise UsageError(f"the Dask scheduler at {address} has no workers: start `dask worker {address}`")
-        yield client.get_executor(pure=False), slots  # a file of the same name may hold something else by now
+        # a file of the same name may hold something else by now
+        yield Workers(width, client.get_executor(pure=False), slots)

@@ -24,7 +24,6 @@ WITHIN = 0.10  # m, what counts as found when confidences are learned
 BANDWIDTH = 0.08  # m, of mean shift: about a hand's length; the chest's votes scatter as wide
 PIXELS = 900  # looked at in one image, about
 FOCAL = (KINECT.fx, KINECT.fy)
-EXAMPLES = 300  # poses kept to begin with
 PLACES = 3  # modes kept of each joint
 ROWS, THICK = 4, 0.25  # px above the lower border, and m of the person there: more than both shanks
 LIES = 1.5  # times as wide as tall in the image is nobody who stands, whatever the arms do
@@ -32,8 +31,8 @@ LIES = 1.5  # times as wide as tall in the image is nobody who stands, whatever 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Reader:
-    """A forest, and what the mass of a joint's votes tells of its being right.
+class Proposer:
+    """A forest that proposes joints, and what the mass of a joint's votes tells of its being right.
 
     Attributes
     ----------
@@ -59,8 +58,8 @@ class Reader:
         return own | {"mass": np.asarray(self.mass), "hit": np.asarray(self.hit)}
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Reader":
-        """The reader that `arrays` gave.
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Proposer":
+        """The proposer that `arrays` gave.
 
         Raises
         ------
@@ -74,30 +73,21 @@ class Reader:
 @final
 @dataclass(frozen=True, eq=False)
 class Detector:
-    """What reads people who are in the image as a whole, and what reads those whom its border cuts off.
+    """What proposes joints of people who are in the image as a whole, and of those whom its border cuts off.
 
     Attributes
     ----------
     whole : of people in the image as a whole, or all but a foot or a hand.
     cut_off : of people at a desk, say; None in models that were fitted without: they are read as whole ones.
-    examples : (N, 28) rad, poses far apart from each other, to begin with where detected joints leave a pose open.
     """
 
-    whole: Reader
-    cut_off: Reader | None
-    examples: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "examples", frozen(self.examples))
+    whole: Proposer
+    cut_off: Proposer | None
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All of it by name, for a model file."""
         beside = {} if self.cut_off is None else self.cut_off.arrays()
-        return {
-            **self.whole.arrays(),
-            **{f"cut_off.{name}": values for name, values in beside.items()},
-            "examples": np.asarray(self.examples, np.float32),
-        }
+        return self.whole.arrays() | {f"cut_off.{name}": values for name, values in beside.items()}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Detector":
@@ -107,10 +97,8 @@ class Detector:
         ------
         MismatchError : when an array is missing or of another shape.
         """
-        if "examples" not in arrays:
-            raise MismatchError("a detector needs the array examples; fit the model anew")
         beside = _below("cut_off.", arrays)
-        return cls(Reader.from_arrays(arrays), Reader.from_arrays(beside) if beside else None, arrays["examples"])
+        return cls(Proposer.from_arrays(arrays), Proposer.from_arrays(beside) if beside else None)
 
 
 def _below(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -170,10 +158,10 @@ def fit_detector(
         )
         for number, cut in ((count, False), ((count + 1) // 2, True))
     )
-    return Detector(whole, cut_off, _far_apart(poses.joints, EXAMPLES))
+    return Detector(whole, cut_off)
 
 
-def _fitted(every: Sequence[Picture], others: Sequence[Picture], seed: int, trees: int) -> Reader:
+def _fitted(every: Sequence[Picture], others: Sequence[Picture], seed: int, trees: int) -> Proposer:
     """So many trees grown on pictures, and what their votes tell on others."""
     rng = np.random.default_rng(seed)
     fitted, probes = [], []
@@ -187,7 +175,7 @@ def _fitted(every: Sequence[Picture], others: Sequence[Picture], seed: int, tree
         fitted.append(grown(np.concatenate(samples), np.concatenate(labels), 18, 12, 36, seed + tree))
         probes.append(tested)
     forest = _taught(planted(fitted, probes, JOINTS), every)
-    return Reader(forest, *_calibrated(forest, others))
+    return Proposer(forest, *_calibrated(forest, others))
 
 
 def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detection:
@@ -203,11 +191,11 @@ def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detec
     -------
     Detection : all NaN and 0 for an image with nobody in it.
     """
-    reader = detector.whole
+    proposer = detector.whole
     if detector.cut_off is not None and _cut_off(frame):
-        reader = detector.cut_off
-    places, masses, facing = _modes(reader.forest, frame, pixels)
-    strength = np.array([np.interp(masses[j], reader.mass[j], reader.hit[j]) for j in range(JOINTS)])
+        proposer = detector.cut_off
+    places, masses, facing = _modes(proposer.forest, frame, pixels)
+    strength = np.array([np.interp(masses[j], proposer.mass[j], proposer.hit[j]) for j in range(JOINTS)])
     strength[~np.isfinite(places[..., 0])] = 0.0
     return Detection(places[:, 0], strength[:, 0], places, strength, facing)
 
@@ -331,13 +319,3 @@ def _calibrated(forest: PartForest, every: Sequence[Picture], bins: int = 8) -> 
         table[joint] = np.quantile(mass[:, joint], np.linspace(0.02, 0.98, bins))
         share[joint] = smooth.predict(table[joint])
     return table, share
-
-
-def _far_apart(joints: Floats, count: int) -> Floats:
-    """Up to `count` poses, each the farthest from those before it, of a few thousand of those given."""
-    some = joints[:: 1 + len(joints) // 4000]
-    chosen, gap = [0], ((some - some[0]) ** 2).sum(axis=1)
-    while len(chosen) < min(count, len(some)) and gap.max() > 1e-3:
-        chosen.append(int(np.argmax(gap)))
-        gap = np.minimum(gap, ((some - some[chosen[-1]]) ** 2).sum(axis=1))
-    return some[chosen]
