@@ -14,6 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 from motionmend.live.address import Address
 from motionmend.live.server import Server
 
+PATIENT = 120.0  # s, in which a server and its processes have to have begun, on a machine that does much else
 HELLO = {"v": 1, "skeleton": "kinect20", "fps": 30, "units": "m"}
 
 
@@ -60,7 +61,7 @@ def running(model: Any, **options: Any) -> Iterator[Running]:
 
     thread = threading.Thread(target=run)
     thread.start()
-    assert listening.wait(20)
+    assert listening.wait(PATIENT)
     try:
         assert not failed, failed
         yield found[0]

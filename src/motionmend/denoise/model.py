@@ -15,7 +15,7 @@ from ..numerics.robust import ESTIMATORS
 from ..numerics.ssa import Eigenbases, eigenbases, lag_covariance
 from .adaptive.recording import Knowledge, mend_alone, mend_recording
 from .bases.repair import repair_channels
-from .channels.bare_names import bare, by_bare_names
+from .channels.bare_names import bare
 from .channels.cloud import Anchors
 from .channels.layout import Layout, learn_layout, own_layout
 from .channels.recording import to_channels
@@ -34,6 +34,7 @@ from .library.statistics import Statistics, statistics
 from .outcome import classic_outcome, opened_where_unsure, pca_outcome, repaired_recording
 from .rivals.classic import FILTERS, GAP_FILLERS
 from .rivals.filtered import channelwise
+from .several_people import by_people
 
 MODEL_METHODS = ("adaptive", "paper", "kalman-data")
 CLASSIC_METHODS = (*FILTERS, *GAP_FILLERS, "pca")
@@ -185,7 +186,7 @@ class DenoiserModel:
         else:
             with threadpool_limits(1, user_api="blas"):
                 taught = partial(self._taught, method=method, robust=robust, whole=whole)
-                outcome = by_bare_names(taught, recording, self.layout.names)
+                outcome = by_people(taught, recording, self.layout.names)
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome

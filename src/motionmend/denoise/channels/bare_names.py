@@ -52,13 +52,13 @@ def bare_name(name: str) -> str:
 def called_as_taught(names: Sequence[str], taught: Sequence[str]) -> tuple[str, ...]:
     """Markers' names as a library spells them, where all that differs is the subject they all begin with."""
     own = [bare_name(name) for name in names]
-    known = {_without_subject(name, taught): name for name in taught}
-    meant = tuple(known.get(_without_subject(name, own), name) for name in own)
+    known = {without_subject(name, taught): name for name in taught}
+    meant = tuple(known.get(without_subject(name, own), name) for name in own)
     more = len(set(meant) & set(taught)) > len(set(own) & set(taught))
     return meant if more and len(set(meant)) == len(meant) else tuple(names)
 
 
-def _without_subject(name: str, names: Sequence[str]) -> str:
+def without_subject(name: str, names: Sequence[str]) -> str:
     """A name without what all names begin with, up to the last separator in that."""
     if len(names) < 2:
         return name
