@@ -14,6 +14,7 @@ from .lasting import FEWEST_FRAMES, lags_asked, white_by_fourth
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: at least, before, and at
 # most, once the lag is so long that noise shows no more than before.
 ROSE, FLAT = 2.0, 1.2
+LONGEST = 0.2  # s; noise smoothed to 6 Hz is flat from then on
 ABOUT = 2  # lags before that one that tell to what frequency it was smoothed; shorter ones show what came upon it later
 USUAL, LEAST = 0.35, 0.3  # degrees of such noise that clean recordings show as well, and of what is followed at least
 _EDGES = np.pi * np.geomspace(0.03, 0.95, 80)
@@ -64,7 +65,7 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
     """
     if len(measured) < FEWEST_FRAMES:
         return None
-    lags = np.array(lags_asked(len(measured), fps))
+    lags = np.array(lags_asked(len(measured), fps, LONGEST))
     found = np.array([white_by_fourth(measured, int(lag)) for lag in lags])
     asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
     if not asked.any():

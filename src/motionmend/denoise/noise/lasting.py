@@ -165,10 +165,10 @@ def _lasting(
     return Lasting(variance, float(stays[best]), lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
 
 
-def lags_asked(frames: int, fps: float) -> list[int]:
-    """Lags that tell noise from motion, each twice the one before."""
+def lags_asked(frames: int, fps: float, longest: float = LONGEST) -> list[int]:
+    """Lags that tell noise from motion, each twice the one before, and none longer than so many seconds."""
     lags = [1, 2, 4]
-    while 2 * lags[-1] <= min(LONGEST * fps, frames / 16):
+    while 2 * lags[-1] <= min(longest * fps, frames / 16):
         lags.append(2 * lags[-1])
     return lags
 
