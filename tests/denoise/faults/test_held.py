@@ -1,13 +1,15 @@
 """Samples that repeat themselves to the last digit while their channel is noisy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionmend.bodies.motion import Markers, Motion, Origin
+from motionmend.bodies.motion import Markers, Motion, Origin, Repaired
 from motionmend.denoise import repair_without_model
-from motionmend.denoise.faults.held import LEAST_REPEATS, LONG, held
+from motionmend.denoise.faults.held import LEAST_REPEATS, LONG, held, in_noise
 from motionmend.evaluate import compare, corrupt
 from motionmend.samples import markers
 from performers import FPS, joints_model, markers_model, truth
@@ -27,6 +29,12 @@ def _holding(recording, runs):
         values[first : last + 1, channel] = values[first - 1, channel]
         still[first : last + 1, channel] = True
     return (recording.with_q if isinstance(recording, Motion) else recording.with_positions)(values), still
+
+
+def _as_it_is(recording):
+    """A repair that takes everything for measured."""
+    nothing = np.zeros(recording.present.shape)
+    return Repaired(recording, nothing, nothing, nothing + 1.0, "adaptive")
 
 
 @given(SEEDS, st.integers(LEAST_REPEATS, int(LONG * 60)))
@@ -62,6 +70,27 @@ def test_long_runs_that_come_from_elsewhere_and_go_elsewhere_are_found(seed, len
     noise = _noise(np.random.default_rng(seed), 600)
     recording, still = _holding(noise, [(2, 100, 99 + length)])
     np.testing.assert_array_equal(held(recording), still)
+
+
+@given(SEEDS, st.integers(61, int(LONG * 60)))
+@settings(max_examples=20)
+def test_a_run_that_is_much_of_a_channel_is_found_where_it_hardly_repeats_itself_else(seed, length):
+    """A take of three seconds: a third of it and more is held, to its end or not."""
+    noise = _noise(np.random.default_rng(seed), 180)
+    recording, still = _holding(noise, [(2, 60, 59 + length), (0, 181 - length, 179)])
+    np.testing.assert_array_equal(held(recording), still)
+
+
+def test_a_run_that_is_much_of_a_channel_is_repaired_in_noise_alone():
+    """Its equal samples are so many that the repair finds no noise in the channel; in a clean take there is none."""
+    clean = truth("walk", seconds=3.0)
+    row, length = clean.skeleton.dof_names.index("ltibia.rx"), round(1.2 * FPS)
+    for noise in (0.0, 1.0):
+        noisy = corrupt(clean, noise=np.radians(noise), seed=1).recording
+        bad, still = _holding(noisy, [(row, 30, 29 + length)])
+        assert (held(bad) == still).all()
+        outcome = replace(_as_it_is(bad), noise=np.where(still.any(axis=0), 0.0, np.radians(noise)))
+        assert (in_noise(still, outcome, bad) == (still if noise else np.zeros_like(still))).all()
 
 
 @pytest.mark.parametrize("library", [True, False])

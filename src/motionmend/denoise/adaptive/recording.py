@@ -45,6 +45,7 @@ from ..library.exemplars import Library
 from ..library.learning import at_rate as series_at_rate
 from ..library.local_prior import Prior, neighbourhood
 from ..library.markers import MarkerLibrary
+from ..noise.band_limited import band_limited_noise
 from ..noise.barely_moving import most_bends
 from ..noise.digits import rounding, shaken
 from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_by_distances, lasting_noise
@@ -406,7 +407,7 @@ def _traits(values: Floats, recording: Motion | Markers, channels: Channels) -> 
         as_pose=partial(smoother_as_pose, skeleton=skeleton, columns=columns),
         own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps),
         rounded=rounded,
-        lasting=lasting,
+        lasting=lasting or (band_limited_noise(values, recording.fps) if rounded is None else None),
     )
 
 

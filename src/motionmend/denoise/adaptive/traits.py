@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ...arrays import Bools, Floats, Ints
+from ..noise.band_limited import BandLimited
 from ..noise.lasting import Lasting
 
 
@@ -22,7 +23,7 @@ class Traits:
         None = nothing.
     own_leaps : of the same, what leaps like the recording itself: `own_jumps.own_jumps`; None = nothing.
     rounded : of some frames the variance (N, C) of what rounding took from the samples; None = nothing.
-    lasting : noise that lasts; None = it is new in every frame.
+    lasting : noise that lasts, or was smoothed; None = it is new in every frame.
     """
 
     together: int = 1
@@ -32,7 +33,7 @@ class Traits:
     as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None
     rounded: Callable[[slice], Floats] | None = None
-    lasting: Lasting | None = None
+    lasting: Lasting | BandLimited | None = None
 
 
 UNKNOWN = Traits()

@@ -15,17 +15,21 @@ from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..channels.joints import CENTIMETRES, root_rows, unit
 from ..noise.digits import coarseness
 from ..noise.level import first_noise
+from ..noise.quiet import quiet_variance
 from .frozen import at_limit
 
 LEAST_REPEATS = 2  # of a sample
 LONG = 1.3  # s; what stands still for longer may be at a limit, or have come to rest for good
 MOST_AT_ONCE = 0.5  # of a channel's samples; what is still for longer is as likely at home there
 MOST_HELD = 0.3  # of a channel's samples: one that often repeats itself is drawn so
+# unless it does for so many seconds on end, and hardly ever else: share of the other samples that may repeat theirs
+ON_END, ELSE = 0.3, 0.02
 BY_CHANCE = 0.01  # runs that may be found in a recording where there are none
 # rad and m; a channel less noisy than that is as good as clean, and what stands still in it may be at rest
 NOISY_ANGLE, NOISY_MARKER = np.radians(0.3), 0.0005
 ROUNDED = 0.5  # of the step to which a channel was rounded: noise that rounding alone may pass for
 ABOUT = 0.5  # s before and after, in which a channel has to be noisy
+HIDES = 0.2  # of a channel's samples: if so many are held, a repair that takes them for measured finds too little noise
 THERE = 0.35  # of the channel's noise, that the samples about have to show
 SAID = 6  # channels that a warning names at most
 _FEW = 1e-6
@@ -40,7 +44,7 @@ def held(recording: Motion | Markers) -> Bools:
     to be so long that in this recording hardly one comes about.
     """
     found: Bools = np.zeros((recording.frames, len(recording.channels)), dtype=bool)
-    long = round(LONG * recording.fps)
+    long, on_end = round(LONG * recording.fps), round(ON_END * recording.fps)
     for channel in _able(recording):
         values = _channel(recording, channel)  # one at a time: a recording may be long
         steps = np.abs(np.diff(values, axis=0))
@@ -48,7 +52,8 @@ def held(recording: Motion | Markers) -> Bools:
         repeated = runs(same)  # the step before frame t has number t - 1
         often = same.sum() > MOST_HELD * len(values)
         if often:  # or for long
-            repeated = [(start, stop) for start, stop in repeated if stop - start > long]
+            lasts = on_end if _hardly_else(same, on_end) else long
+            repeated = [(start, stop) for start, stop in repeated if stop - start > lasts]
             often = same.sum() - sum(stop - start for start, stop in repeated) > MOST_HELD * len(values)
         if often or not repeated:
             continue
@@ -63,6 +68,12 @@ def held(recording: Motion | Markers) -> Bools:
             if stop - start >= least and (stop - start <= long or _left_behind(values, start, stop + 1)):
                 found[start + 1 : stop + 1, channel] = True
     return found
+
+
+def _hardly_else(same: Bools, on_end: int) -> bool:
+    """Whether what repeats itself (T - 1,) does so for more than so many steps on end, and hardly ever else."""
+    lasts = sum(stop - start for start, stop in runs(same) if stop - start > on_end)
+    return bool(same.sum() - lasts <= ELSE * (len(same) - lasts))
 
 
 def _left_behind(values: Floats, start: int, stop: int) -> bool:
@@ -100,6 +111,11 @@ def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers], record
     else:
         scale, least, step = np.full(len(step), CENTIMETRES), NOISY_MARKER, step.max(axis=1)
     noise = scale * (0.0 if outcome.noise is None else np.nan_to_num(outcome.noise))
+    hidden = still.mean(axis=0) > HIDES
+    usual = float(np.median(noise[~hidden])) if not hidden.all() else 0.0  # noise hardly comes upon one channel alone
+    for channel in np.flatnonzero(hidden).tolist():
+        seen = np.where(still[:, channel, None], np.nan, _channel(recording, channel))
+        noise[channel] = max(noise[channel], min(_white(seen), usual))
     noisy = noise >= np.maximum(scale * least, ROUNDED * step)
     found: Bools = np.zeros(still.shape, dtype=bool)
     for channel in np.flatnonzero(still.any(axis=0) & noisy).tolist():
@@ -126,6 +142,17 @@ def for_long(still: Bools, fps: float) -> Bools:
 
 def _long(still: Bools, fps: float) -> list[tuple[int, int]]:
     return [(start, stop) for start, stop in runs(still) if stop - start > round(LONG * fps)]
+
+
+def _white(seen: Floats) -> float:
+    """Standard deviation of the white noise in a channel (T, N), NaN = not seen, as second differences tell it: over
+    two frames those of motion are six times as large in the square as over one, those of noise no larger."""
+
+    def second(lag: int) -> Floats:
+        return quiet_variance(seen, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
+
+    white = np.clip(6.0 * second(1) - second(2), 0.0, None) / 30.0
+    return float(np.sqrt(np.nan_to_num(white).mean()))
 
 
 def _noise_about(seen: Floats, fps: float) -> Floats:

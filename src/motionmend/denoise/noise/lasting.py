@@ -144,10 +144,8 @@ def _lasting(
     """Noise that lasts in (T, C), of the shares that may stay (S,), by differences that grow `as_noise` makes them."""
     if len(measured) < FEWEST_FRAMES:
         return None
-    lags = [1, 2, 4]
-    while 2 * lags[-1] <= min(LONGEST * fps, len(measured) / 16):
-        lags.append(2 * lags[-1])
-    found = np.array([_variance(measured, lag) for lag in lags])
+    lags = lags_asked(len(measured), fps)
+    found = np.array([white_by_fourth(measured, lag) for lag in lags])
     asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
     if not asked.any():
         return None
@@ -167,7 +165,15 @@ def _lasting(
     return Lasting(variance, float(stays[best]), lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
 
 
-def _variance(measured: Floats, lag: int) -> Floats:
+def lags_asked(frames: int, fps: float, longest: float = LONGEST) -> list[int]:
+    """Lags that tell noise from motion, each twice the one before, and none longer than so many seconds."""
+    lags = [1, 2, 4]
+    while 2 * lags[-1] <= min(longest * fps, frames / 16):
+        lags.append(2 * lags[-1])
+    return lags
+
+
+def white_by_fourth(measured: Floats, lag: int) -> Floats:
     """(C,) variance of white noise by the low quantile of fourth differences over a lag; NaN where there are none."""
 
     def fourth(one: Floats) -> Floats:

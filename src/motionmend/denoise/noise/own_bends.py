@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Floats
 from ..library.exemplars import typical_bends
+from .band_limited import BandLimited
 from .lasting import Lasting
 from .quiet import quiet_variance
 
@@ -19,7 +20,10 @@ COUPLED = 0.9  # of the correlations that a recording's own few frames show
 
 
 def first_bends(
-    measured: Floats, fps: float, longest: float = LONGEST_OF_ANGLES, lasting: Lasting | None = None
+    measured: Floats,
+    fps: float,
+    longest: float = LONGEST_OF_ANGLES,
+    lasting: Lasting | BandLimited | None = None,
 ) -> Floats:
     """(C, C) diagonal: variance of the second differences of the motion beneath noise and outliers.
 
@@ -32,7 +36,7 @@ def first_bends(
     measured : (T, C) in channel units, NaN = missing. A channel that tells nothing takes the median of the others.
     fps : Hz.
     longest : s, lag beyond which none is asked.
-    lasting : noise that lasts; None = it is new in every frame.
+    lasting : noise that lasts, or was smoothed; None = it is new in every frame.
     """
     longest = min(longest * fps, len(measured) / 32)
     lags = [1, 2]

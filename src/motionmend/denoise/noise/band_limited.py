@@ -1,0 +1,88 @@
+"""Noise that another program has smoothed: new samples hardly differ from those before, and it passes for motion.
+
+Up to the frequency down to which it was smoothed it is as strong as white noise, above there is none. Differences of
+motion grow the more the longer the lag; those of such noise grow fast at first, and then no more.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Floats
+from .lasting import FEWEST_FRAMES, lags_asked, white_by_fourth
+
+# Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: at least, before, and at
+# most, once the lag is so long that noise shows no more than before.
+ROSE, FLAT = 2.0, 1.2
+LONGEST = 0.2  # s; noise smoothed to 6 Hz is flat from then on
+ABOUT = 2  # lags before that one that tell to what frequency it was smoothed; shorter ones show what came upon it later
+USUAL, LEAST = 0.35, 0.3  # degrees of such noise that clean recordings show as well, and of what is followed at least
+_EDGES = np.pi * np.geomspace(0.03, 0.95, 80)
+_SHARES = np.array([70.0, -112.0, 56.0, -16.0, 2.0]) / 70.0  # of fourth differences, of correlations over 0 to 4 lags
+_NOTHING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class BandLimited:
+    """Noise that is as strong at all frequencies up to one, and not there above.
+
+    Attributes
+    ----------
+    variance : (C,) of the noise, channel units squared; 0 where there is none.
+    edge : that frequency, radians a frame.
+    """
+
+    variance: Floats
+    edge: float
+
+    @property
+    def in_band(self) -> Floats:
+        """(C,) variance of white noise that is as strong below the edge."""
+        return np.asarray(self.variance * (np.pi / self.edge))
+
+    def of_bends(self, lag: int) -> Floats:
+        """(C,) variance of its second differences over so many frames."""
+        once, twice = np.sinc(np.array([1.0, 2.0]) * lag * self.edge / np.pi)
+        return np.asarray(self.variance * (6.0 - 8.0 * once + 2.0 * twice))
+
+    def left_by(self, variance: Floats) -> Floats:
+        """(T, C) variance of errors where a smoother that takes the noise for white, as `in_band`, states (T, C): what
+        it lets through lies below the edge, and there the noise is as strong."""
+        return variance
+
+
+def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
+    """Tell noise that was smoothed from noise that was not, and from motion.
+
+    Parameters
+    ----------
+    measured : (T, C) in degrees (and cm, of a root that noise comes upon alike), NaN = missing.
+    fps : Hz.
+
+    Returns
+    -------
+    None where there is none, or motion hides it.
+    """
+    if len(measured) < FEWEST_FRAMES:
+        return None
+    lags = np.array(lags_asked(len(measured), fps, LONGEST))
+    found = np.array([white_by_fourth(measured, int(lag)) for lag in lags])
+    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
+    if not asked.any():
+        return None
+    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
+    rose = np.maximum.accumulate(growth)
+    flat = 1 + np.flatnonzero((growth[1:] <= FLAT) & (rose[:-1] >= ROSE))
+    if not len(flat):
+        return None
+    at = int(flat[0])
+    near = slice(max(0, at - ABOUT), at + 1)
+    turns = np.arange(len(_SHARES)) * _EDGES[:, None, None] * lags[near, None] / np.pi
+    expected = np.sinc(turns) @ _SHARES
+    apart = np.log(expected / expected[:, -1:]) - np.log(np.median(found[near, asked] / found[at, asked], axis=1))
+    best = int(np.square(apart).sum(axis=1).argmin())
+    variance = np.zeros(measured.shape[1])
+    variance[asked] = np.maximum(found[at, asked] / expected[best, -1] - USUAL**2, 0.0)
+    if np.median(variance[asked]) < LEAST**2:
+        return None
+    return BandLimited(variance, float(_EDGES[best]))

@@ -1,0 +1,58 @@
+"""Noise that was smoothed before is told from motion and from other noise."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+import motionmend as mm
+from motionmend.denoise.noise.band_limited import band_limited_noise
+
+FRAMES, CHANNELS = 600, 20
+
+
+def smoothed(rng, shape, fps, edge=10.0):
+    """Noise of variance one, smoothed down to `edge` Hz as motion usually is (Butterworth, forward and back)."""
+    noise = sosfiltfilt(butter(2, edge / (0.5 * fps), output="sos"), rng.standard_normal(shape), axis=0)
+    return noise / noise.std()
+
+
+def motion(rng, fps):
+    """(T, C) degrees: swings of up to one a second."""
+    time = np.arange(FRAMES)[:, None] / fps
+    pace, phase = rng.uniform(0.3, 1.0, CHANNELS), rng.uniform(0.0, 6.0, CHANNELS)
+    return 20.0 * np.sin(2.0 * np.pi * pace * time + phase)
+
+
+@pytest.mark.parametrize("fps", [60.0, 120.0])
+def test_how_loud_it_is_and_how_smooth_is_told(fps):
+    rng = np.random.default_rng(2)
+    measured = motion(rng, fps) + 3.0 * smoothed(rng, (FRAMES, CHANNELS), fps)
+    measured[100:200, 4], measured[:, 5], measured[:, 3] = np.nan, np.nan, 5.0
+    found = band_limited_noise(measured, fps)
+    assert found is not None
+    assert found.variance[3] == found.variance[5] == 0.0
+    assert np.sqrt(np.median(np.delete(found.variance, [3, 5]))) == pytest.approx(3.0, rel=0.2)
+    assert found.edge * fps / (2.0 * np.pi) == pytest.approx(10.0, rel=0.4)
+    of_bends = np.square(np.diff(3.0 * smoothed(rng, (FRAMES, 1), fps), n=2, axis=0)).mean()
+    assert np.median(found.of_bends(1)) == pytest.approx(of_bends, rel=0.8)  # which goes with the fourth power of it
+    assert np.median(found.in_band) > 9.0
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_motion_noise_that_is_new_in_every_frame_and_what_is_too_faint_or_short_are_none(fps):
+    rng = np.random.default_rng(2)
+    clean, faint = motion(rng, fps), 0.3 * smoothed(rng, (FRAMES, CHANNELS), fps)
+    for measured in (clean, clean + 2.0 * rng.standard_normal(clean.shape), clean + faint, clean[:30] + faint[:30]):
+        assert band_limited_noise(measured, fps) is None
+    assert band_limited_noise(np.full((FRAMES, CHANNELS), np.nan), fps) is None
+
+
+def test_noise_that_was_smoothed_is_lessened_and_deviations_reach_it():
+    clean = mm.samples.clip("walk", seconds=3, fps=120.0, seed=3)
+    turns = np.asarray(clean.skeleton.dof_kind) != mm.bodies.skeleton.TRANSLATION
+    noise = np.radians(3.0) * smoothed(np.random.default_rng(0), clean.q.shape, 120.0) * np.where(turns, 1.0, 0.5)
+    repaired = mm.repair_without_model(clean.with_q(clean.q + noise), "adaptive")
+    moving = turns & (np.ptp(clean.q, axis=0) > 1e-3)
+    off = np.abs(repaired.recording.q - clean.q)[:, moving]
+    assert np.sqrt(np.square(off).mean()) < 0.75 * np.sqrt(np.square(noise[:, moving]).mean())  # before: 1.0
+    assert (off < 1.96 * repaired.std[:, moving]).mean() > 0.85  # before: 0.05
