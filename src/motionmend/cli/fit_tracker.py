@@ -98,7 +98,8 @@ def tracker(
     }
     if as_json:
         print(json_line(facts))
-    say(f"{counted(len(motions), 'clip')}, {counted(len(model.database), 'pose')}, {counted(images, 'image')}: {out}")
+    drawn = f"{counted(images, 'image')} and half as many of people who are cut off" if images else "no images"
+    say(f"{counted(len(motions), 'clip')}, {counted(len(model.database), 'pose')}, {drawn}: {out}")
     return exit_code([failure for _, failure in failures], refused)
 
 
@@ -111,11 +112,14 @@ def thinned(item: Input, /, *, reading: Reading) -> "Motion":
     """
     from ..bodies.motion import Motion
     from ..bodies.templates import performer_of
-    from ..track.database import FPS
+    from ..track.database import FPS, whole_poses
 
     clip = reading(item)
     if not isinstance(clip, Motion):
         raise FileError(f"{item.path}: joint angles were wanted, came markers")
     performer_of(clip.skeleton)
     step = max(1, round(clip.fps / FPS))
-    return replace(clip, q=clip.q[::step], fps=clip.fps / step, source=None)
+    q = clip.q[::step]
+    lacking = int((~whole_poses(q)).sum())
+    said = (f"{lacking} of {counted(len(q), 'pose')} lack channels and are left out",) if lacking else ()
+    return replace(clip, q=q, fps=clip.fps / step, source=None, warnings=(*clip.warnings, *said))

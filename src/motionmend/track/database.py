@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Floats, Ints, frozen
+from ..arrays import Bools, Floats, Ints, frozen, runs
 from ..bodies.motion import Motion
 from ..bodies.performer import DOFS, Performer, Pose, Poses
 from ..errors import MismatchError
@@ -25,7 +25,7 @@ class PoseDatabase:
     Attributes
     ----------
     joints : (N, 28) rad, clip after clip, at 30 Hz.
-    last : (N,) index of the last pose of each pose's clip.
+    last : (N,) index of the last pose of each pose's clip, or of the part of it without a gap.
     """
 
     joints: Floats
@@ -51,6 +51,11 @@ class PoseDatabase:
         return np.asarray(np.minimum(ahead, self.last[index][:, None]))
 
 
+def whole_poses(q: Floats) -> Bools:
+    """(T,) in which frames of joint coordinates (T, D), rad and m, no channel is missing."""
+    return np.asarray(np.isfinite(q).all(axis=1))
+
+
 def database_of(clips: Sequence[Motion]) -> tuple[PoseDatabase, Poses, list[Performer]]:
     """The poses of clips on any skeleton that `templates` maps onto the performer, thinned to 30 Hz.
 
@@ -67,11 +72,10 @@ def database_of(clips: Sequence[Motion]) -> tuple[PoseDatabase, Poses, list[Perf
             performers[id(clip.skeleton)] = performer_of(clip.skeleton)
         performer = performers[id(clip.skeleton)]
         step = max(1, round(clip.fps / FPS))
-        q = clip.q[::step]
-        q = q[np.isfinite(q).all(axis=1)]
-        if len(q):
-            up = _upright(clip.skeleton.up)
-            kept.append(poses_of(Motion(clip.skeleton, q, clip.fps / step), performer).poses.moved(up, np.zeros(3)))
+        q, up = clip.q[::step], _upright(clip.skeleton.up)
+        for begin, stop in runs(whole_poses(q)):  # what comes after a gap does not follow what was before it
+            part = Motion(clip.skeleton, q[begin:stop], clip.fps / step)
+            kept.append(poses_of(part, performer).poses.moved(up, np.zeros(3)))
     if not kept:
         return PoseDatabase(np.empty((0, 28)), np.empty(0, np.int64)), _joined([]), []
     ends = np.cumsum([len(poses) for poses in kept]) - 1
