@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Ints, frozen
 from ..bodies.motion import Markers, Recording, Repaired
 from ..errors import few
 from .channels.bare_names import SEPARATORS, by_bare_names, without_subject
@@ -26,14 +25,19 @@ def by_people(
     repair : by that library.
     recording : markers of several people begin with a subject each, before a colon or any of `SEPARATORS`.
     taught : the library's names.
+
+    Returns
+    -------
+    One outcome for all markers of the recording, in its order; sentences begin with whom they are about.
+
+    Raises
+    ------
+    MismatchError : nobody in the recording wears enough of the library's markers.
     """
     if not isinstance(recording, Markers) or len(people := people_in(recording.names, taught)) < 2:
         return by_bare_names(repair, recording, taught)
-    outcomes: list[Repaired[Markers]] = []
-    for called in people.values():
-        markers = frozen(list(called), np.int64)
-        outcomes.append(repair(_alone(recording, markers, tuple(called.values()))))
-    return _together(recording, [(who, frozen(list(of), np.int64)) for who, of in people.items()], outcomes)
+    outcomes: dict[str, Repaired[Markers]] = {who: repair(_alone(recording, of)) for who, of in people.items()}
+    return _together(recording, people, outcomes)
 
 
 def people_in(names: Sequence[str], taught: Sequence[str]) -> Mapping[str, Mapping[int, str]]:
@@ -73,37 +77,41 @@ def _subject(name: str, known: Mapping[str, str]) -> tuple[str, str | None]:
     return "", None
 
 
-def _alone(recording: Markers, markers: Ints, names: tuple[str, ...]) -> Markers:
+def _alone(recording: Markers, called: Mapping[int, str]) -> Markers:
+    """The recording of these markers only, called so."""
+    names, markers = tuple(called.values()), list(called)
     residuals = None if recording.residuals is None else recording.residuals[:, markers]
     return replace(recording, names=names, positions=recording.positions[:, markers], residuals=residuals)
 
 
 def _together(
-    recording: Markers, people: Sequence[tuple[str, Ints]], outcomes: Sequence[Repaired[Markers]]
+    recording: Markers, people: Mapping[str, Mapping[int, str]], outcomes: Mapping[str, Repaired[Markers]]
 ) -> Repaired[Markers]:
     """One outcome for all of the recording's markers; sentences begin with whom they are about."""
     shape = recording.positions.shape[:2]
     positions = recording.positions.copy()
     origin, std, weights = np.zeros(shape, np.uint8), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     noise = np.full(shape[1], np.nan)
-    called = [who.rstrip(f":{SEPARATORS}") or NOBODY for who, _ in people]
-    said = [f"{len(people)} people in one recording, each repaired on their own: {few(called)}"]
-    for name, (_, markers), one in zip(called, people, outcomes, strict=True):
+    subjects = {who: who.rstrip(f":{SEPARATORS}") or NOBODY for who in people}
+    said = [f"{len(people)} people in one recording, each repaired on their own: {few(list(subjects.values()))}"]
+    for who, one in outcomes.items():
+        markers = list(people[who])
         positions[:, markers] = one.recording.positions
         origin[:, markers], std[:, markers], weights[:, markers] = one.origin, one.std, one.weights
         noise[markers] = np.nan if one.noise is None else one.noise
-        said += [f"{name}: {warning}" for warning in one.warnings if warning not in left_open(one.origin)]
-    longest = max(len(one.cost) for one in outcomes)  # who has settled costs what they did last
-    costs = [np.pad(one.cost, (0, longest - len(one.cost)), mode="edge") for one in outcomes if len(one.cost)]
+        said += [f"{subjects[who]}: {warning}" for warning in one.warnings if warning not in left_open(one.origin)]
+    each = list(outcomes.values())
+    longest = max(len(one.cost) for one in each)  # who has settled costs what they did last
+    costs = [np.pad(one.cost, (0, longest - len(one.cost)), mode="edge") for one in each if len(one.cost)]
     return Repaired(
         recording=recording.with_positions(positions),
         origin=origin,
         std=std,
         weights=weights,
-        method=outcomes[0].method,
-        iterations=max(one.iterations for one in outcomes),
+        method=each[0].method,
+        iterations=max(one.iterations for one in each),
         cost=np.sum(costs, axis=0) if costs else np.empty(0),
-        converged=all(one.converged for one in outcomes),
+        converged=all(one.converged for one in each),
         warnings=(*said, *left_open(origin)),
-        noise=None if all(one.noise is None for one in outcomes) else noise,
+        noise=None if all(one.noise is None for one in each) else noise,
     )

@@ -15,7 +15,7 @@ from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ..channels.joints import CENTIMETRES, root_rows, unit
 from ..noise.digits import coarseness
 from ..noise.level import first_noise
-from ..noise.quiet import quiet_variance
+from ..noise.quiet import quiet_bends
 from .frozen import at_limit
 
 LEAST_REPEATS = 2  # of a sample
@@ -112,10 +112,10 @@ def in_noise(still: Bools, outcome: Repaired[Motion] | Repaired[Markers], record
         scale, least, step = np.full(len(step), CENTIMETRES), NOISY_MARKER, step.max(axis=1)
     noise = scale * (0.0 if outcome.noise is None else np.nan_to_num(outcome.noise))
     hidden = still.mean(axis=0) > HIDES
-    usual = float(np.median(noise[~hidden])) if not hidden.all() else 0.0  # noise hardly comes upon one channel alone
+    others = float(np.median(noise[~hidden])) if not hidden.all() else 0.0  # noise hardly comes upon one channel alone
     for channel in np.flatnonzero(hidden).tolist():
         seen = np.where(still[:, channel, None], np.nan, _channel(recording, channel))
-        noise[channel] = max(noise[channel], min(_white(seen), usual))
+        noise[channel] = max(noise[channel], min(_white(seen), others))
     noisy = noise >= np.maximum(scale * least, ROUNDED * step)
     found: Bools = np.zeros(still.shape, dtype=bool)
     for channel in np.flatnonzero(still.any(axis=0) & noisy).tolist():
@@ -147,11 +147,7 @@ def _long(still: Bools, fps: float) -> list[tuple[int, int]]:
 def _white(seen: Floats) -> float:
     """Standard deviation of the white noise in a channel (T, N), NaN = not seen, as second differences tell it: over
     two frames those of motion are six times as large in the square as over one, those of noise no larger."""
-
-    def second(lag: int) -> Floats:
-        return quiet_variance(seen, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
-
-    white = np.clip(6.0 * second(1) - second(2), 0.0, None) / 30.0
+    white = np.clip(6.0 * quiet_bends(seen, 1) - quiet_bends(seen, 2), 0.0, None) / 30.0
     return float(np.sqrt(np.nan_to_num(white).mean()))
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Floats
-from .lasting import FEWEST_FRAMES, lags_asked, white_by_fourth
+from .lasting import FEWEST_FRAMES, OF_CORRELATIONS, fourth_by_lag
 
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: at least, before, and at
 # most, once the lag is so long that noise shows no more than before.
@@ -18,8 +18,6 @@ LONGEST = 0.2  # s; noise smoothed to 6 Hz is flat from then on
 ABOUT = 2  # lags before that one that tell to what frequency it was smoothed; shorter ones show what came upon it later
 USUAL, LEAST = 0.35, 0.3  # degrees of such noise that clean recordings show as well, and of what is followed at least
 _EDGES = np.pi * np.geomspace(0.03, 0.95, 80)
-_SHARES = np.array([70.0, -112.0, 56.0, -16.0, 2.0]) / 70.0  # of fourth differences, of correlations over 0 to 4 lags
-_NOTHING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,20 +63,18 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
     """
     if len(measured) < FEWEST_FRAMES:
         return None
-    lags = np.array(lags_asked(len(measured), fps, LONGEST))
-    found = np.array([white_by_fourth(measured, int(lag)) for lag in lags])
-    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
-    if not asked.any():
+    fourth = fourth_by_lag(measured, fps, LONGEST)
+    if fourth is None:
         return None
-    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
+    lags, found, asked, growth = fourth.lags, fourth.found, fourth.asked, fourth.growth
     rose = np.maximum.accumulate(growth)
     flat = 1 + np.flatnonzero((growth[1:] <= FLAT) & (rose[:-1] >= ROSE))
     if not len(flat):
         return None
     at = int(flat[0])
     near = slice(max(0, at - ABOUT), at + 1)
-    turns = np.arange(len(_SHARES)) * _EDGES[:, None, None] * lags[near, None] / np.pi
-    expected = np.sinc(turns) @ _SHARES
+    turns = np.arange(len(OF_CORRELATIONS)) * _EDGES[:, None, None] * lags[near, None] / np.pi
+    expected = np.sinc(turns) @ OF_CORRELATIONS
     apart = np.log(expected / expected[:, -1:]) - np.log(np.median(found[near, asked] / found[at, asked], axis=1))
     best = int(np.square(apart).sum(axis=1).argmin())
     variance = np.zeros(measured.shape[1])

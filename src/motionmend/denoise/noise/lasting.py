@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Bools, Floats
+from ...arrays import Bools, Floats, Ints
 from .kept_distances import steadiest_distances
 from .quiet import quiet_variance
 
 ORDER = 4  # of the differences that are asked: motion hardly shows in them, over short lags
 _OF_WHITE = 70.0  # variance of fourth differences of white noise of variance one
-_SHARES = np.array([70.0, -112.0, 56.0, -16.0, 2.0])  # of its correlations over 0 to 4 lags
+# Of the variance of fourth differences over a lag, as one of `Fourth`, by the noise's correlations over 0 to 4 lags.
+OF_CORRELATIONS = np.array([70.0, -112.0, 56.0, -16.0, 2.0]) / _OF_WHITE
 LONGEST = 0.15  # s, lag beyond which motion is sure to show
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: noise that is new in every
 # frame nothing, what lasts up to 1, smooth motion 3 and more, the more the longer the lag. Noise and motion together
@@ -81,6 +82,24 @@ class Lasting:
         return np.asarray(2.0 / np.pi * np.arctan(rises * np.tan(0.5 * np.minimum(frequency, _EDGE))))
 
 
+@dataclass(frozen=True, eq=False)
+class Fourth:
+    """Fourth differences of channels over L lags, which noise and motion make grow each in its way.
+
+    Attributes
+    ----------
+    lags : (L,) frames, each twice the one before.
+    found : (L, C) variance of white noise that makes them as large, channel units squared; NaN where there are none.
+    asked : (C,) channels that move and have some over every lag.
+    growth : (L - 1,) of the logarithm (base 2) from lag to lag, the median of the channels that are asked.
+    """
+
+    lags: Ints
+    found: Floats
+    asked: Bools
+    growth: Floats
+
+
 def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
     """Tell noise that lasts from noise that does not, and from motion.
 
@@ -144,17 +163,15 @@ def _lasting(
     """Noise that lasts in (T, C), of the shares that may stay (S,), by differences that grow `as_noise` makes them."""
     if len(measured) < FEWEST_FRAMES:
         return None
-    lags = lags_asked(len(measured), fps)
-    found = np.array([white_by_fourth(measured, lag) for lag in lags])
-    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
-    if not asked.any():
+    fourth = fourth_by_lag(measured, fps, LONGEST)
+    if fourth is None:
         return None
-    growth = np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1)
+    lags, found, asked, growth = fourth.lags, fourth.found, fourth.asked, fourth.growth
     told = 1 + int(np.argmin(np.append(as_noise(growth), [False])))
     if growth[0] < LEAST_GROWTH or told < FEWEST_LAGS:
         return None
-    kept = stays[:, None] ** np.array(lags[:told])
-    expected = np.polynomial.polynomial.polyval(kept, _SHARES) / _OF_WHITE
+    kept = stays[:, None] ** lags[:told]
+    expected = np.polynomial.polynomial.polyval(kept, OF_CORRELATIONS)
     apart = np.log(np.median(found[:told, asked] / found[0, asked], axis=1)) - np.log(expected / expected[:, :1])
     best = int(np.square(apart).sum(axis=1).argmin())
     variance = np.zeros(measured.shape[1])
@@ -165,15 +182,26 @@ def _lasting(
     return Lasting(variance, float(stays[best]), lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
 
 
-def lags_asked(frames: int, fps: float, longest: float = LONGEST) -> list[int]:
-    """Lags that tell noise from motion, each twice the one before, and none longer than so many seconds."""
+def fourth_by_lag(measured: Floats, fps: float, longest: float) -> Fourth | None:
+    """Fourth differences over one, two and four frames, and on by doublings; None where no channel has any.
+
+    Parameters
+    ----------
+    measured : (T, C) in channel units, NaN = missing.
+    fps : Hz.
+    longest : s, lag beyond which none is asked, nor beyond a sixteenth of the frames.
+    """
     lags = [1, 2, 4]
-    while 2 * lags[-1] <= min(longest * fps, frames / 16):
+    while 2 * lags[-1] <= min(longest * fps, len(measured) / 16):
         lags.append(2 * lags[-1])
-    return lags
+    found = np.array([_variance(measured, lag) for lag in lags])
+    asked = np.isfinite(found).all(axis=0) & (found > _NOTHING).all(axis=0)
+    if not asked.any():
+        return None
+    return Fourth(np.array(lags), found, asked, np.median(np.diff(np.log2(found[:, asked]), axis=0), axis=1))
 
 
-def white_by_fourth(measured: Floats, lag: int) -> Floats:
+def _variance(measured: Floats, lag: int) -> Floats:
     """(C,) variance of white noise by the low quantile of fourth differences over a lag; NaN where there are none."""
 
     def fourth(one: Floats) -> Floats:

@@ -8,7 +8,7 @@ from ...arrays import Floats
 from ..library.exemplars import typical_bends
 from .band_limited import BandLimited
 from .lasting import Lasting
-from .quiet import quiet_variance
+from .quiet import quiet_bends, quiet_variance
 
 LEAST_SHARE = 0.02  # of the variance of second differences that is taken for motion at least
 MOSTLY_MOTION = 0.5  # of the variance of second differences from which they tell of motion
@@ -43,7 +43,7 @@ def first_bends(
     while lags[-1] <= longest:
         lags.append(2 * lags[-1])
     over = np.array(lags)[:, None]
-    found = np.array([_lagged(measured, lag) for lag in lags])
+    found = np.array([quiet_bends(measured, lag) for lag in lags])
     once, twice, third = found[0], found[1], quiet_variance(measured, partial(np.diff, n=3))
     noise = np.where(twice < GROWS * once, np.minimum(once, twice), np.clip(0.75 * third - 1.5 * once, 0.0, None))
     if lasting is not None:
@@ -53,11 +53,6 @@ def first_bends(
     bends = steps[shortest, np.arange(measured.shape[1])]
     told = np.isfinite(bends)
     return np.diag(np.where(told, bends, np.median(bends[told]) if told.any() else 1.0))
-
-
-def _lagged(measured: Floats, lag: int) -> Floats:
-    """(C,) variance of second differences over `lag` frames, by their low quantile."""
-    return quiet_variance(measured, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
 
 
 def own_bends(values: Floats, unseen: Floats) -> Floats:

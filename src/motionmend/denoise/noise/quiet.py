@@ -25,3 +25,8 @@ def quiet_variance(values: Floats, differences: Callable[[Floats], Floats]) -> F
         if known.size:
             result[c] = (np.quantile(known, QUIET) / QUIET_NORMAL) ** 2
     return result
+
+
+def quiet_bends(values: Floats, lag: int) -> Floats:
+    """(C,) variance of second differences over `lag` frames of each column (T, C) by their low quantile, as above."""
+    return quiet_variance(values, lambda one: one[: -2 * lag] - 2.0 * one[lag:-lag] + one[2 * lag :])
