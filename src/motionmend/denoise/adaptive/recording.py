@@ -361,6 +361,7 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         asked = np.ones(values.shape[1], dtype=np.bool_)
         if known.library is not None:  # what moves in its clips it knows better, however slowly it moves here
             asked = np.diag(known.library.usual_bends(recording.fps)) <= least_bend(recording.fps)
+        asked = asked & ~np.isin(channels.columns, np.concatenate(root_rows(recording.skeleton)))
         return unmoving(values, found, asked)
 
     def seen_alone() -> tuple[Prior, Unmoving]:

@@ -152,7 +152,7 @@ def _but_for_those_that_close(recording: Motion | Markers, cuts: list[int], reac
             seen = np.isfinite(places).all(axis=(0, 2))
             if seen.sum() < SEEN:
                 continue
-            if closes(np.median(places[:, seen], axis=1), start - around.start, stop - around.start, reach):
+            if closes(np.median(places[:, seen], axis=1), start - around.start, stop - around.start, reach, alone=True):
                 kept = [cut for cut in kept if cut not in (start, stop)]
     return kept
 

@@ -7,15 +7,18 @@ smoothly as ever, so that a smoother takes the leaps for motion. No muscle throw
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from ...arrays import Bools, Floats
+from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Motion
 from ..channels.joints import root_rows
 
 HARDEST = 300.0  # m/s²; pelves of jumpers and gymnasts are thrown by a third of that
 LEAST, LEAPS = 0.1, 6.0  # m and times the usual surprise from frame to frame; what leaps by less is noise
+MEDIAN_OF_QUARTILE = 1.4  # of how far noise leaps in space
 LONGEST = 1.0  # s away; whoever stays longer may have been put there
 CLOSES = 0.3  # of the leap, by which what comes before and after it may fail to meet
-BESIDE = 2  # steps on either side of one that tell whether it leaps
+BESIDE = 3  # steps on either side of one that tell whether it leaps
+FEW = 2  # frames, each of which may be elsewhere of its own
+WITHIN = 1, 3, 7  # frames at the ends of a stretch that tell where it lies
 ABOUT, NEARER = 7, 0.7  # frames on either side, and of a leap how far most of them have to be from a stretch
 WEISZFELD = 12  # iterations
 RUN_UP = 0.1  # s on either side that tell how fast the root moves
@@ -40,22 +43,45 @@ def thrown(motion: Motion) -> Bools:
     steps = _usual_steps(place)
     surprise = np.zeros(len(place))
     surprise[1:] = np.nan_to_num(np.linalg.norm(np.diff(place, axis=0) - steps, axis=1))
-    hard, usual = HARDEST / motion.fps**2, max(LEAST, LEAPS * float(np.median(surprise)))
+    # where more than a quarter of all frames are off, half of all leap there or back
+    middle = min(float(np.median(surprise)), MEDIAN_OF_QUARTILE * float(np.quantile(surprise, 0.25)))
+    hard, usual = HARDEST / motion.fps**2, max(LEAST, LEAPS * middle)
     # who is away for one frame is thrown there and back at once, twice as hard as by each leap
     leaps = np.flatnonzero(surprise > max(usual, 0.5 * hard)).tolist()
+    edges = np.array(leaps, dtype=np.int64)
+    put_aside = {n: _leaps(place, steps, edges, ABOUT, n) for n in WITHIN}
+    put_back = {n: _leaps(place, steps, edges, n, ABOUT) for n in WITHIN}
+    over = {n: np.linalg.norm(_leaps(place, steps, edges, ABOUT, ABOUT, between=n), axis=1) for n in range(1, FEW + 1)}
     run_up, free = max(1, round(RUN_UP * motion.fps)), 0
     for k, start in enumerate(leaps):
         if start < free:
             continue
-        for stop in leaps[k + 1 :]:
+        for j, stop in enumerate(leaps[k + 1 :], k + 1):
             if stop - start > LONGEST * motion.fps:
                 break
-            away, alone = min(surprise[start], surprise[stop]), stop == leaps[k + 1] and _apart(leaps, k)
-            there = (stop == start + 1 or away > hard) and closes(place, start, stop, run_up, alone=alone)
-            if there and _elsewhere(place, steps, start, stop, away):
-                found[start:stop, moves], free = True, stop + 1
+            away, length = min(surprise[start], surprise[stop]), stop - start
+            within = 1 if length <= FEW else max(n for n in WITHIN if n <= length)
+            put, back = put_aside[within][k], put_back[within][j]
+            far = min(np.linalg.norm(put), np.linalg.norm(back))
+            if far < NEARER * away or (length > 1 and away <= hard):
+                continue
+            missed = over[length][k] if length <= FEW else np.linalg.norm(put + back)
+            alone = j == k + 1 and _apart(leaps, k)
+            if missed < CLOSES * far or closes(place, start, stop, run_up, alone=alone):
+                found[start:stop, moves], free = True, stop
                 break
     return found
+
+
+def _leaps(place: Floats, steps: Floats, leaps: Ints, before: int, after: int, between: int = 0) -> Floats:
+    """(N, 3) m by which most of the frames from each leap on lie off, whatever single ones do, and those `between`."""
+    away = np.r_[-before:0, between : between + after]
+    frames = leaps[:, None] + away
+    there = ((frames >= 0) & (frames < len(place)))[..., None]
+    some = np.where(there, place[np.clip(frames, 0, len(place) - 1)], np.nan)
+    pace = _middle(np.where(there, steps[np.clip(frames, 0, len(steps) - 1)], np.nan))
+    at_once = some - pace[:, None] * away[:, None]
+    return _middle(at_once[:, before:]) - _middle(at_once[:, :before])
 
 
 def _apart(leaps: list[int], k: int) -> bool:
@@ -64,43 +90,34 @@ def _apart(leaps: list[int], k: int) -> bool:
     return bool((gaps > 2 * BESIDE).all())
 
 
-def _elsewhere(place: Floats, steps: Floats, start: int, stop: int, away: float) -> bool:
-    """Whether a stretch [start, stop) lies elsewhere than most frames about it, and not only than those at its ends.
-
-    `place` (T, 3) and the usual `steps` (T - 1, 3) are in m, and so is how far `away` it leaps at its ends. Between two
-    frames that are off by much the same everything is at home.
-    """
-    for inside, outside in (
-        (start, np.arange(max(0, start - ABOUT), start)),
-        (stop - 1, np.arange(stop, min(len(place), stop + ABOUT))),
-    ):
-        way = steps[np.clip(outside, 0, len(steps) - 1)]
-        gone = np.linalg.norm(place[inside] - place[outside] - way * (inside - outside)[:, None], axis=1)
-        if np.isfinite(gone).any() and np.nanmedian(gone) < NEARER * away:
-            return False
-    return True
-
-
 def _usual_steps(place: Floats) -> Floats:
     """(T - 1, 3) m, the middle of the steps about each; NaN where it cannot be told.
 
-    The middle one has the least distance to all in sum (a geometric median), whichever way the axes lie. Neither of the
-    two steps of who is away for one frame makes the other look usual.
+    Neither of the two steps of who is away for one frame makes the other look usual.
+    """
+    steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
+    about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0).swapaxes(1, 2)
+    known: Bools = np.asarray(np.isfinite(about).all(axis=2))
+    return np.where(known.sum(axis=1, keepdims=True) > BESIDE, _middle(about), np.nan)
+
+
+def _middle(points: Floats) -> Floats:
+    """(N, 3), the one of least distance to all K known of (N, K, 3) in sum (a geometric median), NaN if none is known.
+
+    It is the same whichever way the axes lie.
 
     Source
     ------
     Weiszfeld, Sur le point pour lequel la somme des distances de n points donnes est minimum, Tohoku Mathematical
     Journal 43, 1937.
     """
-    steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
-    about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0)
-    known: Bools = np.asarray(np.isfinite(about).all(axis=1))
-    some = np.where(known[:, None], about, 0.0)
-    middle = some.sum(axis=2) / np.maximum(known.sum(axis=1), 1)[:, None]
+    known: Bools = np.asarray(np.isfinite(points).all(axis=2))
+    some = np.where(known[..., None], points, 0.0)
+    middle = some.sum(axis=1) / np.maximum(known.sum(axis=1), 1)[:, None]
     for _ in range(WEISZFELD):
-        worth = known / np.maximum(np.linalg.norm(some - middle[:, :, None], axis=1), 1e-6)
-        middle = (some * worth[:, None]).sum(axis=2) / np.maximum(worth.sum(axis=1), 1e-12)[:, None]
-    return np.asarray(np.where(known.sum(axis=1, keepdims=True) > BESIDE, middle, np.nan))
+        worth = known / np.maximum(np.linalg.norm(some - middle[:, None], axis=2), 1e-6)
+        middle = (some * worth[..., None]).sum(axis=1) / np.maximum(worth.sum(axis=1), 1e-12)[:, None]
+    return np.asarray(np.where(known.any(axis=1)[:, None], middle, np.nan))
 
 
 def closes(place: Floats, start: int, stop: int, run_up: int, *, alone: bool = False) -> bool:

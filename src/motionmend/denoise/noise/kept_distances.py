@@ -4,6 +4,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from ...arrays import Bools, Floats, Ints
+from ...numerics.quantiles import quantile_of_known
 
 NEAREST = 8  # markers that are tried as partners, by their median distance
 LOOKED_AT = 64  # frames for that
@@ -124,5 +125,5 @@ def _sizes(differences: Floats) -> Floats:
     """(M, K) deviation of noise by a quantile of scaled differences (N, M, K); infinite where too few tell."""
     enough = np.isfinite(differences).sum(axis=0) >= FEWEST
     found = np.full(enough.shape, np.inf)
-    found[enough] = np.nanquantile(differences[:, enough], QUANTILE, axis=0) / ndtri(0.5 + 0.5 * QUANTILE)
+    found[enough] = quantile_of_known(differences[:, enough], QUANTILE) / ndtri(0.5 + 0.5 * QUANTILE)
     return found
