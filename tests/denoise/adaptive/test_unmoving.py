@@ -29,7 +29,9 @@ def repaired(values, noise, origin=None):
 
 
 def still_in(values, noise, origin=None):
-    return unmoving(values, repaired(values, noise, origin), np.ones(values.shape[1], bool))
+    return unmoving(
+        values, repaired(values, noise, origin), np.ones(values.shape[1], bool), np.zeros(values.shape[1], bool), 30.0
+    )
 
 
 @given(SEEDS, st.sampled_from([0.01, 1.0, 30.0]), st.sampled_from([FEWEST, 100, 3000]))
@@ -67,7 +69,7 @@ def test_what_says_nothing_is_left(rng):
     few[:, 1] = 3.0  # to the last digit
     found = repaired(few, 1.0, origin)
     asked = np.array([True, True, True, False])
-    rest = unmoving(few, found, asked)
+    rest = unmoving(few, found, asked, np.zeros(len(asked), bool), 30.0)
     assert not rest.still[[0, 1, 3]].any()
     assert not nothing_still(4).still.any()
 

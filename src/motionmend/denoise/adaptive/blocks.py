@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...arrays import Bytes, Floats, Ints, away_from
+from ...arrays import Bools, Bytes, Floats, Ints, away_from
 from ...bodies.motion import Origin
 from ..bases.repair import MUCH_MISSED, ChannelRepair
 from ..bases.support import missed_by
@@ -52,6 +52,11 @@ class Mended:
     leaps: Ints
     farthest: Floats
     tried: Floats
+
+    @property
+    def still(self) -> Bools:
+        """(C,) True for channels that are taken to stand still: nothing is left open of how they bend."""
+        return np.asarray(self.unseen_bends == 0.0)
 
 
 def mend_channels(

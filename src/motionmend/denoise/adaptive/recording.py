@@ -12,7 +12,7 @@ from ...bodies.skeleton import ROTATION
 from ...errors import few
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from ..channels.cloud import in_metres
-from ..channels.joints import CENTIMETRES, DEGREES, joints_of, root_rows
+from ..channels.joints import CENTIMETRES, DEGREES, JointChannels, joints_of, root_deviations, root_rows
 from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
@@ -315,7 +315,16 @@ def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> t
     values = brought_back(motion, way_back, mended.found)
     said = (*mended.found.warnings, *_leaping(mended, way_back, known.layout, asked))
     found = replace(mended.found.but_for_values(), warnings=said)
-    return repaired_recording(motion, known.layout, way_back, found, "adaptive", mended.noise, values), done
+    outcome: Repaired[Motion] = repaired_recording(
+        motion, known.layout, way_back, found, "adaptive", mended.noise, values
+    )
+    frame = way_back.inner.travel if isinstance(way_back.inner, JointChannels) else None
+    if frame is not None and outcome.noise is not None:
+        at_home = np.full(len(outcome.noise), known.library is not None)
+        at_home[way_back.columns[way_back.columns >= 0]] |= mended.still[way_back.columns >= 0]
+        std = root_deviations(outcome.std.astype(np.float64), outcome.noise, frame, motion, at_home=at_home)
+        outcome = replace(outcome, std=std.astype(np.float32))
+    return outcome, done
 
 
 def _leaping(mended: Mended, channels: Channels, layout: Layout, asked: Ints | None) -> tuple[str, ...]:
@@ -361,8 +370,8 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         asked = np.ones(values.shape[1], dtype=np.bool_)
         if known.library is not None:  # what moves in its clips it knows better, however slowly it moves here
             asked = np.diag(known.library.usual_bends(recording.fps)) <= least_bend(recording.fps)
-        asked = asked & ~np.isin(channels.columns, np.concatenate(root_rows(recording.skeleton)))
-        return unmoving(values, found, asked)
+        root = np.isin(channels.columns, np.concatenate(root_rows(recording.skeleton)))
+        return unmoving(values, found, asked, root, recording.fps)
 
     def seen_alone() -> tuple[Prior, Unmoving]:
         seen = values if rounded is None else shaken(values, rounded)

@@ -13,11 +13,13 @@ from scipy.special import fdtrc
 
 from ...arrays import Bools, Floats
 from ...bodies.motion import Origin
+from ..channels.travel import slow_part
 from .blocks import Mended
 
 FEWEST = 24  # samples that tell that nothing moves
 BY_CHANCE = 0.05  # at which slow changes are taken for motion: rather too often, for that only costs what it did before
 NO_LOUDER = 1.2  # times the noise that was found
+LEFT = 0.3  # of a cosine; of which less is left tells nothing of what was there
 QUICK = 4  # of all changes the slowest fourth is asked at most
 
 
@@ -42,7 +44,7 @@ def nothing_still(channels: int) -> Unmoving:
     return Unmoving(np.zeros(channels, dtype=np.bool_), np.full(channels, np.nan), np.full(channels, np.nan))
 
 
-def unmoving(measured: Floats, mended: Mended, asked: Bools) -> Unmoving:
+def unmoving(measured: Floats, mended: Mended, asked: Bools, travelling: Bools, fps: float) -> Unmoving:
     """Find the channels in which nothing but noise is to be seen.
 
     Parameters
@@ -50,6 +52,8 @@ def unmoving(measured: Floats, mended: Mended, asked: Bools) -> Unmoving:
     measured : (T, C) channel units, NaN = missing.
     mended : a repair of these samples: only what it believed is looked at, and by how noisy it found the channels.
     asked : (C,) the channels that may be still.
+    travelling : (C,) those in the travelling frame, which has taken the slow part of them, and of their noise.
+    fps : Hz.
 
     Source
     ------
@@ -61,15 +65,20 @@ def unmoving(measured: Floats, mended: Mended, asked: Bools) -> Unmoving:
     for c in np.flatnonzero(asked).tolist():
         # what is constant but for white noise stays so without the samples that are left out
         seen = measured[mended.found.origin[:, c] == Origin.MEASURED, c]
-        if len(seen) >= FEWEST and seen.std() <= NO_LOUDER * mended.noise[c] and _white(seen):
+        left = 1.0 - slow_part(len(seen), fps) if travelling[c] else np.ones(max(len(seen) - 1, 0))
+        if len(seen) >= FEWEST and seen.std() <= NO_LOUDER * mended.noise[c] and _white(seen, left):
             rest.still[c], rest.place[c] = True, seen.mean()
             rest.std[c] = seen.std(ddof=1) / np.sqrt(len(seen))
     return rest
 
 
-def _white(values: Floats) -> bool:
-    """True where slow changes of values (N,) are no larger than quick ones."""
-    power = np.cumsum(np.square(dct(values - values.mean(), norm="ortho")[1:]))
+def _white(values: Floats, left: Floats) -> bool:
+    """True where slow changes of values (N,) are no larger than quick ones.
+
+    `left` (N - 1,) is the share of each cosine that is left in them, slowest first; those with little are not asked.
+    """
+    cosines = dct(values - values.mean(), norm="ortho")[1:]
+    power = np.cumsum(np.square((cosines / np.maximum(left, LEFT))[left >= LEFT]))
     total, count = power[-1], len(power)
     slow = 2 ** np.arange(int(np.log2(count // QUICK)) + 1)  # how many of the slowest are asked
     below, above = power[slow - 1] / slow, (total - power[slow - 1]) / (count - slow)

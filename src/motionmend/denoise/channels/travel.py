@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Bools, Floats
+from ...kernels.banded import walk_certainty
 from ...numerics.robust import ESTIMATORS
 from ...numerics.whittaker import whittaker
 
@@ -13,6 +14,8 @@ UNWRAPPING_CUTOFF = 3.0  # Hz; follows a spin of more than a turn a second
 PLACE_FLOOR = 0.01  # m; below this residual every measured place counts fully
 HEADING_FLOOR = 0.05  # rad
 REWEIGHTINGS = 12
+ANYWHERE = 1e6  # variance of the noise: where a path begins, and how fast
+OF_CERTAINTY = 0.75  # variance of Whittaker's curve through white noise, of that which it has as a posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,20 +76,63 @@ def travel(place: Floats, heading: Floats, fps: float, up: Floats) -> Travel:
     return Travel(smooth_place, _robust_smooth(unwrapped[:, None], fps, CUTOFF, HEADING_FLOOR)[:, 0], up)
 
 
+def noise_followed(frame: Travel, place: Floats, heading: Floats, fps: float) -> tuple[Floats, Floats]:
+    """Of how much of the samples' noise the frame itself is made: it follows what is slow of it.
+
+    Parameters
+    ----------
+    frame : of `travel`.
+    place, heading, fps : what it was made of.
+
+    Returns
+    -------
+    (T,) each, of place and heading: variance of the frame's error per variance of white noise in one sample.
+    """
+    off = np.angle(np.exp(1j * (heading - frame.heading)))
+    return (
+        _followed(np.linalg.norm(place - frame.place, axis=1), fps, PLACE_FLOOR),
+        _followed(np.abs(off), fps, HEADING_FLOOR),
+    )
+
+
+def slow_part(frames: int, fps: float) -> Floats:
+    """(T - 1,) of each cosine over T frames but the constant one, slowest first, the share that the frame follows."""
+    angles = np.arange(1, frames) * np.pi / frames
+    return np.asarray(1.0 / (1.0 + _smoothness(fps, CUTOFF) * (2.0 - 2.0 * np.cos(angles)) ** 2))
+
+
+def _followed(residual: Floats, fps: float, floor: float) -> Floats:
+    """(T,) of what was smoothed with residuals (T,), NaN where nothing was measured."""
+    present = np.isfinite(residual)
+    if present.sum() < 2:
+        return np.zeros(len(residual))
+    weights = _weights(np.where(present, residual, 0.0), present, floor)
+    steps = np.full((len(residual), 1), 1.0 / _smoothness(fps, CUTOFF))
+    free = np.full(1, ANYWHERE)
+    sure, _ = walk_certainty(weights[:, None], steps, free, free)
+    return np.asarray(OF_CERTAINTY * sure[:, 0])
+
+
 def _robust_smooth(values: Floats, fps: float, cutoff: float, floor: float) -> Floats:
     """Low-pass `values` (T, C) below `cutoff` Hz, re-weighted by the length of each frame's residual (Welsch)."""
     present: Bools = np.asarray(np.isfinite(values).all(axis=1))
     if present.sum() < 2:
         # nothing to draw a line through: stay at the only value there is
         return np.broadcast_to(values[present].sum(axis=0), values.shape).copy()
-    # half power of the second-difference smoother at the cut-off
-    smoothness = (2.0 * np.sin(np.pi * min(cutoff, 0.49 * fps) / fps)) ** -4
+    smoothness = _smoothness(fps, cutoff)
     known = np.where(present[:, None], values, 0.0)
     weights = present.astype(float)
-    welsch = ESTIMATORS["welsch"].weight
     for _ in range(REWEIGHTINGS):
         smooth = whittaker(known, weights, smoothness)
-        residual = np.linalg.norm(known - smooth, axis=1)
-        scale = 3.0 * max(floor, 1.4826 * float(np.median(residual[present])))
-        weights = present * welsch(residual, scale)
+        weights = _weights(np.linalg.norm(known - smooth, axis=1), present, floor)
     return np.asarray(whittaker(known, weights, smoothness))
+
+
+def _smoothness(fps: float, cutoff: float) -> float:
+    """Half power of the second-difference smoother is at the cut-off."""
+    return float((2.0 * np.sin(np.pi * min(cutoff, 0.49 * fps) / fps)) ** -4)
+
+
+def _weights(residual: Floats, present: Bools, floor: float) -> Floats:
+    scale = 3.0 * max(floor, 1.4826 * float(np.median(residual[present])))
+    return present * ESTIMATORS["welsch"].weight(residual, scale)

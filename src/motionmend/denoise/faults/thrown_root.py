@@ -96,7 +96,7 @@ def _usual_steps(place: Floats) -> Floats:
     Neither of the two steps of who is away for one frame makes the other look usual.
     """
     steps = np.pad(np.diff(place, axis=0), ((BESIDE, BESIDE), (0, 0)), mode="edge")
-    about = sliding_window_view(steps, 2 * BESIDE + 1, axis=0).swapaxes(1, 2)
+    about: Floats = sliding_window_view(steps, 2 * BESIDE + 1, axis=0).swapaxes(1, 2)
     known: Bools = np.asarray(np.isfinite(about).all(axis=2))
     return np.where(known.sum(axis=1, keepdims=True) > BESIDE, _middle(about), np.nan)
 
@@ -117,7 +117,7 @@ def _middle(points: Floats) -> Floats:
     for _ in range(WEISZFELD):
         worth = known / np.maximum(np.linalg.norm(some - middle[:, None], axis=2), 1e-6)
         middle = (some * worth[..., None]).sum(axis=1) / np.maximum(worth.sum(axis=1), 1e-12)[:, None]
-    return np.asarray(np.where(known.any(axis=1)[:, None], middle, np.nan))
+    return np.asarray(np.where(known.any(axis=1, keepdims=True), middle, np.nan))
 
 
 def closes(place: Floats, start: int, stop: int, run_up: int, *, alone: bool = False) -> bool:
