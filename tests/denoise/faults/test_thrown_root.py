@@ -109,6 +109,38 @@ def test_between_outliers_the_root_is_at_home():
     assert np.mean(found) > 0.975
 
 
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+@pytest.mark.parametrize("noise", [0.5, 2.0])
+def test_a_stretch_is_found_among_outliers_and_noise_and_no_more_of_the_root(fps, noise):
+    """One in twenty samples is off of its own, at the stretch's ends too; noise is a centimetre for each degree."""
+    rng = np.random.default_rng(round(fps))
+    found, good = [], []
+    for seed in range(8):
+        clean = truth(ACTIONS[seed % len(ACTIONS)], seconds=5.0, fps=fps)
+        spoilt = corrupt(clean, noise=np.radians(noise), outliers=0.05, seed=seed)
+        _, moves = root_rows(clean.skeleton)
+        length = round(rng.uniform(0.2, 0.9) * fps)
+        start = int(rng.integers(10, clean.frames - length - 10))
+        shift = rng.standard_normal(3)
+        q = spoilt.recording.q.copy()
+        q[start : start + length, moves] += 0.9 * shift / np.linalg.norm(shift)
+        told = thrown(clean.with_q(q))[:, moves].any(axis=1)
+        off = spoilt.outlier[:, moves].any(axis=1)
+        found.append(told[start : start + length].mean())
+        off[start : start + length] = True
+        good.append(told[~off].mean())
+    assert np.mean(found) > 0.95, found
+    assert np.mean(good) < 0.01, good
+
+
+@pytest.mark.parametrize("noise", [0.5, 2.0])
+def test_a_stretch_in_noise_is_no_take_of_its_own(noise):
+    clean, bad, off = _thrown("walk", 100, 148, np.array([0.6, 0.0, 0.8]), noise=noise)
+    outcome = repair_without_model(bad)
+    assert np.abs(outcome.recording.q - clean.q)[off].max() < 0.15
+    assert not any("takes are joined" in warning for warning in outcome.warnings)
+
+
 @given(st.floats(-np.pi, np.pi), st.integers(0, 10**6))
 @settings(max_examples=20, deadline=None)
 def test_heading_makes_no_difference(angle, seed):

@@ -14,7 +14,7 @@ from ...bodies.motion import Markers, Motion, Recording, Repaired
 from ...bodies.skeleton import positions
 from ..channels.pieces import pieces
 from .held import SAID
-from .thrown_root import HARDEST, LONGEST, RUN_UP, closes
+from .thrown_root import HARDEST, LONGEST, RUN_UP, closes, thrown
 
 LEAST, LEAPS = 0.3, 6.0  # m and times the usual surprise from frame to frame; where half of all leaps by less is motion
 SHORTEST = 0.25  # s of a take; what is elsewhere for less is a burst of outliers
@@ -93,6 +93,9 @@ def first_frames(recording: Motion | Markers) -> Ints:
     leaps = [t for t in leaps if not _others(surprise, t, reach, ONCE * surprise[t])]
     cuts = [t for t in leaps if _stays_away(recording, t, reach, LASTS * surprise[t])]
     cuts = _but_for_those_that_close(recording, cuts, reach)
+    if cuts and isinstance(recording, Motion):
+        away = np.flatnonzero(thrown(recording).any(axis=1))
+        cuts = [t for t in cuts if t not in away and t - 1 not in away]
     shortest = SHORTEST * recording.fps
     edges = np.array([0, *cuts, recording.frames])
     long = np.diff(edges) >= shortest

@@ -68,9 +68,30 @@ def thrown(motion: Motion) -> Bools:
             missed = over[length][k] if length <= FEW else np.linalg.norm(put + back)
             alone = j == k + 1 and _apart(leaps, k)
             if missed < CLOSES * far or closes(place, start, stop, run_up, alone=alone):
+                if length > FEW:
+                    start = _edge(place, steps, start, put, ABOUT, min(ABOUT, length))
+                    stop = _edge(place, steps, stop, back, min(ABOUT, stop - start), ABOUT)
                 found[start:stop, moves], free = True, stop
                 break
     return found
+
+
+def _edge(place: Floats, steps: Floats, about: int, leap: Floats, before: int, after: int) -> int:
+    """The frame near a leap (3,) m from which on most lie where it leads; single ones that are off do not tell it.
+
+    So many frames `before` and `after` are looked at.
+    """
+    frames = np.arange(max(0, about - before), min(len(place), about + after))
+    pace = _middle(steps[None, np.minimum(frames, len(steps) - 1)])[0]
+    at_once = place[frames] - pace * (frames - about)[:, None]
+    origin = _middle(at_once[None, frames < about])[0]
+    most = 0.5 * float(np.linalg.norm(leap))
+    off, gone = (
+        np.minimum(np.nan_to_num(np.linalg.norm(at_once - there, axis=1), nan=most), most)
+        for there in (origin, origin + leap)
+    )
+    cost = np.r_[0.0, np.cumsum(off)] + np.r_[np.cumsum(gone[::-1])[::-1], 0.0]
+    return int(frames[0] + np.argmin(cost))
 
 
 def _leaps(place: Floats, steps: Floats, leaps: Ints, before: int, after: int, between: int = 0) -> Floats:
