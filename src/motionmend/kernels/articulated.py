@@ -12,6 +12,7 @@ from ..arrays import Bools, Floats, Ints
 from .body import Chain, Posed
 from .compile import compiled
 from .dense import factor_and_solve
+from .putting import put, put_matrix
 
 _SMALL = 1e-4  # rad; below, series to the fourth order are exact to rounding
 
@@ -255,7 +256,7 @@ def reach(
             for e in range(d + 1):
                 lifted[d, e] = 0.0 if held[d] or held[e] else hessian[d, e]
             lifted[d, d] += damping * (1e-3 + hessian[d, d]) + (1.0 if held[d] else 0.0)
-        change[:] = downhill
+        put(change, downhill)
         if not factor_and_solve(lifted, change):
             change[:] = 0.0
         size = 0.0
@@ -295,7 +296,10 @@ def _missed_start(away: Floats, rest_weights: Floats) -> float:
 @compiled
 def _keep(pose: Posed, away: Floats, kept: Posed, kept_away: Floats) -> None:
     """Copy a pose and how far it has gone."""
-    kept.translation[:], kept.root[:], kept.joints[:], kept_away[:] = pose.translation, pose.root, pose.joints, away
+    put(kept.translation, pose.translation)
+    put_matrix(kept.root, pose.root)
+    put(kept.joints, pose.joints)
+    put(kept_away, away)
 
 
 @compiled

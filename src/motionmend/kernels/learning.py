@@ -6,6 +6,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from .compile import compiled
+from .putting import put
 
 
 @compiled
@@ -39,7 +40,7 @@ def learn(
             continue
         q = _place_for(centres[j], counts[j], hyper[j], samples[j], similar)
         if counts[j, q] == 0:
-            hyper[j, q, :] = fresh
+            put(hyper[j, q], fresh)
         x, lower, count = inputs[j, q], factors[j, q], counts[j, q]
         if count == size:
             lost = _least(lower, weights[j, q], hyper[j, q, 3])

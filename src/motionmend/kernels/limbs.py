@@ -6,6 +6,7 @@ from ..arrays import Bools, Floats, Ints, Singles
 from . import articulated, raycast, rendered
 from .body import Chain, Posed, Shell
 from .compile import compiled
+from .putting import put
 
 _frames, _frame = articulated.frames, articulated.frame
 _picture = rendered.picture
@@ -192,7 +193,7 @@ def limb_search(
                 costs[0, c], costs[1, c] = prices[c], prices[c] + against
             prices[c] += against
     _cheapest_first(prices[:count], pool, 1)
-    best[:] = pool[0]
+    put(best, pool[0])
     return float(prices[0])
 
 

@@ -8,6 +8,7 @@ from .articulated import missed, normal_equations
 from .body import Chain, Posed
 from .compile import compiled
 from .dense import factor_and_solve
+from .putting import put, put_matrix
 
 LONGEST = 0.5  # rad or m in one step: beyond it the straight continuation of an arc is no longer it
 
@@ -75,7 +76,7 @@ def reach_within(
                 size = max(size, abs(taken[i]))
             for i in range(free):
                 step[loose[i]] = -taken[i] * min(1.0, LONGEST / max(size, 1e-12))
-            tried.translation[:], tried.root[:], angles[:] = pose
+            _put(tried, pose)
             _advance(tried, step)
             now = 0.0
             for j in range(dofs - 6):
@@ -91,7 +92,14 @@ def reach_within(
             damping *= 8.0
         if not better:
             break
-        pose.translation[:], pose.root[:], pose.joints[:] = tried
+        _put(pose, tried)
         gained, cost, damping = cost - now, now, damping / 4.0
         if gained < 1e-5 * cost + 1e-9:
             break
+
+
+@compiled
+def _put(into: Posed, pose: Posed) -> None:
+    put(into.translation, pose.translation)
+    put_matrix(into.root, pose.root)
+    put(into.joints, pose.joints)

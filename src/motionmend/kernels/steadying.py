@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import Floats
 from .compile import compiled
+from .putting import put
 
 RATE = 30.0  # Hz, in whose frames time is counted here
 NOISE = 0.005  # m, of a coordinate in a thirtieth of a second
@@ -95,7 +96,7 @@ def _there(place: Floats) -> bool:
 @compiled
 def _predict(state: Floats, frames: float, ahead: Floats) -> None:
     """What is expected so many frames on, put into `ahead` (13,)."""
-    ahead[:] = state
+    put(ahead, state)
     drift = state[DRIFT]
     for d in range(3):
         ahead[d] += frames * state[3 + d]
