@@ -1,13 +1,9 @@
-"""What the travelling frame makes of noise, and how sure the root's place is."""
+"""What the travelling frame makes of noise."""
 
 import numpy as np
 import pytest
 
-from motionmend.denoise import repair_without_model
-from motionmend.denoise.channels.joints import joint_channels, own_middle, root_deviations, root_rows
 from motionmend.denoise.channels.travel import noise_followed, slow_part, travel
-from motionmend.evaluate import corrupt
-from performers import joints_model, truth
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -47,38 +43,3 @@ def test_of_each_cosine_as_much_is_left_as_is_said(fps):
         # but where much of it is followed the ends pull straight lines
         assert abs(followed @ wave / (0.005 * wave @ wave) - share[k - 1]) < 0.06
     assert (np.diff(share) <= 0.0).all()
-
-
-def test_deviations_of_the_place_turn_with_the_body():
-    clean = truth("walk", seconds=3.0)
-    _, moves = root_rows(clean.skeleton)
-    _, frame = joint_channels(clean, own_middle(clean))
-    std = np.full(clean.q.shape, 0.1)
-    std[:, moves] = 0.01, 0.02, 0.03
-    noise = np.full(clean.q.shape[1], 0.02)
-    nowhere = np.zeros(clean.q.shape[1], dtype=bool)
-    found = root_deviations(std, noise, frame, clean, nowhere)
-    # along the file's axes as in the frame's, all in all; the vertical is the same in both
-    np.testing.assert_allclose(np.square(found[:, moves]).sum(axis=1), np.square([0.01, 0.02, 0.03]).sum())
-    upward = int(np.argmax(np.abs(clean.skeleton.dof_axis[moves] @ clean.skeleton.up)))
-    np.testing.assert_allclose(found[:, moves[upward]], std[:, moves[upward]])
-    others = np.setdiff1d(np.arange(clean.q.shape[1]), moves)
-    np.testing.assert_array_equal(found[:, others], std[:, others])
-    more = root_deviations(std, noise, frame, clean, ~nowhere)
-    assert (more[:, moves] > found[:, moves]).all()
-
-
-@pytest.mark.parametrize(("taught", "noise"), [(False, 1.0), (False, 1.5), (True, 1.0), (True, 3.0)])
-def test_the_root_s_place_is_as_unsure_as_it_is_wrong(taught, noise):
-    """Places are in noise of a centimetre for each degree."""
-    within = []
-    for seed, action in enumerate(("walk", "run", "reach", "turn", "walk", "jump")):
-        clean = truth(action, seconds=5.0, fps=(30.0, 60.0)[seed % 2])
-        noisy = corrupt(clean, noise=np.radians(noise), seed=seed).recording
-        outcome = joints_model().repair(noisy) if taught else repair_without_model(noisy)
-        _, moves = root_rows(clean.skeleton)
-        off = np.abs(outcome.recording.q - clean.q)[:, moves] / outcome.std[:, moves]
-        within.append([(off < 1.0).mean(), (off < 1.96).mean()])
-    one, two = np.mean(within, axis=0)
-    assert abs(one - 0.68) < 0.1, within
-    assert 0.89 < two < 0.99, within

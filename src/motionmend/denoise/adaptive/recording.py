@@ -9,13 +9,13 @@ import numpy as np
 from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
-from ...errors import few
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from ..channels.cloud import in_metres
-from ..channels.joints import CENTIMETRES, DEGREES, JointChannels, joints_of, root_deviations, root_rows
+from ..channels.joints import CENTIMETRES, JointChannels, joints_of, root_rows
 from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
+from ..channels.root_deviations import root_deviations
 from ..faults.displaced import displaced, lasting
 from ..faults.fallen import but_for_fallen
 from ..faults.held import SAID, for_long, held, in_noise, told, without
@@ -59,13 +59,13 @@ from ..too_short import FEWEST_FRAMES, as_recorded
 from .blocks import Mended, mend_channels
 from .limits import seen_between, within_body_limits, within_seen
 from .own_jumps import channels_that_meet, own_jumps
+from .replaced import hardly_believed, never_seen
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .smoothing import least_bend
 from .traits import Traits
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
-HARDLY, FEWEST_REJECTED = 1 / 3, 10  # of a channel's samples, and how many, that are said to be replaced
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
@@ -137,41 +137,11 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
             *outcome.warnings,
             *said_of_sliding(outcome.recording, outcome.origin),
             *said_of_stuck_again(recording, outcome.origin),
-            *_hardly_believed(outcome),
+            *hardly_believed(outcome),
             *made_up_beyond(outcome),
-            *_never_seen(outcome),
+            *never_seen(outcome),
         ),
     )
-
-
-def _never_seen(outcome: Repaired[Recording]) -> tuple[str, ...]:
-    """A sentence that names joints or markers without any sample, and how far off they may be; none without such."""
-    recording: Motion | Markers = outcome.recording
-    made_up = np.flatnonzero((outcome.origin == Origin.FILLED).all(axis=0))
-    if isinstance(recording, Motion):
-        made_up = made_up[recording.skeleton.dof_kind[made_up] == ROTATION]
-        names, unit = [recording.skeleton.names[j] for j in recording.skeleton.dof_joint[made_up]], "degrees"
-        scale = DEGREES
-    else:
-        names, unit, scale = [recording.names[m] for m in made_up], "cm", CENTIMETRES
-    off: dict[str, float] = {}
-    for name, channel in zip(names, made_up, strict=True):
-        off[name] = max(off.get(name, 0.0), scale * float(outcome.std[:, channel].mean()))
-    said = few([f"{name} ({away:.2g} {unit})" for name, away in off.items()])
-    return (f"never seen, and made up by what the library's people do, off by about: {said}",) if said else ()
-
-
-def _hardly_believed(outcome: Repaired[Recording]) -> tuple[str, ...]:
-    """A sentence that names the channels of which little is left as it was measured; none where there are none."""
-    rejected = (outcome.origin == Origin.REPAIRED) & (outcome.weights == 0.0)
-    count, measured = rejected.sum(axis=0), (outcome.origin <= Origin.REPAIRED).sum(axis=0)
-    most = np.argsort(-count, kind="stable")
-    most = most[(count > HARDLY * measured)[most] & (count[most] >= FEWEST_REJECTED)]
-    if not len(most):
-        return ()
-    names = outcome.recording.channels
-    said = ", ".join(f"{names[c]} ({count[c]} of {measured[c]})" for c in most[:SAID])
-    return (f"much of what was measured is taken for wrong and replaced: {said}{', ...' if len(most) > SAID else ''}",)
 
 
 def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -322,7 +292,9 @@ def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> t
     if frame is not None and outcome.noise is not None:
         at_home = np.full(len(outcome.noise), known.library is not None)
         at_home[way_back.columns[way_back.columns >= 0]] |= mended.still[way_back.columns >= 0]
-        std = root_deviations(outcome.std.astype(np.float64), outcome.noise, frame, motion, at_home=at_home)
+        std = root_deviations(
+            outcome.std.astype(np.float64), outcome.noise, frame, motion, outcome.recording.q, at_home
+        )
         outcome = replace(outcome, std=std.astype(np.float32))
     return outcome, done
 

@@ -10,7 +10,7 @@ from ...bodies.motion import Motion
 from ...bodies.skeleton import ROTATION, TRANSLATION, Skeleton
 from .branches import nearest_triple, nearest_turn, steady_triple, steady_turn
 from .pieces import pieces
-from .travel import Travel, noise_followed, travel, turn
+from .travel import Travel, travel, turn
 
 DEGREES, CENTIMETRES = 180.0 / np.pi, 100.0
 
@@ -61,9 +61,8 @@ def joint_channels(motion: Motion, centre: Floats) -> tuple[Floats, Travel | Non
     if len(turns) != 3:
         return values, None
     up = skeleton.up
-    place = _root_place(motion, moves)
-    headings = [heading(joint_rotation(skeleton, turns, q[some]), up) for some in pieces(motion.frames)]
-    frame = travel(place, np.concatenate(headings), motion.fps, up)
+    place = root_place(motion, moves)
+    frame = travel(place, root_heading(motion, turns), motion.fps, up)
     for some in pieces(motion.frames):
         back = turn(frame.heading[some], up).transpose(0, 2, 1)
         rotation = joint_rotation(skeleton, turns, q[some])
@@ -122,46 +121,19 @@ def _root_into_angles(values: Floats, frame: Travel, skeleton: Skeleton) -> None
         values[:, moves] = CENTIMETRES * along @ np.linalg.inv(skeleton.dof_axis[moves])
 
 
-def root_deviations(std: Floats, noise: Floats, frame: Travel, motion: Motion, at_home: Bools) -> Floats:
-    """Deviations of the root's place along the file's own axes, and what the travelling frame is unsure of.
-
-    Parameters
-    ----------
-    std : (T, D) rad and m, the root's those of its channels in the travelling frame.
-    noise : (D,) of its samples, likewise; NaN = unknown.
-    frame : of `joint_channels`.
-    motion : what it was made of.
-    at_home : (D,) True for channels that do not follow what the frame made of noise: they are still, or a library knows
-        where they lie.
-
-    Returns
-    -------
-    (T, D) rad and m.
-    """
-    skeleton, found = motion.skeleton, std.copy()
-    turns, moves = root_rows(skeleton)
-    place = _root_place(motion, moves)
-    headings = [heading(joint_rotation(skeleton, turns, motion.q[some]), skeleton.up) for some in pieces(motion.frames)]
-    by_place, by_heading = noise_followed(frame, place, np.concatenate(headings), motion.fps)
-    axes, share = skeleton.dof_axis, np.square(np.nan_to_num(noise)) * at_home
-    found[:, turns] = np.sqrt(
-        np.square(found[:, turns]) + by_heading[:, None] * share[turns] * np.square(axes[turns] @ skeleton.up)
-    )
-    if len(moves) == 3:
-        along = np.linalg.inv(axes[moves]).T
-        for some in pieces(motion.frames):
-            way = np.square(along @ frame.part(some).rotations())
-            spread = np.einsum("tij,tj->ti", way, np.square(found[some, moves]) + by_place[some, None] * share[moves])
-            found[some, moves] = np.where(np.isfinite(spread), np.sqrt(spread), found[some, moves])
-    return found
-
-
-def _root_place(motion: Motion, moves: Ints) -> Floats:
+def root_place(motion: Motion, moves: Ints) -> Floats:
     """(T, 3) m of the root, NaN = missing; where it has no three translations it stands."""
     skeleton = motion.skeleton
     if len(moves) != 3:
         return np.zeros((motion.frames, 3))
     return np.asarray(skeleton.offsets[0] + motion.q[:, moves] @ skeleton.dof_axis[moves])
+
+
+def root_heading(motion: Motion, turns: Ints) -> Floats:
+    """(T,) rad about up, NaN = missing."""
+    skeleton = motion.skeleton
+    found = [heading(joint_rotation(skeleton, turns, motion.q[some]), skeleton.up) for some in pieces(motion.frames)]
+    return np.concatenate(found)
 
 
 def unit(skeleton: Skeleton) -> Floats:

@@ -63,7 +63,7 @@ def thrown(motion: Motion) -> Bools:
             within = 1 if length <= FEW else max(n for n in WITHIN if n <= length)
             put, back = put_aside[within][k], put_back[within][j]
             far = min(np.linalg.norm(put), np.linalg.norm(back))
-            if far < NEARER * away or (length > 1 and away <= hard):
+            if np.isnan(far) or far < NEARER * away or (length > 1 and away <= hard):
                 continue
             missed = over[length][k] if length <= FEW else np.linalg.norm(put + back)
             alone = j == k + 1 and _apart(leaps, k)
