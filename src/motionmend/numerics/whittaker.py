@@ -56,5 +56,19 @@ def response(smoothness: float) -> Floats:
     smoothness : as of `whittaker`.
     """
     # in the middle of each interval: slow sines count no more than others
-    angles = (np.arange(512) + 0.5) * np.pi / 512
+    return passed(smoothness, (np.arange(512) + 0.5) * np.pi / 512)
+
+
+def passed(smoothness: float, angles: Floats) -> Floats:
+    """Share of a sine that passes `whittaker` of weights 1, away from the ends.
+
+    Parameters
+    ----------
+    smoothness : as of `whittaker`.
+    angles : of any shape, radians a frame that the sine goes on by.
+
+    Returns
+    -------
+    Of the angles' shape.
+    """
     return np.asarray(1.0 / (1.0 + smoothness * (2.0 - 2.0 * np.cos(angles)) ** 2))

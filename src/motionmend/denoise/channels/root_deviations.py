@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Motion
 from ...bodies.skeleton import Skeleton
+from ...kernels.articulated import left_jacobian
 from .joints import joint_rotation, root_heading, root_place, root_rows
 from .pieces import pieces
 from .travel import Travel, noise_followed
@@ -73,15 +74,8 @@ def _slopes(skeleton: Skeleton, turns: Ints, q: Floats, frame: Travel) -> tuple[
     dual = across / (np.where(volume < 0.0, -1.0, 1.0) * np.maximum(np.abs(volume), POLE))[:, None, None]
     heads = frame.rotations()[known]
     vector = Rotation.from_matrix(heads.transpose(0, 2, 1) @ joint_rotation(skeleton, turns, q)[known]).as_rotvec()
-    to_angles[known], of_heading[known] = dual @ heads @ _left_jacobian(vector), dual @ skeleton.up
+    slopes = np.empty((len(vector), 3, 3))
+    for one, slope in zip(vector, slopes, strict=True):
+        left_jacobian(one, slope)
+    to_angles[known], of_heading[known] = dual @ heads @ slopes, dual @ skeleton.up
     return to_angles, of_heading
-
-
-def _left_jacobian(vector: Floats) -> Floats:
-    """(T, 3, 3) how a rotation turns with its vector (T, 3) rad."""
-    angle = np.maximum(np.linalg.norm(vector, axis=1), 1e-6)[:, None, None]
-    x, y, z = vector.T
-    none = np.zeros(len(vector))
-    cross = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=1).reshape(-1, 3, 3)
-    once, twice = (1.0 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
-    return np.asarray(np.eye(3) + once * cross + twice * (cross @ cross))

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Bools, Floats
+from ...bodies.skeleton import wrapped
 from ...kernels.banded import walk_certainty
 from ...numerics.robust import ESTIMATORS
-from ...numerics.whittaker import whittaker
+from ...numerics.whittaker import passed, response, whittaker
 
 CUTOFF = 1.0  # Hz; slower than a stride, so that the gait itself stays in the channels
 UNWRAPPING_CUTOFF = 3.0  # Hz; follows a spin of more than a turn a second
@@ -15,7 +16,6 @@ PLACE_FLOOR = 0.01  # m; below this residual every measured place counts fully
 HEADING_FLOOR = 0.05  # rad
 REWEIGHTINGS = 12
 ANYWHERE = 1e6  # variance of the noise: where a path begins, and how fast
-OF_CERTAINTY = 0.75  # variance of Whittaker's curve through white noise, of that which it has as a posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,17 +88,15 @@ def noise_followed(frame: Travel, place: Floats, heading: Floats, fps: float) ->
     -------
     (T,) each, of place and heading: variance of the frame's error per variance of white noise in one sample.
     """
-    off = np.angle(np.exp(1j * (heading - frame.heading)))
     return (
         _followed(np.linalg.norm(place - frame.place, axis=1), fps, PLACE_FLOOR),
-        _followed(np.abs(off), fps, HEADING_FLOOR),
+        _followed(np.abs(wrapped(heading - frame.heading)), fps, HEADING_FLOOR),
     )
 
 
 def slow_part(frames: int, fps: float) -> Floats:
     """(T - 1,) of each cosine over T frames but the constant one, slowest first, the share that the frame follows."""
-    angles = np.arange(1, frames) * np.pi / frames
-    return np.asarray(1.0 / (1.0 + _smoothness(fps, CUTOFF) * (2.0 - 2.0 * np.cos(angles)) ** 2))
+    return passed(_smoothness(fps, CUTOFF), np.arange(1, frames) * np.pi / frames)
 
 
 def _followed(residual: Floats, fps: float, floor: float) -> Floats:
@@ -107,10 +105,11 @@ def _followed(residual: Floats, fps: float, floor: float) -> Floats:
     if present.sum() < 2:
         return np.zeros(len(residual))
     weights = _weights(np.where(present, residual, 0.0), present, floor)
-    steps = np.full((len(residual), 1), 1.0 / _smoothness(fps, CUTOFF))
-    free = np.full(1, ANYWHERE)
-    sure, _ = walk_certainty(weights[:, None], steps, free, free)
-    return np.asarray(OF_CERTAINTY * sure[:, 0])
+    smoothness, free = _smoothness(fps, CUTOFF), np.full(1, ANYWHERE)
+    sure, _ = walk_certainty(weights[:, None], np.full((len(residual), 1), 1.0 / smoothness), free, free)
+    # as a posterior the curve may also be where it is not smooth; of the noise alone is so much
+    share = response(smoothness)
+    return np.asarray(np.square(share).mean() / share.mean() * sure[:, 0])
 
 
 def _robust_smooth(values: Floats, fps: float, cutoff: float, floor: float) -> Floats:
