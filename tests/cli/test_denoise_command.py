@@ -5,6 +5,7 @@ import json
 import shutil
 import struct
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -283,10 +284,12 @@ def test_what_is_filled_but_hardly_known_is_said_unless_a_limit_leaves_it_open(
     q = taken.q.copy()
     q[np.ix_(range(taken.frames // 3, taken.frames // 3 + int(taken.fps)), legs)] = np.nan
     write(tmp_path / "gone.amc", replace(taken, q=q))
-    ran = cli("denoise", tmp_path / "gone.amc", "-o", tmp_path / "all.amc")
+    ran = cli("denoise", tmp_path / "gone.amc", "-o", tmp_path / "all.amc", "--report")
     (said,) = [one for one in without_seconds(tmp_path / "all.mend.json")["warnings"] if "less sure than 10 deg" in one]
     assert said in " ".join(ran.err.split())
     assert "lfemur" in said
+    page = (tmp_path / "all.report.html").read_text()
+    assert all(escape(one) in page for one in without_seconds(tmp_path / "all.mend.json")["warnings"])
     assert cli("denoise", tmp_path / "gone.amc", "-o", tmp_path / "some.amc", "--max-std", "5").code == 0
     held = without_seconds(tmp_path / "some.mend.json")["warnings"]
     assert not any("less sure" in one for one in held)

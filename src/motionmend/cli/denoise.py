@@ -200,12 +200,13 @@ class Repair:
         start = perf_counter()
         told = as_written(repaired) if job.target.suffix.lower() == ".csv" else repaired
         lost = not_in(job.target.suffix.lower(), recording)
-        warnings = (*recording.warnings, *repaired.warnings, *hardly_known(repaired), *lost)
+        of_repair = (*repaired.warnings, *hardly_known(repaired), *lost)
+        warnings = (*recording.warnings, *of_repair)
         sidecars = (".mend.json", *((".report.html",) if self.report else ()))
         with job.together(*sidecars), ExitStack() as whole:
             if self.report:
                 page = whole.enter_context(atomic(job.beside(".report.html")))
-                self._write_report(page, recording, told)
+                self._write_report(page, recording, replace(told, warnings=of_repair))
             write(job.target, repaired.recording, repaired=repaired)
             seconds = {**seconds, "write": perf_counter() - start}
             seconds["total"] = sum(seconds.values())
