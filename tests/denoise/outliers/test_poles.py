@@ -143,7 +143,7 @@ def test_repair_keeps_the_crossing_and_takes_the_outlier(seed):
     measured[10, 1] += 40.0
     vouched = pole_crossings(measured, skeleton, COLUMNS)
     bends = np.diag(np.full(5, 0.3**2))
-    mended = mend_channels(measured, Prior(bends, None), FPS, traits=Traits(poles=lambda _: vouched))
+    mended = mend_channels(measured, Prior(bends, None), FPS, traits=Traits(leaping=lambda _: vouched))
     rejected = mended.found.origin == 1
     assert rejected[10, 1]
     jumps = np.flatnonzero(_bend(truth[:, 1:4]).max(axis=1) > 40.0) + 1

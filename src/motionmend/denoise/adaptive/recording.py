@@ -53,6 +53,7 @@ from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends
 from ..outcome import brought_back, repaired_recording
 from ..outliers.as_pose import of_one_limb, smoother_as_pose
 from ..outliers.bursts import long_runs, short_runs
+from ..outliers.other_pose import other_poses
 from ..outliers.poles import pole_crossings
 from ..rivals.filtered import Filtered
 from ..too_short import FEWEST_FRAMES, as_recorded
@@ -385,7 +386,9 @@ def _traits(values: Floats, recording: Motion | Markers, channels: Channels) -> 
     return Traits(
         joints=joints_of(skeleton, columns),
         limb=of_one_limb(skeleton, columns),
-        poles=partial(pole_crossings, skeleton=skeleton, columns=columns),
+        leaping=lambda angles: (
+            pole_crossings(angles, skeleton, columns) | other_poses(angles, skeleton, columns, recording.fps)
+        ),
         as_pose=partial(smoother_as_pose, skeleton=skeleton, columns=columns),
         own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps),
         rounded=rounded,

@@ -204,7 +204,7 @@ def adapt(
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     whole : whether the recording begins, and ends, with these frames.
     """
-    vouched = np.zeros(measured.shape, dtype=bool) if traits.poles is None else traits.poles(measured)
+    vouched = np.zeros(measured.shape, dtype=bool) if traits.leaping is None else traits.leaping(measured)
     rattle = rattles(measured, fps, traits.together)
     rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
     shaken = rattle > 0
