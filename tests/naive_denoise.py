@@ -62,3 +62,29 @@ def steadiest(triples, turns, centre, hold):
     for back in reversed(came):
         path.append(int(back[path[-1]]))
     return np.array(path[::-1])
+
+
+def best_turn(points, weights, shape):
+    """Kabsch: place (3,) and rotation (3, 3) that take weighted points (A, 3) of a shape to where they are seen."""
+    place = weights @ points
+    left, _, right = np.linalg.svd((points - place).T @ (weights[:, None] * (shape - weights @ shape)))
+    return place, left * np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+
+
+def running_median(values, span):
+    """Median of the span frames about each of (T, C); near an end that of the outermost."""
+    half = span // 2
+    first = np.clip(np.arange(len(values)) - half, 0, len(values) - span)
+    return np.array([np.median(values[start : start + span], axis=0) for start in first])
+
+
+def geometric_median(points, rounds, least):
+    """Weiszfeld's iteration over the finite of points (K, 3)."""
+    known = points[np.isfinite(points).all(axis=1)]
+    if not len(known):
+        return np.full(3, np.nan)
+    middle = known.mean(axis=0)
+    for _ in range(rounds):
+        worth = 1.0 / np.maximum(np.linalg.norm(known - middle, axis=1), least)
+        middle = worth @ known / worth.sum()
+    return middle

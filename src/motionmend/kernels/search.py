@@ -76,7 +76,9 @@ def likeliest_history(
     new_score, new_turns, new_mode = np.zeros(most), np.zeros(most, np.int64), np.zeros(most, np.int64)
     came_from, rejects = np.zeros(most, np.int64), np.zeros(most, np.int64)
     parent, event = np.zeros((frames, width), np.int16), np.zeros((frames, width), np.uint8)
-    order = np.zeros(width, np.int64)
+    # A turn is 0 calm, 1 an outlier, 2 livelier; kinds of outliers, were they told apart, crowd out jumps that stay
+    mask = (1 << (2 * RECENT)) - 1
+    order, best_of = np.zeros(width, np.int64), np.full(mask + 1, -1)
     # outliers are a Markov chain: it enters as often as its share and how long it stays let it
     enters = min(outlier_rate * (1.0 - outlier_follow) / (1.0 - outlier_rate), 0.5)
     next_in, next_out = log(1.0 - enters), log(enters * outlier_density)
@@ -84,8 +86,6 @@ def likeliest_history(
     then_in = log(1.0 - outlier_follow)
     then_out = log(outlier_follow * (1.0 - outlier_held) * outlier_density)
     then_held = log(outlier_follow * outlier_held)
-    # A turn is 0 calm, 1 an outlier, 2 livelier; kinds of outliers, were they told apart, crowd out jumps that stay
-    mask = (1 << (2 * RECENT)) - 1
     kept, begun = 1, False
     for g in range(coordinates):
         state[0, g, 0], state[0, g, 2], state[0, g, 4] = start[g], start_var[g], speed_var[g]
@@ -108,7 +108,7 @@ def likeliest_history(
                 if t > 0 and not at_pole[t]:
                     total += log_modes[last, k]
                 told_square, told_spread, seen_square, seen_spread, held_square, held_spread = _against(
-                    state[h], t, factors[k], pull, step_var, hint, hint_var, observed, noise_var, seen, off
+                    state, h, t, factors[k], pull, step_var, hint, hint_var, observed, noise_var, seen, off
                 )
                 if not seen:
                     new_score[count] = total - 0.5 * (log(told_spread) + told_square)
@@ -133,7 +133,7 @@ def likeliest_history(
                 came_from[count], rejects[count] = h, 0
                 count += 1
         begun = begun or seen
-        kept = _best_that_differ(new_score, new_turns, count, width, order)
+        kept = _best_that_differ(new_score, new_turns, count, width, order, best_of)
         # only their states are worked out
         best = new_score[order[0]]
         for i in range(kept):
@@ -164,6 +164,7 @@ def likeliest_history(
 @compiled
 def _against(
     states: Floats,
+    h: int,
     t: int,
     factor: float,
     pull: Floats,
@@ -179,7 +180,7 @@ def _against(
 
     Parameters
     ----------
-    states : (G, 9) of the history, after the frame before.
+    states : (H, G, 9) of the histories, after the frame before; h is the number of one.
     seen : whether the frame has samples. off : whether the one before was rejected.
 
     Returns
@@ -189,12 +190,12 @@ def _against(
     """
     told_square, told_spread, seen_square, seen_spread = 0.0, 1.0, 0.0, 1.0
     held_square, held_spread = 0.0, 1.0
-    for g in range(len(states)):
-        x, a, o, d, f = states[g, 0], states[g, 2], states[g, 5], states[g, 6], states[g, 8]
+    for g in range(states.shape[1]):
+        x, a, o, d, f = states[h, g, 0], states[h, g, 2], states[h, g, 5], states[h, g, 6], states[h, g, 8]
         if t > 0:
-            x += states[g, 1] + pull[t, g]
-            a += 2.0 * states[g, 3] + states[g, 4] + step_var[t, g] * factor
-            d += states[g, 7]
+            x += states[h, g, 1] + pull[t, g]
+            a += 2.0 * states[h, g, 3] + states[h, g, 4] + step_var[t, g] * factor
+            d += states[h, g, 7]
         if hint_var[t, g] < np.inf:
             s, r = a + hint_var[t, g], hint[t, g] - x
             told_spread *= 2.0 * pi * s
@@ -213,38 +214,39 @@ def _against(
 
 
 @compiled
-def _best_that_differ(score: Floats, turns: Ints, count: int, width: int, order: Ints) -> int:
-    """How many of `count` histories are kept: the best `width` that differ in their latest turns, in `order`."""
+def _best_that_differ(score: Floats, turns: Ints, count: int, width: int, order: Ints, best: Ints) -> int:
+    """How many of `count` histories are kept: the best `width` that differ in their latest turns, in `order`.
+
+    `best` (4**RECENT,) has room for the best history of each turns, and is -1 throughout before and after.
+    """
+    for n in range(count):
+        other = best[turns[n]]
+        if other < 0 or score[n] > score[other]:
+            best[turns[n]] = n
     kept = 0
     for n in range(count):
-        if kept == width and score[n] <= score[order[kept - 1]]:
+        if best[turns[n]] != n:
             continue
-        twin = -1
-        for i in range(kept):
-            if turns[order[i]] == turns[n]:
-                twin = i
-                break
-        if twin >= 0:
-            if score[n] <= score[order[twin]]:
-                continue
-            for i in range(twin, kept - 1):
-                order[i] = order[i + 1]
-            kept -= 1
-        place = kept if kept < width else width - 1
+        best[turns[n]] = -1
+        if kept < width:
+            kept += 1
+        elif score[n] <= score[order[width - 1]]:
+            continue
+        place = kept - 1
         while place > 0 and score[order[place - 1]] < score[n]:
             order[place] = order[place - 1]
             place -= 1
         order[place] = n
-        if kept < width:
-            kept += 1
     return kept
 
 
 @compiled
 def _of(state: Floats, h: int, g: int) -> State:
     """A coordinate's state in a history."""
-    one = state[h, g]
-    return one[0], one[1], one[2], one[3], one[4], one[5], one[6], one[7], one[8]
+    return (
+        state[h, g, 0], state[h, g, 1], state[h, g, 2], state[h, g, 3], state[h, g, 4],
+        state[h, g, 5], state[h, g, 6], state[h, g, 7], state[h, g, 8],
+    )  # fmt: skip
 
 
 @compiled

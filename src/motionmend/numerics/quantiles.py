@@ -17,7 +17,8 @@ def quantile_of_known(values: Floats, share: float) -> Floats:
     -------
     (...), interpolated linearly; NaN where nothing is known.
     """
-    columns = np.sort(values.reshape(len(values), -1).T, axis=1)  # unknown ones come last
+    count = int(np.prod(values.shape[1:]))
+    columns = np.sort(values.reshape(len(values), count).T, axis=1)  # unknown ones come last
     at = np.maximum(np.isfinite(columns).sum(axis=1) - 1, 0) * share
     before = np.floor(at)
     rest = at - before

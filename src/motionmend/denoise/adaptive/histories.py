@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ...arrays import Bools, Bytes, Floats
+from ...numerics.quantiles import quantile_of_known
 from ..outliers.poles import bends_of
 from .smoothing import VAGUE
 
@@ -57,7 +58,7 @@ def likeliest_histories(
     goes_on = np.where(np.arange(len(COMMON)) > 0, GOES_ON, 0.0)[:, None]
     log_modes = np.log(goes_on * np.eye(len(COMMON)) + (1.0 - goes_on) * COMMON)
     known = np.isfinite(measured)
-    begin = np.array([np.median(measured[known[:, c], c]) if known[:, c].any() else 0.0 for c in range(channels)])
+    begin = np.nan_to_num(quantile_of_known(measured, 0.5))
     strays = np.where(known, np.square(measured - begin), 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     density, at_pole = OUTLIER_SPAN**-together, bends_of(vouched)
 

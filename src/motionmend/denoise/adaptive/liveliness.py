@@ -1,9 +1,9 @@
 """How lively a motion is, by channel and moment: the variance of its second differences relative to the usual."""
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from ...arrays import Floats
+from ...numerics.gaussian import gaussian_smooth
 
 LIVELY = 0.05  # s, the width in which motion is as lively as it is
 LIVELY_ABOUT = 1.0  # s, the width in which it is about as lively, never livelier than usual
@@ -32,7 +32,7 @@ def liveliness_of(values: Floats, usual: Floats, doubt: Floats, fps: float) -> F
 
     def over(width: float, prior: Floats | float, samples: float) -> Floats:
         span = 2.0 * width * np.sqrt(np.pi)  # frames that a Gaussian of this width averages
-        squares, count = (span * gaussian_filter1d(one, width, axis=0, mode="nearest") for one in (square, told))
+        squares, count = (span * gaussian_smooth(one, width) for one in (square, told))
         return np.asarray((samples * prior + squares) / (samples + count))
 
     found = np.ones(values.shape)

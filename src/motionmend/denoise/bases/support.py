@@ -169,12 +169,12 @@ def _running_median(values: Floats, span: int) -> Floats:
 
     Mirrored frames would count twice there, and two outliers in four frames be most of them.
     """
-    # one dimension at a time: seven times faster than a footprint of two
-    median = np.stack([median_filter(one, size=span, mode="mirror") for one in np.ascontiguousarray(values.T)], axis=1)
-    half = span // 2
+    columns = np.ascontiguousarray(values.T)
     if len(values) >= span:
-        median[:half], median[len(median) - half :] = median[half], median[-1 - half]
-    return median
+        from ...kernels.medians import running_median
+
+        return np.ascontiguousarray(running_median(columns, span).T)
+    return np.stack([median_filter(one, size=span, mode="mirror") for one in columns], axis=1)
 
 
 def interpolated(values: Floats, centre: Floats | None = None) -> Floats:

@@ -208,11 +208,11 @@ def _middle(channel: Floats, angular: bool) -> float:
 def joint_rotation(skeleton: Skeleton, turns: Ints, q: Floats) -> Floats:
     """(T, 3, 3) rotation of a joint from its rotation rows and q (T, D) rad, NaN where one is missing."""
     known = np.isfinite(q[:, turns]).all(axis=1)
-    total = Rotation.identity(int(known.sum()))
+    total = np.broadcast_to(np.eye(3), (int(known.sum()), 3, 3))
     for row in turns:
-        total = total * Rotation.from_rotvec(q[known, row, None] * skeleton.dof_axis[row])
+        total = total @ turn(q[known, row], skeleton.dof_axis[row])
     matrices = np.full((len(q), 3, 3), np.nan)
-    matrices[known] = total.as_matrix()
+    matrices[known] = total
     return matrices
 
 

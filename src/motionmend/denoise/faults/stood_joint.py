@@ -79,10 +79,10 @@ def _stands(angles: Floats, leaps: Bools, noise: Floats, fps: float, least: int)
     steps, found = np.diff(angles, axis=0), []
     longest, before = round(LONGEST * fps), max(2, round(BEFORE * fps))
     frames = np.flatnonzero(leaps)
-    for leap in frames.tolist():
+    for leap in _after_rest(angles, frames[frames >= least], WITHIN * noise, least):
         start = _since(angles, leap, WITHIN * noise, least)
         length = leap - start
-        if not least <= length <= longest or start < 2:
+        if length > longest or start < 2:
             continue
         jump = steps[leap - 1]
         back = np.linalg.norm(steps[leap : leap + longest] + jump, axis=1)
@@ -113,23 +113,25 @@ def _leaps(motion: Motion, rows: Ints, angles: Floats, noise: Floats) -> Bools:
     turned = np.degrees(Rotation.from_matrix(before.swapaxes(1, 2) @ now).magnitude())
     size = np.linalg.norm(steps, axis=1)
     leaps = np.zeros(len(angles), dtype=np.bool_)
-    for frame in frames[turned > max(LEAST, LEAPS * float(noise.max()))]:
-        after = angles[frame : frame + AFTER + 1]
-        if len(after) <= AFTER:
-            continue
-        gone = np.linalg.norm(after - angles[frame - 1], axis=1)
-        leaps[frame] = size[frame - 1] > STEPS * size[frame : frame + AFTER].max() and (gone > AWAY * gone[0]).all()
+    frames = frames[(turned > max(LEAST, LEAPS * float(noise.max()))) & (frames < len(angles) - AFTER)]
+    beside = frames[:, None] + np.arange(AFTER + 1)
+    gone = np.linalg.norm(angles[beside] - angles[frames - 1, None], axis=2)
+    beyond = size[frames - 1] > STEPS * size[beside[:, :-1]].max(axis=1)
+    leaps[frames[beyond & (gone > AWAY * gone[:, :1]).all(axis=1)]] = True
     return leaps
 
 
+def _after_rest(angles: Floats, leaps: Ints, reach: Floats, least: int) -> list[int]:
+    """The leaps (N,) before which a joint stands for so many frames at least."""
+    before = angles[leaps[:, None] + np.arange(-least, 0)]
+    place = np.median(before, axis=1, keepdims=True)
+    return [int(leap) for leap in leaps[(np.abs(before - place) <= reach).all(axis=(1, 2))]]
+
+
 def _since(angles: Floats, leap: int, reach: Floats, least: int) -> int:
-    """The first frame from which a joint stands until it leaps; that of the leap if it moves."""
+    """The first frame from which a joint stands until it leaps; it does for so many frames at least."""
     start = leap - least
-    if start < 0:
-        return leap
     place = np.median(angles[start:leap], axis=0)
-    if not (np.abs(angles[start:leap] - place) <= reach).all():
-        return leap
     while start > 0 and (np.abs(angles[start - 1] - place) <= reach).all():
         start -= 1
         if (leap - start) % least == 0:

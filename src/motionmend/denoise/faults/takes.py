@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays import Floats, Ints
 from ...bodies.motion import Markers, Motion, Recording, Repaired
 from ...bodies.skeleton import positions
+from ...numerics.quantiles import quantile_of_known
 from ..channels.pieces import pieces
 from .held import SAID
 from .thrown_root import HARDEST, LONGEST, RUN_UP, closes, thrown
@@ -121,7 +122,8 @@ def _surprise(recording: Motion | Markers, part: slice) -> Floats:
     away = np.linalg.norm(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:]), axis=2)
     enough = np.isfinite(away).sum(axis=1) >= SEEN
     median = np.full(len(away), np.nan)
-    median[enough] = np.nanmedian(away[enough], axis=1)
+    if enough.any():
+        median[enough] = quantile_of_known(away[enough].T, 0.5)
     first = around.start + 2  # the frame that the first of them leaps to
     found[first - part.start : first - part.start + len(median)] = median
     return found
@@ -137,8 +139,8 @@ def _stays_away(recording: Motion | Markers, cut: int, reach: int, least: float)
     for side in (before[::-1], after):  # from the cut on, either way
         seen = np.isfinite(np.diff(side, axis=0)).all(axis=2).any(axis=0)
         there = np.full(side.shape[1:], np.nan)
-        pace = np.nanmedian(np.diff(side[:, seen], axis=0), axis=0)
-        there[seen] = np.nanmedian(side[:, seen] - pace * (np.arange(len(side)) + 0.5)[:, None, None], axis=0)
+        pace = quantile_of_known(np.diff(side[:, seen], axis=0), 0.5)
+        there[seen] = quantile_of_known(side[:, seen] - pace * (np.arange(len(side)) + 0.5)[:, None, None], 0.5)
         ends.append(there)
     apart = np.linalg.norm(ends[1] - ends[0], axis=1)
     apart = apart[np.isfinite(apart)]

@@ -126,19 +126,10 @@ def _middle(points: Floats) -> Floats:
     """(N, 3), the one of least distance to all K known of (N, K, 3) in sum (a geometric median), NaN if none is known.
 
     It is the same whichever way the axes lie.
-
-    Source
-    ------
-    Weiszfeld, Sur le point pour lequel la somme des distances de n points donnes est minimum, Tohoku Mathematical
-    Journal 43, 1937.
     """
-    known: Bools = np.asarray(np.isfinite(points).all(axis=2))
-    some = np.where(known[..., None], points, 0.0)
-    middle = some.sum(axis=1) / np.maximum(known.sum(axis=1), 1)[:, None]
-    for _ in range(WEISZFELD):
-        worth = known / np.maximum(np.linalg.norm(some - middle[:, None], axis=2), 1e-6)
-        middle = (some * worth[..., None]).sum(axis=1) / np.maximum(worth.sum(axis=1), 1e-12)[:, None]
-    return np.asarray(np.where(known.any(axis=1, keepdims=True), middle, np.nan))
+    from ...kernels.medians import geometric_medians
+
+    return np.asarray(geometric_medians(np.ascontiguousarray(points), WEISZFELD, 1e-6))
 
 
 def closes(place: Floats, start: int, stop: int, run_up: int, *, alone: bool = False) -> bool:

@@ -28,20 +28,16 @@ class SegmentFrame:
     shape: Floats
 
     def at(self, positions: Floats) -> tuple[Floats, Floats]:
-        """Place (T, 3) and axes (T, 3, 3, columns) of the frame for markers (T, M, 3) with all anchors seen.
-
-        Source
-        ------
-        Kabsch, A solution for the best rotation to relate two sets of vectors, Acta Crystallographica A32, 1976.
-        """
-        seen = positions[:, self.anchors]
-        place = np.einsum("a,tai->ti", self.weights, seen)
+        """Place (T, 3) and axes (T, 3, 3, columns) of the frame for markers (T, M, 3) with all anchors seen."""
+        seen = np.ascontiguousarray(positions[:, self.anchors])
         if len(self.anchors) < 3:
-            return place, np.broadcast_to(np.eye(3), (len(seen), 3, 3))
-        weighted = self.weights[:, None] * (self.shape - self.weights @ self.shape)
-        left, _, right = np.linalg.svd((seen - place[:, None]).transpose(0, 2, 1) @ weighted)
-        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-        return place, left @ right
+            return np.einsum("a,tai->ti", self.weights, seen), np.broadcast_to(np.eye(3), (len(seen), 3, 3))
+        from ...kernels.turned import places_and_axes
+
+        place, axes = places_and_axes(
+            seen, self.weights, self.weights[:, None] * (self.shape - self.weights @ self.shape)
+        )
+        return place, axes
 
 
 def segment_frame(positions: Floats, anchors: Ints, unsteadiness: Floats) -> SegmentFrame:

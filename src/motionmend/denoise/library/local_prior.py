@@ -4,6 +4,7 @@ The dissertation's local models (section 3.4) tolerate general databases; here t
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,6 +63,7 @@ class Neighbourhood:
     places: Floats
 
 
+@lru_cache(maxsize=1)  # files of a folder ask the same library, and so do the windows of a stream
 def neighbourhood(library: Library, bases: Eigenbases, rate: float) -> Neighbourhood:
     """Make a library's windows ready to be looked up."""
     windows = library.exemplars.reshape(len(library.exemplars), -1).astype(float)

@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from ...arrays import Bools, Floats
+from ...numerics.quantiles import quantile_of_known
 from ...numerics.walk import noise_level
 
 LEAST_NOISE = 0.01  # degrees or cm
@@ -80,10 +81,10 @@ def _told_by(quantiles: tuple[float, ...], measured: Floats, loudness: Floats | 
     if loudness is not None:
         louder = _third_louder(loudness)
         third = np.where(louder > QUIETER, third / louder, np.nan)
-    noise = np.empty((len(quantiles), measured.shape[1]))
-    for c in range(measured.shape[1]):
-        noise[:, c] = _size_by(quantiles, third[np.isfinite(third[:, c]), c])
-    return noise
+    if len(third) < FEWEST:
+        return np.full((len(quantiles), measured.shape[1]), np.nan)
+    found = np.stack([quantile_of_known(third, share) / _size(share) for share in quantiles])
+    return np.where(np.isfinite(third).sum(axis=0) < FEWEST, np.nan, found)
 
 
 def _size_by(quantiles: tuple[float, ...], third: Floats) -> Floats:

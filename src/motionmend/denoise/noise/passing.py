@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ...arrays import Bools, Floats, Ints
+from ...numerics.gaussian import gaussian_smooth
 from .swift import goes_with_speed, speeds
 
 # s, of the Gaussian over which noise is taken to last; and frames that tell enough: no more are asked
@@ -62,12 +63,12 @@ def loudness(measured: Floats, fps: float, together: int = 1, joints: Ints | Non
         noise,
         noisy,
         twice - once,
-        speeds(measured, _smooth(np.exp(noise), width), fps, together, joints),
-        partial(_smooth, width=width),
+        speeds(measured, gaussian_smooth(np.exp(noise), width), fps, together, joints),
+        partial(gaussian_smooth, width=width),
         width,
         faint,
     )
-    noise, most = (one - _smooth(swift, width) for one in (noise, most))
+    noise, most = (one - gaussian_smooth(swift, width) for one in (noise, most))
     usual = np.array([np.median(noise[noisy[:, c], c]) if noisy[:, c].any() else np.inf for c in range(channels)])
     louder = np.where(noisy, noise - usual, np.minimum(most - usual, 0.0))
     tells = np.isfinite(louder) & (seen > _UNKNOWN) & (louder != 0.0)
@@ -89,8 +90,8 @@ def _of_those_that_tell(louder: Floats, tells: Bools, together: int, width: floa
     """(T, N) mean of neighbouring columns (T, C) that tell; where none does, as those that do about that moment."""
     counts = tells.reshape(len(louder), -1, together).sum(axis=2)
     own = louder.reshape(len(louder), -1, together).sum(axis=2) / np.maximum(counts, 1)
-    told = _smooth((counts > 0).astype(np.float64), width)
-    return np.where(counts > 0, own, _smooth(own, width) / np.maximum(told, HALF))
+    told = gaussian_smooth((counts > 0).astype(np.float64), width)
+    return np.where(counts > 0, own, gaussian_smooth(own, width) / np.maximum(told, HALF))
 
 
 def without_floor(louder: Floats, level: Floats, together: int = 1) -> Floats:
@@ -100,11 +101,6 @@ def without_floor(louder: Floats, level: Floats, together: int = 1) -> Floats:
     """
     faint = np.square(FAINT[together]) * np.maximum(np.square(louder) - MUCH, 0.0)
     return np.asarray(np.sqrt(np.square(louder) + faint / np.square(level)))
-
-
-def _smooth(values: Floats, width: float) -> Floats:
-    """Values (T, C) over the moment that tells of noise."""
-    return np.asarray(gaussian_filter1d(values, width, axis=0, mode="nearest"))
 
 
 def _log_squares(measured: Floats, lag: int, width: float) -> tuple[Floats, Floats]:

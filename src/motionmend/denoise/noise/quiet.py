@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arrays import Floats
+from ...numerics.quantiles import quantile_of_known
 
 QUIET = 0.3  # quantile of differences that outliers hardly reach
 QUIET_NORMAL = 0.3853205  # the same quantile of |N(0, 1)|
@@ -18,13 +19,10 @@ def quiet_variance(values: Floats, differences: Callable[[Floats], Floats]) -> F
     values : (T, C), NaN = missing.
     differences : of one column (T,), fewer of them.
     """
-    result = np.full(values.shape[1], np.nan)
-    for c in range(values.shape[1]):
-        size = np.abs(differences(values[:, c]))
-        known = size[np.isfinite(size)]
-        if known.size:
-            result[c] = (np.quantile(known, QUIET) / QUIET_NORMAL) ** 2
-    return result
+    sizes = np.abs(np.stack([differences(column) for column in np.ascontiguousarray(values.T)], axis=1))
+    if not len(sizes):
+        return np.full(values.shape[1], np.nan)
+    return np.square(quantile_of_known(sizes, QUIET) / QUIET_NORMAL)
 
 
 def quiet_bends(values: Floats, lag: int) -> Floats:

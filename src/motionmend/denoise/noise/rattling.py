@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_propagation, find_objects, label, maximum_filter1d, uniform_filter1d
 
 from ...arrays import Bools, Floats, Ints
+from ...numerics.quantiles import quantile_of_known
 from ...numerics.walk import NORMAL_MEDIAN
 from ..bases.support import interpolated
 from .quiet import QUIET_NORMAL
@@ -143,9 +144,8 @@ def _calm(bend: Floats, known: Bools) -> Floats:
 
     By the median; where that is further from a smaller quantile than in most channels, by as far as in these.
     """
-    middle, low = np.full((2, bend.shape[1]), np.inf)
-    for c in np.flatnonzero(known.any(axis=0)):
-        low[c], middle[c] = np.quantile(bend[known[:, c], c], (CALM, 0.5))
+    some = np.where(known, bend, np.nan)
+    low, middle = (np.where(known.any(axis=0), quantile_of_known(some, share), np.inf) for share in (CALM, 0.5))
     told = np.isfinite(low) & (low > 0)
     if told.any():
         middle[told] = np.minimum(middle[told], low[told] * np.median(middle[told] / low[told]))

@@ -118,10 +118,15 @@ def _added(
     usual = np.sqrt(np.where(told, np.square(speed), 0.0).sum(axis=0) / count) + _NOTHING
     # for each steepness, the level at rest of every channel, and how much is left unexplained
     rest, left = np.empty((2, len(STEEPER), len(channels)))
+    relative, known = (speed / usual).astype(np.float32), level.astype(np.float32)  # a slope needs no more digits
     for i, steeper in enumerate(STEEPER):
-        apart = np.where(told, level - smooth(np.log1p(np.square(steeper / usual * speed))), 0.0)
-        rest[i] = apart.sum(axis=0) / count
-        left[i] = np.where(told, np.square(apart - rest[i]), 0.0).sum(axis=0)
+        apart = np.where(
+            told, known - smooth(np.log(np.square(np.float32(steeper) * relative) + np.float32(1.0))), np.float32(0.0)
+        )
+        rest[i] = apart.sum(axis=0, dtype=np.float64) / count
+        left[i] = np.where(told, np.square(apart - rest[i].astype(np.float32)), np.float32(0.0)).sum(
+            axis=0, dtype=np.float64
+        )
     # where fast moments are mostly motion, those that look like noise do so by chance
     fast = (speed > usual) & np.isfinite(grown[:, channels])
     motion = np.where(fast, grown[:, channels], 0.0).sum(axis=0) > MOTION * fast.sum(axis=0)

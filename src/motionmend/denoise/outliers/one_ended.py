@@ -38,22 +38,10 @@ def begins_or_ends(measured: Floats, outlier: Bools, whole: tuple[bool, bool] = 
     """
     kept, leap = np.zeros(outlier.shape, dtype=np.bool_), np.zeros(outlier.shape, dtype=np.bool_)
     frames, channels = outlier.shape
-    # channels that leap in the same frames are one leap: of each, first and last frame, which they are
-    ends: dict[tuple[int, int], list[int]] = defaultdict(list)
-    within: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for channel in np.flatnonzero(outlier.any(axis=0)).tolist():
-        seen = np.flatnonzero(np.isfinite(measured[:, channel]))
-        shown, rejected = measured[seen, channel], outlier[seen, channel]
-        for start, stop in runs(rejected):
-            if stop - start < FEWEST or stop - start == len(seen) or not _steady(shown, start, stop):
-                continue
-            span = int(seen[start]), int(seen[stop - 1])
-            if start and stop < len(seen):
-                within[span].append(channel)
-            elif whole[1 if start else 0] and np.mean(shown[start:stop] % HALF_TURN == 0.0) < MOSTLY:
-                ends[span].append(channel)
+    ends = _steady_runs(measured, outlier, whole, at_ends=True)
     if not ends:
         return kept, leap
+    within = _steady_runs(measured, outlier, whole, at_ends=False)
     lengths, widths = _sizes(within)
     leap_lengths, leap_widths = _sizes(ends)
     rejected_at_ends = int((leap_lengths * leap_widths).sum())
@@ -73,6 +61,30 @@ def begins_or_ends(measured: Floats, outlier: Bools, whole: tuple[bool, bool] = 
             beside = slice(max(first, last + 1 - EDGE), None) if at_start else slice(0, first + EDGE)
             leap[beside] |= here[beside]
     return kept, leap
+
+
+def _steady_runs(
+    measured: Floats, outlier: Bools, whole: tuple[bool, bool], *, at_ends: bool
+) -> dict[tuple[int, int], list[int]]:
+    """First and last frame of rejected runs that leap by more than they change, and the channels in which they do.
+
+    Those at the recording's ends, or those within it. Channels that leap in the same frames are one leap.
+    """
+    found: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for channel in np.flatnonzero(outlier.any(axis=0)).tolist():
+        seen = np.flatnonzero(np.isfinite(measured[:, channel]))
+        shown, rejected = measured[seen, channel], outlier[seen, channel]
+        for start, stop in runs(rejected):
+            inside = start > 0 and stop < len(seen)
+            if inside == at_ends or stop - start < FEWEST or stop - start == len(seen):
+                continue
+            if not inside and not whole[1 if start else 0]:
+                continue
+            if not _steady(shown, start, stop):
+                continue
+            if inside or np.mean(shown[start:stop] % HALF_TURN == 0.0) < MOSTLY:
+                found[int(seen[start]), int(seen[stop - 1])].append(channel)
+    return found
 
 
 def _sizes(stretches: dict[tuple[int, int], list[int]]) -> tuple[Ints, Ints]:

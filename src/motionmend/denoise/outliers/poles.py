@@ -59,21 +59,18 @@ def _smooth_as_rotation(angles: Floats, axes: Floats) -> Bools:
         return smooth
     known: Bools = np.asarray(np.isfinite(angles).all(axis=1, keepdims=True))
     turns = np.where(known, angles, 0.0) / DEGREES
-
-    def rotations(t: Ints) -> Floats:
-        one, two, three = (turn(turns[t, i], axes[i]) for i in range(3))
-        return np.asarray(one @ two @ three)
-
+    first, second, third = (turn(turns[:, i], axes[i]) for i in range(3))
+    rotations = first @ second @ third
     for before, after in NEIGHBOURS:
         t = np.arange(max(0, -before), frames - max(0, after))
         share = -before / (after - before)
         foretold = angles[t + before] + share * (angles[t + after] - angles[t + before])
         jump = np.abs(angles[t] - foretold).max(axis=1)
         t, jump = t[jump > JUMP], jump[jump > JUMP]
-        one, other = rotations(t + before), rotations(t + after)
+        one, other = rotations[t + before], rotations[t + after]
         between = Rotation.from_matrix(one.transpose(0, 2, 1) @ other).as_rotvec()
         expected = one @ Rotation.from_rotvec(share * between).as_matrix()
-        cosine = (np.einsum("tij,tij->t", expected, rotations(t)) - 1.0) / 2.0
+        cosine = (np.einsum("tij,tij->t", expected, rotations[t]) - 1.0) / 2.0
         apart = np.arccos(np.clip(cosine, -1.0, 1.0)) * DEGREES
         smooth[t[apart < AS_ROTATION * jump]] = True
     return smooth
