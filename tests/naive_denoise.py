@@ -1,5 +1,7 @@
 """Plain twins of the kernels of the coupled smoother."""
 
+from itertools import pairwise
+
 import numpy as np
 
 
@@ -88,3 +90,17 @@ def geometric_median(points, rounds, least):
         worth = 1.0 / np.maximum(np.linalg.norm(known - middle, axis=1), least)
         middle = worth @ known / worth.sum()
     return middle
+
+
+def moments_alike(one, other, clip, clips, frame, frames, edges, reach, linear, near, own_linear, own_near, lasting):
+    """Covariance of moments, pair by pair."""
+    found = np.zeros((len(one), len(other)))
+    for i, j in np.ndindex(found.shape):
+        same = clip[i] == clips[j]
+        for g, (a, b) in enumerate(pairwise(edges)):
+            bell = np.exp(-0.5 * np.square(one[i, a:b] - other[j, a:b]).sum() / reach[g] ** 2)
+            found[i, j] += (linear[g] + same * own_linear[g]) * (one[i, a:b] @ other[j, a:b])
+            found[i, j] += (near[g] + same * own_near[g]) * bell
+        if clip[i] == 0 and clips[j] == 0:
+            found[i, j] += lasting[abs(frame[i] - frames[j])]
+    return found

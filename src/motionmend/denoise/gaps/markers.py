@@ -107,7 +107,6 @@ class _Work:
     places: Floats  # (T, M, 3), what is known so far
     seen: Bools  # (T, M), measured
     std: Floats  # (T, M), of what was filled
-    time: Floats  # (T,)
     fps: float
     unsteady: Floats  # (M, M)
     body: Ints  # (M,), alike for markers of one body
@@ -131,7 +130,7 @@ def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | N
         unsteady = np.where(lone[:, None] | lone, fewer, unsteady)
     std = np.full(seen.shape, np.nan)
     body = connected_components(unsteady < ONE_BODY, directed=False)[1].astype(np.int64)
-    return _Work(positions.copy(), seen, std, np.arange(len(seen)) / fps, fps, unsteady, body, examples, clip)
+    return _Work(positions.copy(), seen, std, fps, unsteady, body, examples, clip)
 
 
 def _longest(work: _Work, marker: int) -> int:
@@ -233,16 +232,16 @@ def _seen_from(work: _Work, sight: _Sight, task: _Task) -> tuple[Floats, Floats]
     known = Known(
         Points(
             np.concatenate([features, taught_features]) - middle,
-            np.concatenate([work.time[chosen], np.zeros(len(clips))]),
+            np.concatenate([chosen, np.zeros(len(clips), dtype=np.int64)]),
             np.concatenate([np.zeros(len(chosen), dtype=np.int64), clips]),
         ),
         np.concatenate([mine, taught_places]),
         np.concatenate([doubt, np.zeros(len(clips))]),
         wobble,
     )
-    how = relation(known.points, len(sight.guides), len(clips) > 0)
+    how = relation(known.points, len(sight.guides), len(clips) > 0, work.fps)
     amplitudes = _tuned(work, sight, known, how)
-    sought = Points(sought_features - middle, work.time[frames], np.zeros(len(frames), dtype=np.int64))
+    sought = Points(sought_features - middle, frames, np.zeros(len(frames), dtype=np.int64))
     found = predict(amplitudes, known, how, sought)
     places = without(found.mean[:, None], place, axes)[:, 0]
     measured = chosen[work.seen[chosen, sight.marker]]

@@ -27,12 +27,12 @@ class Points:
     Attributes
     ----------
     features : (N, F) places of the markers about it, in units; groups one after another.
-    time : (N,) s.
+    frame : (N,) of the recording; of an example 0.
     clip : (N,) 0 for the recording itself, others for examples of a library.
     """
 
     features: Floats
-    time: Floats
+    frame: Ints
     clip: Ints
 
 
@@ -45,11 +45,13 @@ class Relation:
     groups : slices of the features.
     reach : one per group, in units.
     taught : True where examples of a library are among the points.
+    fps : Hz of the recording.
     """
 
     groups: tuple[slice, ...]
     reach: tuple[float, ...]
     taught: bool
+    fps: float
 
     @property
     def own(self) -> tuple[int, ...]:
@@ -57,14 +59,14 @@ class Relation:
         return tuple(range(min(OWN, len(self.groups)))) if self.taught else ()
 
 
-def relation(points: Points, markers: int, taught: bool) -> Relation:
-    """The relation of points with the features of this many markers."""
+def relation(points: Points, markers: int, taught: bool, fps: float) -> Relation:
+    """The relation of points with the features of this many markers, in a recording at `fps` Hz."""
     edges = np.minimum(np.cumsum((0, *GROUPS)), markers)
     groups = tuple(slice(3 * int(a), 3 * int(b)) for a, b in pairwise(edges) if b > a)
     own: Bools = points.clip == 0
     some = points.features[own if own.sum() >= ENOUGH else slice(None)][::2]
     reach = [float(np.sqrt(np.median(squared_distances(some[:, g], some[:, g])))) for g in groups]
-    return Relation(groups, tuple(max(r, 1e-3) for r in reach), taught)
+    return Relation(groups, tuple(max(r, 1e-3) for r in reach), taught, fps)
 
 
 def _parts(points: Points, how: Relation) -> list[Floats]:
@@ -79,7 +81,7 @@ def _parts(points: Points, how: Relation) -> list[Floats]:
     # Of an example only one moment is known: what lasts in time is noise to it.
     here = ((points.clip[:, None] == 0) & (points.clip == 0)).astype(float)
     strange = np.diag((points.clip > 0).astype(float))
-    away = np.abs(points.time[:, None] - points.time)
+    away = np.abs(points.frame[:, None] - points.frame) / how.fps
     found += [_lasting(away, scale) * here + strange for scale in TIMES]
     return [*found, np.eye(len(same))]
 
@@ -89,35 +91,45 @@ def _lasting(away: Floats, scale: float) -> Floats:
 
 
 def covariance(amplitudes: Floats, one: Points, other: Points, how: Relation) -> Floats:
-    """(N, N') covariance of different points: the sum of all components but noise and mean."""
+    """(N, N') covariance of points: the sum of all components but noise and mean, and of examples' lasting ones.
+
+    Of a point of the recording with itself the lasting ones are in it.
+    """
+    from ...kernels.kriged import moments_alike
+
     count, own = len(how.groups), how.own
-    linear, near = amplitudes[:count], amplitudes[count : 2 * count]
-    own_linear = amplitudes[2 * count : 2 * count + len(own)]
-    own_near = amplitudes[2 * count + len(own) : 2 * count + 2 * len(own)]
-    same = one.clip[:, None] == other.clip
-    total = np.zeros(same.shape)
-    shared = np.zeros(same.shape)
-    for g, (group, reach) in enumerate(zip(how.groups, how.reach, strict=True)):
-        x, y = one.features[:, group], other.features[:, group]
-        inner = x @ y.T
-        bell = np.square(x).sum(axis=1)[:, None] + np.square(y).sum(axis=1) - 2.0 * inner
-        np.exp(bell * (-0.5 / reach**2), out=bell)
-        total += inner * (linear[g] / x.shape[1]) + bell * near[g]
-        if g in own:
-            shared += inner * (own_linear[g] / x.shape[1]) + bell * own_near[g]
-    total += np.where(same, shared, 0.0)
-    mine, theirs = np.flatnonzero(one.clip == 0), np.flatnonzero(other.clip == 0)
-    away = np.abs(one.time[mine, None] - other.time[theirs])
-    lasting = amplitudes[-1 - TIME_PARTS : -1]
-    total[np.ix_(mine, theirs)] += sum(a * _lasting(away, s) for a, s in zip(lasting, TIMES, strict=True))
-    return total
+    width = np.array([group.stop - group.start for group in how.groups], dtype=np.int64)
+    shared, shared_near = np.zeros((2, count))
+    shared[list(own)] = amplitudes[2 * count : 2 * count + len(own)] / width[list(own)]
+    shared_near[list(own)] = amplitudes[2 * count + len(own) : 2 * count + 2 * len(own)]
+    frames = np.concatenate([one.frame, other.frame])
+    away = np.arange(np.ptp(frames) + 1) / how.fps
+    lasting = sum(a * _lasting(away, s) for a, s in zip(amplitudes[-1 - TIME_PARTS : -1], TIMES, strict=True))
+    return np.asarray(
+        moments_alike(
+            np.ascontiguousarray(one.features),
+            np.ascontiguousarray(other.features.T),
+            one.clip,
+            other.clip,
+            one.frame,
+            other.frame,
+            np.cumsum(np.append(0, width)),
+            np.array(how.reach),
+            amplitudes[:count] / width,
+            amplitudes[count : 2 * count],
+            shared,
+            shared_near,
+            lasting,
+            one is other,
+        )
+    )
 
 
 def prior_variance(amplitudes: Floats, points: Points, how: Relation) -> Floats:
     """(N,) variance of each point, noise included, mean not."""
     count, own = len(how.groups), how.own
     squares = np.array([np.square(points.features[:, g]).mean(axis=1) for g in how.groups]).reshape(
-        count, len(points.time)
+        count, len(points.frame)
     )
     total = amplitudes[:count] @ squares + amplitudes[count : 2 * count].sum() + amplitudes[-1 - TIME_PARTS :].sum()
     total = total + amplitudes[2 * count : 2 * count + len(own)] @ squares[list(own)]
@@ -160,7 +172,7 @@ class Known:
 def learn(known: Known, how: Relation, rows: Ints, start: Floats | None, iterations: int) -> Floats:
     """Amplitudes of the components from some rows of what is known; `start` (P,) in variances of the marker."""
     points = known.points
-    some = Points(points.features[rows], points.time[rows], points.clip[rows])
+    some = Points(points.features[rows], points.frame[rows], points.clip[rows])
     spread = known.spread()
     parts = np.array(_parts(some, how))
     share = np.maximum(np.trace(parts, axis1=1, axis2=2) / len(rows), 1e-6)

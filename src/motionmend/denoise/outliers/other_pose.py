@@ -85,4 +85,4 @@ def _turns(place: Floats, axes: Floats, limb: tuple[int, ...], parent: int) -> t
     end = np.einsum("tij,tj->ti", body, place[:, limb[-1]] - place[:, limb[0]])
     way = np.linalg.norm(np.diff(end, axis=0), axis=1)
     by_turn = 2.0 * np.sin(0.5 * turn) * np.linalg.norm(end, axis=1)[1:]
-    return turn * DEGREES, np.asarray(way < IN_PLACE * by_turn)
+    return np.asarray(turn * DEGREES), np.asarray(way < IN_PLACE * by_turn)
