@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from ..errors import MismatchError, UsageError
+from .quantiles import quantile_of_known
 
 # Ratios q/r that are tried, and those about the best of them.
 _COARSE = np.logspace(-5.0, 5.0, 31)
@@ -151,7 +152,7 @@ def noise_level(values: Floats) -> Floats:
         step = np.diff(step, axis=0)
         enough = np.isfinite(step).sum(axis=0) >= (8 if order > 2 else 2)
         if enough.any():
-            deviation = np.nanmedian(np.abs(step[:, enough]), axis=0)
+            deviation = quantile_of_known(np.abs(step[:, enough]), 0.5)
             levels[order, enough] = deviation / (NORMAL_MEDIAN * np.sqrt(comb(2 * order, order)))
     some = np.isfinite(levels).any(axis=0)
     found = np.full(values.shape[1], np.nan)

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...arrays import Bools, Floats, Ints, frozen
 from ...errors import MismatchError
+from ...numerics.quantiles import quantile_of_known
 from ...numerics.robust import ESTIMATORS
 from .joints import CENTIMETRES
 from .travel import Travel, travel, turn
@@ -128,8 +129,7 @@ def distance_change(positions: Floats) -> Floats:
         distance = np.linalg.norm(positions - positions[:, i : i + 1], axis=2)
         seen = np.isfinite(distance).sum(axis=0) >= max(2, len(positions) // 10)
         known = distance[:, seen]
-        median = np.median if np.isfinite(known).all() else np.nanmedian  # which takes many times as long
-        spread[i, seen] = 1.4826 * median(np.abs(known - median(known, axis=0)), axis=0)
+        spread[i, seen] = 1.4826 * quantile_of_known(np.abs(known - quantile_of_known(known, 0.5)), 0.5)
     return spread
 
 
@@ -218,7 +218,7 @@ def fit_anchors(observed: Floats, template: Floats, up: Floats) -> tuple[Floats,
         residual = np.where(seen, np.linalg.norm(cloud - turned, axis=2), np.nan)
         # the scale only shrinks, so that the fit settles on the majority of the anchors
         some = np.asarray(seen.any(axis=1))[:, None]
-        spread = np.nan_to_num(np.nanmedian(np.where(some, residual, 0.0), axis=1))
+        spread = np.nan_to_num(quantile_of_known(np.where(some, residual, 0.0).T, 0.5))
         scale = np.minimum(scale, 3.0 * np.maximum(1.4826 * spread, FIT_FLOOR))
         weights = seen * welsch(np.nan_to_num(residual) / scale[:, None], 1.0)
     place = centre - np.einsum("tij,tj->ti", turn(heading, up), middle)
