@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,6 +19,7 @@ def test_runs_are_all_that_a_mask_holds_and_none_touches_the_next(mask):
     assert all(stop < start for (_, stop), (start, _) in pairwise(found))
 
 
+@pytest.mark.slow
 @given(MASKS)
 def test_the_nearest_at_which_a_mask_holds_is_so_far(mask):
     holds = np.flatnonzero(mask)

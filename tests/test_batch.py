@@ -75,6 +75,7 @@ def test_failures_stay_with_their_items(jobs: int) -> None:
     assert "square_or_fail" in failures[2].traceback
 
 
+@pytest.mark.slow
 def test_one_death_loses_nothing_and_repeats_nothing_else(tmp_path: Path) -> None:
     outcomes = batch.run(leave_a_mark_and_die_once, [(n, tmp_path) for n in range(12)], jobs=2)
     assert [o.value for o in outcomes] == list(range(12))
@@ -82,6 +83,7 @@ def test_one_death_loses_nothing_and_repeats_nothing_else(tmp_path: Path) -> Non
     assert calls == 13  # the one that died
 
 
+@pytest.mark.slow
 def test_an_item_that_always_kills_its_worker_fails_alone() -> None:
     outcomes = batch.run(die_at_two, range(6), jobs=2)
     assert [o.value for o in outcomes] == [0, 1, None, 3, 4, 5]
@@ -91,6 +93,7 @@ def test_an_item_that_always_kills_its_worker_fails_alone() -> None:
     assert str(batch.ATTEMPTS) in failure.message
 
 
+@pytest.mark.slow
 def test_outcomes_are_told_as_they_come_and_returned_in_order() -> None:
     told: list[int] = []
     outcomes = batch.run(first_item_is_slow, range(4), jobs=2, on_done=lambda o: told.append(o.index))
@@ -99,6 +102,7 @@ def test_outcomes_are_told_as_they_come_and_returned_in_order() -> None:
     assert [o.value for o in outcomes] == [0, 1, 2, 3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_every_task_computes_with_one_blas_thread(jobs: int) -> None:
     for outcome in batch.run(blas_threads, range(2), jobs=jobs):
@@ -224,6 +228,7 @@ def mark_and_wait_for_the_first(item: tuple[int, Path]) -> int:
     return number
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_outcomes_come_in_turn_and_few_wait_for_the_first(jobs: int, tmp_path: Path) -> None:
     taken: list[int | None] = []
@@ -242,6 +247,7 @@ def test_outcomes_come_in_turn_and_few_wait_for_the_first(jobs: int, tmp_path: P
     assert taken[-3:] == [0, 1, 4]
 
 
+@pytest.mark.slow
 def test_deaths_during_a_sum_in_turn_leave_its_order(tmp_path: Path) -> None:
     taken: list[int | None] = []
     with batch.workers(2) as staff:
@@ -265,6 +271,7 @@ def large_and_cut_off_once(item: tuple[int, Path]) -> bytes:
     return bytes([number]) * (20_000_000 if number == 1 else 1000)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="processes are stopped and killed by signals")
 def test_a_worker_killed_in_the_middle_of_its_answer_costs_nothing(tmp_path: Path) -> None:
     script = tmp_path / "cut.py"
@@ -295,6 +302,7 @@ def own_number(_: int) -> int:
     return os.getpid()
 
 
+@pytest.mark.slow
 def test_workers_killed_while_they_wait_are_replaced() -> None:
     taken: list[int] = []
 

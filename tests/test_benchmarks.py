@@ -182,6 +182,7 @@ def test_a_ratio_is_the_median_of_the_rounds() -> None:
     assert (found.low, found.value, found.high) == (2.0, 2.0, 4.0)
 
 
+@pytest.mark.slow
 def test_peak_memory_sees_a_matrix_that_is_built() -> None:
     """The plain product holds every window; the kernel, a small part of that."""
     series = data.channels(data.motion(4_000))
@@ -228,6 +229,7 @@ def test_an_exponent_is_the_slope() -> None:
 # ---- what is committed ---------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_results_are_the_baseline(tmp_path: Path) -> None:
     """RESULTS.md is generated: it says what baseline.json says."""
     results.write_results(record.load(), tmp_path)

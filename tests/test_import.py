@@ -35,11 +35,13 @@ def test_import_takes_under_a_third_of_a_second() -> None:
     assert seconds("-c", "import motionmend") - seconds("-c", "pass") < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("argv", [["--help"], ["denoise", "--help"], ["--version"]])
 def test_help_loads_nothing_heavy(argv: list[str]) -> None:
     assert loaded_by(f"from motionmend.cli import main; main({argv!r})").isdisjoint(HEAVY)
 
 
+@pytest.mark.slow
 def test_help_comes_at_once() -> None:
     """Not much later than the libraries it cannot do without: seconds would say more of the machine than of us."""
     assert seconds("-m", "motionmend", "--help") < 3.0 * seconds("-c", "import numpy, cyclopts")

@@ -181,6 +181,7 @@ def foreign(root: Path) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 def test_nothing_imports_upward() -> None:
     assert upward(PACKAGE) == []
 

@@ -63,6 +63,7 @@ def _of(frames: int, walk: Motion) -> Motion:
     return walk.with_q(np.resize(walk.q, (frames, walk.q.shape[1])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["library", "doubtful library", "alone"])
 def test_a_repair_holds_its_results_and_little_else(
     walk: Motion, model: DenoiserModel, monkeypatch: pytest.MonkeyPatch, way: str
@@ -95,6 +96,7 @@ def test_a_repair_holds_its_results_and_little_else(
     assert growth(_of(SHORT, walk), _of(LONG, walk), repair) < 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".amc", ".bvh"])
 def test_files_are_text_a_piece_at_a_time(
     walk: Motion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str

@@ -114,6 +114,7 @@ def test_without_data_it_says_so(papers, tmp_path, monkeypatch):
         papers.run(["D4"], tmp_path, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_quick_claims_run_on_real_recordings(papers, data, tmp_path):
     results = papers.run(["d4", "D1", "T5"], data, tmp_path)
     assert [(result["id"], result["met"], result["as_expected"]) for result in results] == [
@@ -128,6 +129,7 @@ def test_quick_claims_run_on_real_recordings(papers, data, tmp_path):
     assert 1_000 < (tmp_path / "figures" / "fig_2_3.png").stat().st_size < 150_000
 
 
+@pytest.mark.slow
 def test_the_same_claim_gives_the_same_picture(papers, data, tmp_path):
     pictures = []
     for name in ("one", "two"):

@@ -253,6 +253,7 @@ def test_contacts_of_a_real_clip_agree_at_all_frame_rates(data):
         assert skate(places, slower.fps, body.up) == pytest.approx(0.095, rel=0.1)
 
 
+@pytest.mark.slow
 def test_feet_are_found_in_real_files(data):
     """Every .bvh and one .amc a person, markers of every .c3d."""
     for path in sorted((data / "mocap" / "bvh").glob("*.bvh")) + sorted((data / "mocap" / "amc").glob("*/*_01.amc")):

@@ -37,6 +37,7 @@ def test_its_own_chain_agrees_with_the_kinematics_kernels(case):
     np.testing.assert_allclose(slope[1], jacobian(skeleton, q[1]), atol=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(seeds)
 def test_reaches_what_can_be_reached(seed):
@@ -65,6 +66,7 @@ def test_a_pose_that_is_already_there_is_not_touched(seed):
     assert found.iterations == 0
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(seeds)
 def test_never_leaves_the_limits_nor_moves_what_may_not(seed):

@@ -132,6 +132,7 @@ def steps(motion: Motion, joint: str) -> Floats:
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_thumb_that_is_thrown_about_does_not_spin_the_hand(seed: int) -> None:
     """As no sensor sees it; what carries the hand is seen well."""

@@ -1,6 +1,7 @@
 """A rest pose before a recording is told from the first frame of one that has none."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,6 +18,7 @@ def with_rest(motion, frames=1):
     return motion.with_q(np.vstack([first, motion.q]))
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(
     action=st.sampled_from(["walk", "turn", "reach", "jump"]),
@@ -34,6 +36,7 @@ def test_no_recording_without_one_is_said_to_have_one(action, seed, noise, outli
     assert not rest_frames(motion.with_q(spoilt))
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(action=st.sampled_from(["walk", "reach"]), seed=st.integers(0, 100), noise=st.sampled_from([0.0, 0.5]))
 def test_one_is_found_through_noise(action, seed, noise):
@@ -56,6 +59,7 @@ def test_standing_at_rest_throughout_is_none():
         assert not rest_frames(with_rest(motion.with_q(motion.q[:frames])))
 
 
+@pytest.mark.slow
 def test_real_recordings(data):
     for path in sorted((data / "mocap" / "bvh").glob("*.bvh")):
         motion = read(path)

@@ -23,6 +23,7 @@ def moving(frames=12, seed=0):
     return bodies.Poses(np.tile(at.translation, (frames, 1)), turn, swing)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint_set", [KINECT20, KINECT25, AZURE32], ids=lambda one: one.key)
 def test_poses_become_a_sensors_joints_and_come_back(joint_set):
     person, poses = anatomy.average(1.8), moving()

@@ -204,6 +204,7 @@ def test_what_is_no_body_is_refused():
         poses_of(missing, anatomy.average())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", ["amc/02/02_06.amc", "amc/05/05_02.amc", "bvh/10_04.bvh", "bvh/60_10_salsa.bvh"])
 def test_real_recordings(data, file):
     whole = motionmend.read(data / "mocap" / file)

@@ -54,6 +54,7 @@ def test_frames_and_increments_are_their_twins(seed):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(SEEDS)
 def test_twists_are_finite_differences(seed):

@@ -41,6 +41,7 @@ def as_anybody(*arguments: object) -> Ran:
     return Ran(found.returncode, found.stdout, found.stderr)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="gives up rights as Linux has them")
 @pytest.mark.parametrize("command", ["inspect", "denoise", "pipeline"])
 def test_a_folder_that_may_not_be_read_is_a_failure_and_the_others_are_done(takes: Path, command: str) -> None:
@@ -56,6 +57,7 @@ def test_a_folder_that_may_not_be_read_is_a_failure_and_the_others_are_done(take
     assert (out / "walk.bvh").exists() == (command != "inspect")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="gives up rights as Linux has them")
 def test_a_pair_in_a_closed_folder_is_no_defect_of_the_program(takes: Path) -> None:
     (takes / "pairs.csv").write_text("sensor,truth,offset_s\nclosed/a.csv,closed/b.bvh,\n")
@@ -65,6 +67,7 @@ def test_a_pair_in_a_closed_folder_is_no_defect_of_the_program(takes: Path) -> N
     assert "unexpected" not in ran.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["inspect", "denoise", "pipeline"])
 def test_a_name_no_system_holds_fails_alone(takes: Path, cli: Command, command: str) -> None:
     out = takes.parent / "out"

@@ -298,6 +298,7 @@ def test_a_defect_is_1_and_its_traceback_needs_debug(
     assert "in defective" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_installed_program_and_the_module_are_one() -> None:
     program = Path(sys.executable).with_name("motionmend")
     for command in ([str(program)], [sys.executable, "-m", "motionmend"]):
@@ -330,6 +331,7 @@ def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) 
     assert all(not name.startswith(".") for name in (path.name for path in (tmp_path / "out").iterdir()))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="terminals of Unix")
 @pytest.mark.parametrize("ignored", [False, True])
 def test_a_terminal_that_closes_leaves_nothing_half_written(tmp_path: Path, ignored: bool) -> None:
@@ -352,6 +354,7 @@ def test_a_terminal_that_closes_leaves_nothing_half_written(tmp_path: Path, igno
     assert sorted(path.name for path in tmp_path.glob("out/*")) == (["o.bvh", "o.corrupt.json"] if ignored else [])
 
 
+@pytest.mark.slow
 def test_a_name_that_the_encoding_lacks_is_spelt(tmp_path: Path) -> None:
     write(tmp_path / "mädchen.bvh", samples.clip("walk", seconds=1.0, seed=1))
     done = subprocess.run(
@@ -387,6 +390,7 @@ def test_blanks_in_a_name_stay_and_it_is_named_once(capsys: pytest.CaptureFixtur
     assert "no  such.mend" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a shell that closes streams")
 @pytest.mark.parametrize("closed", ["2>&-", "<&- >&- 2>&-"])
 def test_streams_that_the_caller_closed_cost_no_output(closed: str, tmp_path: Path) -> None:

@@ -114,6 +114,7 @@ def test_a_walk_nobody_learned_from_comes_nearer_to_the_truth(cli: Command, taug
     assert list(beside)[-1] == "seconds"
 
 
+@pytest.mark.slow
 def test_fit_says_what_it_did(cli: Command, taught: Path, tmp_path: Path) -> None:
     ran = cli("fit", "corrector", taught / "pairs.csv", "-o", tmp_path / "m.mend", "--json", "--jobs", "2")
     assert ran.code == 0
@@ -130,6 +131,7 @@ def test_fit_says_what_it_did(cli: Command, taught: Path, tmp_path: Path) -> Non
     assert "--force" in again.failures[0]
 
 
+@pytest.mark.slow
 def test_a_pair_that_is_named_twice_is_told(cli: Command, taught: Path, tmp_path: Path) -> None:
     rows = [f"{taught}/walk_{seed}.csv,{taught}/walk_{seed}.bvh" for seed in (0, 1, 0)]
     (tmp_path / "pairs.csv").write_text("\n".join(["sensor,truth", *rows]) + "\n")
@@ -140,6 +142,7 @@ def test_a_pair_that_is_named_twice_is_told(cli: Command, taught: Path, tmp_path
     assert any("line 4" in warning for warning in json.loads(ran.out)["warnings"])
 
 
+@pytest.mark.slow
 def test_bad_rows_are_told_and_the_others_learned_from(cli: Command, taught: Path, tmp_path: Path) -> None:
     for file in taught.glob("walk_*"):
         shutil.copy(file, tmp_path)
@@ -207,6 +210,7 @@ def test_nothing_is_overwritten_and_resume_skips(cli: Command, taught: Path, tmp
     assert out.read_bytes() == written
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["bvh", "amc"])
 def test_joint_angles_hold_the_same_joints(cli: Command, taught: Path, tmp_path: Path, ending: str) -> None:
     from motionmend.bodies.skeleton import positions

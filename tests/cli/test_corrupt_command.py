@@ -107,6 +107,7 @@ def test_negative_noise_is_bad_usage_in_the_unit_given(cli: Command, takes: Path
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 def test_options_that_suit_some_of_the_inputs_fail_the_others_alone_each_in_its_turn(
     cli: Command, library: Path, tmp_path: Path
 ) -> None:

@@ -38,6 +38,7 @@ def test_the_demo_repairs_what_it_spoils_within_a_minute(tmp_path: Path) -> None
     assert errors[3] < 0.5 * errors[2]  # centimetres
 
 
+@pytest.mark.slow
 def test_programs_get_one_object_a_recording(cli: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("motionmend.cli.demo.FORMATS", ("c3d",))
     monkeypatch.setattr("motionmend.cli.demo.SECONDS", 2.0)

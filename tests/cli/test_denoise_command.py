@@ -25,6 +25,7 @@ def without_seconds(sidecar: Path) -> dict[str, object]:
     return facts
 
 
+@pytest.mark.slow
 def test_rate_frames_and_channels_come_through(cli: Command, library: Path, tmp_path: Path) -> None:
     ran = cli("denoise", library / "take.amc", "-m", library / AMC, "-o", tmp_path / "new" / "clean.amc")
     assert (ran.code, ran.out) == (0, "")
@@ -34,6 +35,7 @@ def test_rate_frames_and_channels_come_through(cli: Command, library: Path, tmp_
     assert {"clean.amc", "clean.mend.json"} <= files_below(tmp_path / "new")
 
 
+@pytest.mark.slow
 def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_path: Path) -> None:
     cli("denoise", library / "take.c3d", "-m", library / "c3d.mend", "-o", tmp_path / "clean.c3d")
     facts = without_seconds(tmp_path / "clean.mend.json")
@@ -54,6 +56,7 @@ def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_
     assert facts["counts"]["filled"] > 0
 
 
+@pytest.mark.slow
 def test_the_repair_is_better_than_the_take(cli: Command, library: Path, tmp_path: Path) -> None:
     cli("denoise", library / "take.amc", "-m", library / AMC, "-o", tmp_path / "clean.amc")
     errors = [
@@ -63,6 +66,7 @@ def test_the_repair_is_better_than_the_take(cli: Command, library: Path, tmp_pat
     assert errors[1] < 0.5 * errors[0]
 
 
+@pytest.mark.slow
 def test_a_folder_in_is_the_same_tree_out_and_a_bad_file_harms_no_other(
     cli: Command, library: Path, takes: Path, tmp_path: Path
 ) -> None:
@@ -80,6 +84,7 @@ def test_a_folder_in_is_the_same_tree_out_and_a_bad_file_harms_no_other(
     assert made == {"take.amc", "take.mend.json", "day2/clean.amc", "day2/clean.mend.json"}
 
 
+@pytest.mark.slow
 def test_jobs_do_not_change_a_byte(cli: Command, library: Path, takes: Path, tmp_path: Path) -> None:
     for jobs in ("1", "2"):
         ran = cli("denoise", takes, "-m", library / AMC, "-o", tmp_path / jobs, "--report", "--jobs", jobs)
@@ -160,6 +165,7 @@ def test_outputs_inside_the_folder_are_not_taken_for_inputs(cli: Command, takes:
     assert files_below(takes) == made
 
 
+@pytest.mark.slow
 def test_json_is_pure_and_one_object_for_each_input(cli: Command, library: Path, takes: Path, tmp_path: Path) -> None:
     (takes / "bad.amc").touch()
     ran = cli("denoise", takes, takes / "none.amc", "-m", library / AMC, "-o", tmp_path / "out", "--json")
@@ -265,6 +271,7 @@ def test_a_guess_is_told_and_kept(cli: Command, library: Path, tmp_path: Path) -
     assert without_seconds(tmp_path / "b.mend.json")["fps"] == 60
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robust", ["tukey", "square"])
 def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Path, robust: str) -> None:
     command = ["denoise", library / "take.amc", "-m", library / AMC, "--robust", robust, "--footskate"]
@@ -275,6 +282,7 @@ def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Pat
     assert options == told | {"fps": None, "skeleton": None}
 
 
+@pytest.mark.slow
 def test_what_is_filled_but_hardly_known_is_said_unless_a_limit_leaves_it_open(
     cli: Command, library: Path, tmp_path: Path
 ) -> None:
@@ -295,6 +303,7 @@ def test_what_is_filled_but_hardly_known_is_said_unless_a_limit_leaves_it_open(
     assert not any("less sure" in one for one in held)
 
 
+@pytest.mark.slow
 def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: Path, tmp_path: Path) -> None:
     for kind, unit, told in (("amc", "deg", 2.0), ("c3d", "m", 0.005)):  # the noise `library` put in
         out = tmp_path / f"{kind}_clean.{kind}"
@@ -309,6 +318,7 @@ def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: 
     assert without_seconds(tmp_path / "filled.mend.json")["noise"] is None
 
 
+@pytest.mark.slow
 def test_without_a_model_a_recording_is_repaired_by_what_it_shows(cli: Command, library: Path, tmp_path: Path) -> None:
     assert cli("denoise", library / "take.amc", "-o", tmp_path / "clean.amc").code == 0
     facts = without_seconds(tmp_path / "clean.mend.json")
@@ -320,6 +330,7 @@ def test_without_a_model_a_recording_is_repaired_by_what_it_shows(cli: Command, 
     assert errors[1] < 0.8 * errors[0]
 
 
+@pytest.mark.slow
 def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(cli: Command, library: Path, tmp_path: Path) -> None:
     from motionmend.denoise.fixed_lag import FixedLag, joined
     from motionmend.denoise.fixed_lag import finish as finish_live
@@ -351,6 +362,7 @@ def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(cli: Command, li
     assert f"given out {said['latency_s']:.2f} s late" in told.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "unit"), [("amc", "deg"), ("c3d", "m")])
 def test_what_would_be_less_sure_than_the_limit_stays_open(
     cli: Command, library: Path, tmp_path: Path, kind: str, unit: str
@@ -397,6 +409,7 @@ def test_what_would_be_less_sure_than_the_limit_stays_open(
             assert counts == free["channels"][name]
 
 
+@pytest.mark.slow
 def test_a_real_walk_of_a_known_person(cli: Command, data: Path, tmp_path: Path) -> None:
     clips = sorted((data / "mocap" / "amc" / "07").glob("07_0[2-4].amc"))
     assert cli("fit", "denoiser", *clips, "-o", tmp_path / "walk.mend", "--jobs", "1").code == 0
@@ -412,6 +425,7 @@ def test_a_real_walk_of_a_known_person(cli: Command, data: Path, tmp_path: Path)
     assert after < 0.35 * before
 
 
+@pytest.mark.slow
 def test_an_amc_written_stays_readable_when_another_persons_comes_to_lie_beside_it(
     cli: Command, takes: Path, tmp_path: Path
 ) -> None:
@@ -439,6 +453,7 @@ def test_seconds_begin_with_the_process(cli: Command, library: Path, tmp_path: P
     assert seconds["total"] == pytest.approx(sum(seconds[name] for name in ("startup", "read", "repair", "write")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["denoise", "corrupt", "pipeline"])
 def test_what_the_output_cannot_hold_is_said_and_by_which_number_frames_are_counted(
     cli: Command, library: Path, tmp_path: Path, command: str

@@ -65,6 +65,7 @@ def test_what_is_said_of_a_table_of_joints_is_what_stands_in_it(cli: Command, li
         assert beside["std"][name]["mean"] == (None if mean is None else pytest.approx(mean, rel=0.01))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["dropped", "no time", "semicolons", "tabs"])
 @pytest.mark.parametrize("command", ["denoise", "corrupt"])
 def test_tables_of_joints_are_taken_as_correct_takes_them(
@@ -98,6 +99,7 @@ def sensed(library: Path) -> Postures:
     return Postures(LANDMARKS, at, np.arange(len(at)) / 30)
 
 
+@pytest.mark.slow
 def test_a_table_s_deviations_are_missed_in_a_c3d(cli: Command, library: Path, tmp_path: Path) -> None:
     joints = sensed(library)
     write_joint_table(tmp_path / "in.csv", replace(joints, std=np.full((joints.frames, len(joints.names)), 0.02)))

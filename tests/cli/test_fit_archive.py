@@ -55,6 +55,7 @@ def alone(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_what_cannot_be_used_is_told_and_left_out(cli: Command, folder: Path, alone: Path, tmp_path: Path) -> None:
     ran = cli("fit", "denoiser", folder, "-o", tmp_path / "m.mend", "--jobs", "2", *SETTINGS)
     assert ran.code == 1
@@ -75,6 +76,7 @@ def test_without_them_the_model_is_the_same(cli: Command, folder: Path, alone: P
     assert (tmp_path / "m.mend").read_bytes() == alone.read_bytes()
 
 
+@pytest.mark.slow
 def test_it_is_the_model_of_all_clips_at_once(folder: Path, alone: Path) -> None:
     from motionmend.denoise import Denoiser
 
@@ -87,6 +89,7 @@ def test_it_is_the_model_of_all_clips_at_once(folder: Path, alone: Path) -> None
     np.testing.assert_allclose(model.dynamics.mean, whole.dynamics.mean, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_clip_that_turns_in_another_order_is_named_and_used(cli: Command, tmp_path: Path) -> None:
     for number in range(3):
         motion = samples.clip("walk", seconds=3.0, fps=30.0, seed=number)

@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pytest
 from commands import Command, files_below
 
 from motionmend import samples
@@ -13,6 +14,7 @@ from motionmend.io import read, write
 from motionmend.models import load_model
 
 
+@pytest.mark.slow
 def test_the_same_clips_give_the_same_bytes(cli: Command, library: Path, tmp_path: Path) -> None:
     for name, jobs in (("one.mend", "1"), ("two.mend", "2")):
         assert cli("fit", "denoiser", library / "amc", "-o", tmp_path / name, "--jobs", jobs).code == 0
@@ -86,6 +88,7 @@ def test_a_clip_too_short_for_a_window_is_named(cli: Command, library: Path, tmp
     assert "short.amc" in alone.err
 
 
+@pytest.mark.slow
 def test_clips_of_other_channels_are_named_with_what_differs(cli: Command, library: Path, tmp_path: Path) -> None:
     markers = read(library / "clean.c3d")
     assert isinstance(markers, Markers)
@@ -104,6 +107,7 @@ def test_clips_of_other_channels_are_named_with_what_differs(cli: Command, libra
     assert out.exists()
 
 
+@pytest.mark.slow
 def test_a_clip_that_is_spoiled_itself_is_repaired_first_and_named(cli: Command, library: Path, tmp_path: Path) -> None:
     shutil.copytree(library / "amc", tmp_path / "clips")
     bad = tmp_path / "clips" / "walk_1.amc"

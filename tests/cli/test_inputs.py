@@ -254,6 +254,7 @@ def test_an_input_is_never_an_output_whatever_is_forced(takes: Path) -> None:
         assert "input" in refused.reason
 
 
+@pytest.mark.slow
 def test_thousands_of_files_are_planned_in_no_time(tmp_path: Path) -> None:
     """Each output asked the disk for all inputs: 1,500 files took minutes before the first was read."""
     inputs = [Input(tmp_path / f"{k}.csv", Path(f"{k}.csv")) for k in range(3000)]

@@ -100,6 +100,7 @@ def test_a_bad_file_does_not_hide_a_good_one(cli: Command, library: Path, tmp_pa
     assert "bad.c3d" in ran.failures[0]
 
 
+@pytest.mark.slow
 def test_a_bar_on_the_terminal_leaves_the_results_alone(library: Path) -> None:
     terminal, its_end = pty.openpty()
     command = [sys.executable, "-m", "motionmend", "inspect", str(library / "amc"), "--json", "--jobs", "1"]
@@ -118,6 +119,7 @@ def test_a_bar_on_the_terminal_leaves_the_results_alone(library: Path) -> None:
     assert b"100%" in shown
 
 
+@pytest.mark.slow
 def test_every_real_recording_can_be_looked_at(cli: Command, data: Path) -> None:
     ran = cli("inspect", data / "mocap" / "c3d", data / "mocap" / "bvh", data / "mocap" / "amc" / "09", "--json")
     facts = [json.loads(line) for line in ran.out.splitlines()]
@@ -166,6 +168,7 @@ def test_a_table_of_joints(cli: Command, tmp_path: Path) -> None:
     assert any("without any joint" in warning for warning in facts["warnings"])
 
 
+@pytest.mark.slow
 def test_a_folder_has_the_joints_of_every_sensor_and_leaves_out_what_goes_with_other_files(
     cli: Command, data: Path
 ) -> None:

@@ -51,6 +51,7 @@ def same(ones, others):
         np.testing.assert_array_equal(one.pose.joints, other.pose.joints)
 
 
+@pytest.mark.slow
 def test_a_second_process_says_the_same_in_the_same_order(followed):
     model, moments = followed
     with second_process(WORTH, idle=True) as other:
@@ -68,6 +69,7 @@ def test_a_second_process_says_the_same_in_the_same_order(followed):
     assert all(future.exception() is None for future in asked)
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_costs_no_frame(followed):
     model, moments = followed
     with second_process(WORTH, idle=True) as other:
@@ -118,6 +120,7 @@ def test_a_script_that_calls_the_command_is_not_run_again_by_another_process(mon
     assert not Working(jobs=2).idle(1)
 
 
+@pytest.mark.slow
 def test_without_looking_back_estimates_come_as_they_are(followed):
     model, moments = followed
     plain = replace(DEFAULT, hindsight=False)

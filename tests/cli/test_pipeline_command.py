@@ -62,6 +62,7 @@ def takes(clip: Motion, sensor: Postures, tmp_path_factory: pytest.TempPathFacto
     return folder
 
 
+@pytest.mark.slow
 def test_a_folder_of_takes_goes_all_the_way(cli: Command, takes: Path, sensor: Postures, tmp_path: Path) -> None:
     ran = cli(
         "pipeline", takes / "takes", "-o", tmp_path / "out", "--config", takes / "all.toml", "--json", "--jobs", "1"
@@ -113,6 +114,7 @@ def test_what_a_repair_leaves_open_and_the_step_before_made_is_filled_as_unsure_
     assert np.allclose(told.std[:, 2], 0.3)
 
 
+@pytest.mark.slow
 def test_a_frame_without_the_person_is_left_open_and_said_to_be(
     cli: Command, takes: Path, sensor: Postures, tmp_path: Path
 ) -> None:
@@ -135,6 +137,7 @@ def test_a_frame_without_the_person_is_left_open_and_said_to_be(
     assert f'class="left_open"><b>{4 * len(sensor.names)}</b>' in page
 
 
+@pytest.mark.slow
 def test_recordings_come_out_as_denoise_makes_them(cli: Command, takes: Path, tmp_path: Path) -> None:
     for name in ("marked.c3d", "body.amc"):
         take = takes / "takes" / "day" / name
@@ -143,6 +146,7 @@ def test_recordings_come_out_as_denoise_makes_them(cli: Command, takes: Path, tm
         assert (tmp_path / f"one_{name}").read_bytes() == (tmp_path / f"two_{name}").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_denoiser_of_one_kind_of_takes_does_not_stop_the_others(cli: Command, takes: Path, tmp_path: Path) -> None:
     write(tmp_path / "clean.c3d", samples.markers(samples.clip("walk", seconds=3.0, seed=1)))
     denoiser = tmp_path / "markers.mend"
@@ -189,6 +193,7 @@ def test_what_is_guessed_of_a_sensor_s_recording_is_said_once(
     assert len(set(guesses)) == len(guesses)
 
 
+@pytest.mark.slow
 def test_what_is_there_stays_unless_forced_and_resume_skips(cli: Command, takes: Path, tmp_path: Path) -> None:
     command = ["pipeline", takes / "takes" / "seen.csv", "-m", takes / "sensor.mend", "-o", tmp_path / "seen.csv"]
     assert cli(*command).code == 0
@@ -201,6 +206,7 @@ def test_what_is_there_stays_unless_forced_and_resume_skips(cli: Command, takes:
     assert (tmp_path / "seen.csv").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_takes_of_one_name_keep_their_sidecars_apart(cli: Command, clip: Motion, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     for name in ("walk.amc", "walk.bvh"):
@@ -216,6 +222,7 @@ def test_takes_of_one_name_keep_their_sidecars_apart(cli: Command, clip: Motion,
     }
 
 
+@pytest.mark.slow
 def test_outputs_inside_the_folder_of_takes_are_no_takes(cli: Command, takes: Path, tmp_path: Path) -> None:
     (tmp_path / "takes").mkdir()
     (tmp_path / "takes" / "seen.csv").write_bytes((takes / "takes" / "seen.csv").read_bytes())
@@ -226,6 +233,7 @@ def test_outputs_inside_the_folder_of_takes_are_no_takes(cli: Command, takes: Pa
         assert len(ran.out.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_without_its_model_a_take_fails_and_the_others_are_done(cli: Command, takes: Path, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "notes.txt").write_text("not a take")
@@ -291,6 +299,7 @@ def test_bad_usage_and_models_that_are_none(cli: Command, takes: Path, tmp_path:
     assert cli("pipeline", takes / "takes" / "seen.csv", "-o", tmp_path / "out.c3d").code == 2
 
 
+@pytest.mark.slow
 def test_a_model_on_the_command_line_goes_before_the_configuration_s_and_that_is_said(
     cli: Command, takes: Path, tmp_path: Path
 ) -> None:
@@ -363,6 +372,7 @@ def test_joints_of_sensors_are_a_skeleton(names: tuple[str, ...]) -> None:
 OF_SKIN = ["Shoulder", "Clavicle", "Bicep", "Elbow", "Wrist", "ASIS", "Thigh", "Knee", "Shank", "Ankle", "Heel", "Toe"]
 
 
+@pytest.mark.slow
 def test_markers_at_joints_are_no_skeleton_and_a_trc_of_them_is_only_denoised(
     cli: Command, clip: Motion, tmp_path: Path
 ) -> None:

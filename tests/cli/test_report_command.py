@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 from commands import Command, files_below
 
 from motionmend.bodies.camera import Camera, DepthFrame
@@ -15,6 +16,7 @@ from motionmend.io.joint_table import write_joint_table
 from motionmend.io.png import color_pixels
 
 
+@pytest.mark.slow
 def test_a_page_with_what_is_known_of_a_repair(cli: Command, library: Path, tmp_path: Path) -> None:
     cli("denoise", library / "take.amc", "-m", library / "amc.mend", "-o", tmp_path / "clean.amc")
     files = [library / "take.amc", tmp_path / "clean.amc"]
@@ -37,6 +39,7 @@ def test_a_page_with_what_is_known_of_a_repair(cli: Command, library: Path, tmp_
     assert (tmp_path / "again.html").read_text("utf-8") == page
 
 
+@pytest.mark.slow
 def test_a_bad_recording_is_told_and_the_page_shows_the_others(cli: Command, library: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.amc").touch()
     ran = cli("report", tmp_path / "bad.amc", library / "take.c3d", "-o", tmp_path / "page.html")
@@ -70,6 +73,7 @@ def test_a_foreign_sidecar_is_one_line(cli: Command, library: Path, tmp_path: Pa
     assert "clean.mend.json" in ran.err
 
 
+@pytest.mark.slow
 def test_the_page_of_a_repair_names_its_method_once(cli: Command, library: Path, tmp_path: Path) -> None:
     command = ["denoise", library / "take.amc", "-m", library / "amc.mend", "-o", tmp_path / "clean.amc", "--report"]
     assert cli(*command).code == 0

@@ -153,6 +153,7 @@ def test_frames_in_which_furniture_was_followed_are_named(studio: Path) -> None:
     assert "frames 0 to 2, 7 to 7 are left empty" in said
 
 
+@pytest.mark.slow
 def test_a_box_nearer_than_who_walks_is_furniture_and_that_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     poses = [standing((x, 0.1, 2.9)) for x in np.linspace(-1.0, 0.2, FRAMES)]
@@ -170,6 +171,7 @@ def test_a_box_nearer_than_who_walks_is_furniture_and_that_is_said(cli: Command,
     assert np.linalg.norm(pelvis - [pose.translation for pose in poses], axis=1).max() < 0.3
 
 
+@pytest.mark.slow
 def test_a_blank_first_image_costs_itself_alone_and_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     frames = []
@@ -186,6 +188,7 @@ def test_a_blank_first_image_costs_itself_alone_and_is_said(cli: Command, studio
     assert read_joint_table(tmp_path / "o.csv").present[1:].all()
 
 
+@pytest.mark.slow
 def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_path: Path) -> None:
     body = tmp_path / "people" / "new" / "body.json"
     given = ["track", studio / "take", "-m", studio / "m.mend", "--body", body, "--start", studio / "start.csv"]
@@ -234,6 +237,7 @@ def test_a_start_where_nobody_is_is_said(cli: Command, studio: Path, tmp_path: P
     assert any("nobody was found in frame 0" in one for one in json.loads(ran.out)["warnings"])
 
 
+@pytest.mark.slow
 def test_what_was_supposed_of_the_skeleton_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
     text = (studio / "clip.asf").read_text()
     unsaid = "\n".join(line for line in text.splitlines() if "metres per length unit" not in line)
@@ -269,6 +273,7 @@ def test_of_a_recording_given_as_skeleton_all_but_its_rate_is_said(tmp_path: Pat
         assert not any("rate" in one or "Frame Time" in one for one in supposed)
 
 
+@pytest.mark.slow
 def test_the_first_recording_with_somebody_in_it_gives_the_body(cli: Command, studio: Path, tmp_path: Path) -> None:
     nobody = (DepthFrame(CAMERA, np.full((120, 160), np.nan, np.float32), None, t / FPS) for t in range(3))
     write_depth_folder(tmp_path / "in" / "a_nobody", nobody, FPS)
@@ -314,6 +319,7 @@ def test_a_camera_on_its_side_gives_the_same_joints_turned(cli: Command, studio:
     np.testing.assert_allclose(one, other @ turn, atol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["bvh", "amc"])
 def test_joint_angles_say_the_same_as_joints(cli: Command, studio: Path, tmp_path: Path, form: str) -> None:
     known = ["--skeleton", studio / "clip.asf", "--start", studio / "start.csv"]
@@ -433,6 +439,7 @@ def test_the_model_is_told_of(cli: Command, studio: Path) -> None:
     assert facts["poses"] > 50
 
 
+@pytest.mark.slow
 def test_fit_leaves_out_what_it_cannot_use(cli: Command, studio: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.amc").write_text("nothing")
     out = tmp_path / "m.mend"

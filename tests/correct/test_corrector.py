@@ -37,6 +37,7 @@ def live(
     return np.stack(frames), np.stack(reliable), flags
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("action", "seed"), [("walk", 7), ("reach", 8), ("jump", 9), ("run", 5)])
 def test_people_not_seen_before_come_out_nearer_to_the_truth(model: CorrectorModel, action: str, seed: int) -> None:
     true = truth(action, seed)
@@ -52,6 +53,7 @@ def test_people_not_seen_before_come_out_nearer_to_the_truth(model: CorrectorMod
     assert corrected.reliability.mean() > 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [35.0, 200.0])
 def test_correction_commutes_with_turning_and_moving_the_person(model: CorrectorModel, degrees: float) -> None:
     raw = recording(sensed(truth("reach", 4), 4))
@@ -89,6 +91,7 @@ def test_bones_keep_their_lengths(model: CorrectorModel) -> None:
     assert varies(live(model, raw)[0]) < 0.6 * varies(raw.positions)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", [np.nan, -np.inf, 1e30])
 def test_what_is_not_finite_never_poisons_later_frames(model: CorrectorModel, bad: float) -> None:
     raw = recording(sensed(truth("walk", 7, 3.0), 7))
@@ -104,6 +107,7 @@ def test_what_is_not_finite_never_poisons_later_frames(model: CorrectorModel, ba
     assert np.isfinite(np.delete(whole.positions, 40, axis=0)).all()
 
 
+@pytest.mark.slow
 def test_a_state_serves_again_and_again(model: CorrectorModel) -> None:
     raw = recording(sensed(truth("walk", 7), 7))
     state = model.start(NAMES, online=True)
@@ -116,6 +120,7 @@ def test_a_state_serves_again_and_again(model: CorrectorModel) -> None:
     np.testing.assert_array_equal(one.positions, again.positions)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("states", [True, False])
 def test_failing_limbs_are_told_and_mended(model: CorrectorModel, states: bool) -> None:
     raws, mended, scores, spoilt = [], [], [], []
@@ -156,6 +161,7 @@ def test_a_person_who_turns_around_is_followed(model: CorrectorModel) -> None:
     assert sum("swapped" in one for one in flags) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [KINECT25.names, AZURE32.names, tuple(reversed(NAMES)), NAMES[:15]])
 def test_other_skeletons_are_corrected_through_joints_that_mean_the_same(
     model: CorrectorModel, names: tuple[str, ...]
@@ -174,6 +180,7 @@ def test_other_skeletons_are_corrected_through_joints_that_mean_the_same(
     assert same.mean() < 0.02
 
 
+@pytest.mark.slow
 def test_learning_on_the_way_keeps_its_memory_and_does_no_harm(model: CorrectorModel) -> None:
     true = truth("reach", 14, 4.0)
     raw = recording(sensed(true, 14))
@@ -190,6 +197,7 @@ def test_learning_on_the_way_keeps_its_memory_and_does_no_harm(model: CorrectorM
     assert model.start(NAMES).memory is None
 
 
+@pytest.mark.slow
 def test_learning_on_the_way_does_not_learn_from_itself_live(model: CorrectorModel) -> None:
     """What was remembered is no news when it comes back: it would be remembered the more."""
     ratios = []
@@ -214,6 +222,7 @@ def test_nothing_is_learned_from_joints_that_fail(model: CorrectorModel) -> None
     assert counts[hand] < 0.75 * np.median(counts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_keeps_frames_and_joints(
     model: CorrectorModel, method: str, monkeypatch: pytest.MonkeyPatch
@@ -231,6 +240,7 @@ def test_every_method_keeps_frames_and_joints(
         assert error(got, true[:30]) < 0.75 * error(raw, true[:30])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["paper", "exact", "adaptive"])
 @pytest.mark.parametrize("gone", [0, 5])
 def test_the_papers_energy_does_not_carry_a_person_over_a_break(
@@ -249,6 +259,7 @@ def test_the_papers_energy_does_not_carry_a_person_over_a_break(
     assert np.abs(broken.positions - positions)[there].max() < 0.5
 
 
+@pytest.mark.slow
 def test_a_model_comes_back_from_its_file_and_says_the_same(model: CorrectorModel, tmp_path) -> None:  # type: ignore[no-untyped-def]
     arrays, header = model.to_arrays()
     save_model(tmp_path / "m.mend", "corrector", arrays, header)
@@ -331,6 +342,7 @@ def test_who_comes_back_may_face_anywhere(model: CorrectorModel, empty: bool) ->
     assert np.linalg.norm(found[-len(back) :] - back, axis=2).mean() < 1.3 * np.linalg.norm(alone - back, axis=2).mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [0, 5])
 def test_who_comes_next_is_corrected_as_if_nobody_had_been_before(model: CorrectorModel, look_ahead: int) -> None:
     """A larger person comes three seconds after a smaller one has left; nobody's bones are another's."""
@@ -371,6 +383,7 @@ def test_a_quicker_sensor_takes_the_same_time_to_know_a_person(model: CorrectorM
     np.testing.assert_allclose(states[1].own, states[0].own, atol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_who_knows_all_of_a_recording_does_no_worse_than_live_where_joints_fail(
     model: CorrectorModel, seed: int
@@ -383,6 +396,7 @@ def test_who_knows_all_of_a_recording_does_no_worse_than_live_where_joints_fail(
     assert away < at_once + 0.1 * raw
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("limb", "seed"), [("Wrist", 1), ("Ankle", 2)])
 @pytest.mark.parametrize("spell", [slice(0, 40), slice(40, 70)])
 def test_sides_confused_from_the_first_frame_are_told_from_those_confused_later(
@@ -398,6 +412,7 @@ def test_sides_confused_from_the_first_frame_are_told_from_those_confused_later(
     assert apart.mean() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parts", [("Elbow", "Wrist", "Hand"), ("Hand", "Wrist"), ("Knee", "Ankle", "Foot"), ("",)])
 @pytest.mark.parametrize("spell", [slice(None), slice(0, 45)])
 def test_sides_exchanged_throughout_or_mostly_are_put_right(
@@ -417,6 +432,7 @@ def test_sides_exchanged_throughout_or_mostly_are_put_right(
     assert found.reliability[spell][:, joints].max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ahead", [None, 0])
 @pytest.mark.parametrize(
     ("parts", "said"),
@@ -456,6 +472,7 @@ def learned_by_fits(told: Bools, fitted: bool) -> CorrectorModel:
     return Corrector(points=60).fit([replace(one, fitted=fitted) for one in fits])
 
 
+@pytest.mark.slow
 def test_what_a_rigid_fit_took_away_is_not_learned() -> None:
     raw = recording(sensed(truth("reach", 8), 8))
     fitted, free = (
@@ -466,6 +483,7 @@ def test_what_a_rigid_fit_took_away_is_not_learned() -> None:
     assert np.linalg.norm(fitted - free, axis=2).max() < 0.03
 
 
+@pytest.mark.slow
 def test_nobody_is_turned_about_the_one_arm_that_was_paired() -> None:
     raw = recording(sensed(truth("reach", 8), 8))
     arm = np.array([name in ("ShoulderLeft", "ElbowLeft", "WristLeft", "HandLeft") for name in NAMES])
@@ -473,6 +491,7 @@ def test_nobody_is_turned_about_the_one_arm_that_was_paired() -> None:
     assert np.linalg.norm(fitted - free, axis=2).max() < 0.03
 
 
+@pytest.mark.slow
 def test_a_room_left_empty_moves_nobody_who_was_in_it() -> None:
     """What takes a recording away as a whole is asked of the frames that somebody is in."""
     model = learned_by_fits(np.ones(20, dtype=np.bool_), fitted=True)

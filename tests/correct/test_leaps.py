@@ -34,6 +34,7 @@ def spoilt(given: Floats, how: str, joints: list[int], spell: slice, seed: int) 
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("how", ["slipped", "drawn"])
 @pytest.mark.parametrize("ahead", [None, 0])

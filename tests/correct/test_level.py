@@ -45,6 +45,7 @@ def live(model: CorrectorModel, raw: Postures) -> tuple[Floats, int]:
     return np.stack(found), swapped
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "degrees"), TILTS)
 @pytest.mark.parametrize(("action", "seed"), [("jump", 31), ("jump", 32)])
 def test_a_tilted_sensor_is_corrected_as_a_level_one(
@@ -64,6 +65,7 @@ def test_a_tilted_sensor_is_corrected_as_a_level_one(
     assert swapped == 0
 
 
+@pytest.mark.slow
 @given(st.floats(20.0, 40.0), st.floats(0.0, 360.0), st.floats(0.0, 360.0))
 @settings(max_examples=30, deadline=None)
 def test_who_stands_comes_out_upright_however_the_sensor_is_tilted(by: float, way: float, heading: float) -> None:

@@ -35,6 +35,7 @@ def test_no_look_ahead_is_the_live_correction(model: CorrectorModel) -> None:
     np.testing.assert_array_equal(model.correct(failed, look_ahead=0).positions, np.stack(found))
 
 
+@pytest.mark.slow
 def test_what_only_the_next_frame_asks_for_is_not_kept(model: CorrectorModel) -> None:
     long = recording(sensed(truth("walk", 5, 12.0), 5))
     half = until(long, long.frames // 2)
@@ -48,6 +49,7 @@ def test_what_only_the_next_frame_asks_for_is_not_kept(model: CorrectorModel) ->
     assert (peaks[1] - peaks[0]) / (long.frames - half.frames) < 14_000  # of the factors alone it knows 18 kB
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [1, 4])
 def test_frames_depend_on_the_frames_looked_at_and_on_none_after(model: CorrectorModel, look_ahead: int) -> None:
     failed = fail(recording(sensed(truth("reach", 4), 4), state=True), seed=2).postures
@@ -58,6 +60,7 @@ def test_frames_depend_on_the_frames_looked_at_and_on_none_after(model: Correcto
     np.testing.assert_array_equal(whole.times, failed.times)
 
 
+@pytest.mark.slow
 def test_joints_that_fail_are_nearer_to_the_truth(model: CorrectorModel) -> None:
     errors: dict[int, list[float]] = {0: [], 5: []}
     others: dict[int, list[float]] = {0: [], 5: []}
@@ -104,6 +107,7 @@ def test_only_the_default_looks_ahead(model: CorrectorModel) -> None:
         model.start(raw.names, look_ahead=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", ["reach", "walk"])
 def test_later_frames_make_what_is_given_out_steadier_and_nearer(model: CorrectorModel, motion: str) -> None:
     true = truth(motion, 33, 4.0)

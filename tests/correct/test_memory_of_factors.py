@@ -23,6 +23,7 @@ def long_recording(times: int):
     return recording(positions)
 
 
+@pytest.mark.slow
 def test_stretches_are_joined_as_if_there_were_none(monkeypatch: pytest.MonkeyPatch) -> None:
     given = long_recording(2)
     whole = model().correct(given)
@@ -33,6 +34,7 @@ def test_stretches_are_joined_as_if_there_were_none(monkeypatch: pytest.MonkeyPa
         np.testing.assert_array_equal(parts.std, whole.std)
 
 
+@pytest.mark.slow
 def test_what_is_known_of_the_factors_is_not_kept_of_all_frames() -> None:
     """It was a quarter of all memory with this model's thirteen factors, and more than half with usual ones' 24."""
     given = long_recording(40)

@@ -23,6 +23,7 @@ def corrected(lost: str, heading: float, look_ahead: int | None):
     return told.positions @ turn.T, told.source.warnings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [None, 0])
 @pytest.mark.parametrize("lost", ["Left", "Right"])
 @pytest.mark.parametrize("heading", [2.0, 3.14])

@@ -53,6 +53,7 @@ turns = st.tuples(st.floats(-3, 3), st.floats(-1.5, 1.5), st.floats(-3, 3)).map(
 shifts = st.tuples(*[st.floats(-5, 5)] * 3).map(np.array)
 
 
+@pytest.mark.slow
 @settings(max_examples=5)
 @given(st.floats(-0.5, 0.5), turns, shifts, st.integers(0, 1000), st.sampled_from([0.0, 63134.9]))
 def test_offset_and_rigid_motion_are_found_again(
@@ -69,6 +70,7 @@ def test_offset_and_rigid_motion_are_found_again(
     np.testing.assert_array_equal(found.truth.times, sensor.times)
 
 
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(turns, shifts)
 def test_moving_and_turning_the_truth_changes_nothing(turn: Floats, shift: Floats) -> None:
@@ -145,6 +147,7 @@ def test_a_heads_middle_is_given_to_both_ends_of_the_sensors_head() -> None:
     np.testing.assert_allclose(moved[:, head], np.tile([0, 0.05, 0], (sensor.frames, 1)), atol=0.01)
 
 
+@pytest.mark.slow
 def test_confused_sides_other_movements_and_other_limbs_are_strange() -> None:
     pairs = [pair(0.0, np.eye(3), np.zeros(3), seed=seed) for seed in range(10)]
     matched = [match(sensor, truth, 0.0) for sensor, truth in pairs]

@@ -42,6 +42,7 @@ def model(folder: Path) -> CorrectorModel:
     return Corrector(points=150).fit(paired(folder, LEARNED))
 
 
+@pytest.mark.slow
 def test_people_not_learned_from_come_out_nearer_to_the_truth(model: CorrectorModel, folder: Path) -> None:
     tested = paired(folder, TESTED)
     assert len(tested) == len(TESTED)
@@ -54,6 +55,7 @@ def test_people_not_learned_from_come_out_nearer_to_the_truth(model: CorrectorMo
         assert error(model.correct(one.sensor).positions) < 0.8 * error(one.sensor.positions)
 
 
+@pytest.mark.slow
 def test_failing_limbs_of_real_people_are_mended(model: CorrectorModel, folder: Path) -> None:
     before, after = [], []
     for seed, one in enumerate(paired(folder, TESTED)):
@@ -65,6 +67,7 @@ def test_failing_limbs_of_real_people_are_mended(model: CorrectorModel, folder: 
     assert np.concatenate(after).mean() < 0.7 * np.concatenate(before).mean()
 
 
+@pytest.mark.slow
 def test_a_limb_that_fails_calmly_from_the_first_frame_is_nobodys(model: CorrectorModel, folder: Path) -> None:
     """It neither shakes nor jumps, and no frame before tells how long the person's own are."""
     before, after, live = [], [], []
@@ -103,6 +106,7 @@ def drawn_in(sensor: Postures, limb: tuple[str, ...], share: float = 0.9) -> tup
     return replace(sensor, positions=positions, state=None), np.asarray(off)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ahead", [None, 0])
 def test_limbs_that_are_drawn_in_slowly_are_mended(model: CorrectorModel, folder: Path, ahead: int | None) -> None:
     before, after = [], []

@@ -20,6 +20,7 @@ def after_each_other(first: Floats, second: Floats, gap: int) -> Postures:
     return recording(np.concatenate([first, np.full((gap, *first.shape[1:]), np.nan), second]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [0, 20, 75])
 def test_a_child_after_an_adult_keeps_the_bones_of_a_child(model: CorrectorModel, gap: int) -> None:
     adult = sensed(truth("reach", 5, 2.0), 5)
@@ -35,6 +36,7 @@ def test_a_child_after_an_adult_keeps_the_bones_of_a_child(model: CorrectorModel
     assert len(found.source.flags) == found.frames
 
 
+@pytest.mark.slow
 def test_who_comes_back_is_the_same_person_and_that_is_said(model: CorrectorModel) -> None:
     whole = sensed(truth("walk", 5, 4.0), 5)
     half = len(whole) // 2
@@ -45,6 +47,7 @@ def test_who_comes_back_is_the_same_person_and_that_is_said(model: CorrectorMode
     assert any("taken for the one before" in one for one in found.source.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "reach", "jump"])
 def test_one_person_is_one_recording(model: CorrectorModel, action: str) -> None:
     found = model.correct(recording(sensed(truth(action, 9, 3.0), 9, noise=0.02)))

@@ -28,6 +28,7 @@ def said(positions: np.ndarray, times: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump"])
 @pytest.mark.parametrize("noise", [0.01, 0.03])
 def test_noise_of_all_joints_is_told_and_motion_is_none(action: str, noise: float) -> None:
@@ -47,6 +48,7 @@ def test_who_shakes_alone_or_is_shown_twice_is_no_shaking_sensor() -> None:
     assert said(clean[uneven], times[uneven]).max() < 0.002
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("look_ahead", "left"), [(0, 0.71), (3, 0.55)])
 def test_a_sensor_of_which_all_joints_shake_is_not_given_up_live(
     model: CorrectorModel, look_ahead: int, left: float
@@ -64,6 +66,7 @@ def test_a_sensor_of_which_all_joints_shake_is_not_given_up_live(
     assert min(off["believed"]) > 0.9
 
 
+@pytest.mark.slow
 def test_limbs_that_fail_are_found_where_all_joints_shake(model: CorrectorModel) -> None:
     given, found = [], []
     for seed, action in enumerate(("walk", "reach", "jump", "walk")):

@@ -90,6 +90,7 @@ def _model():
     return fitted()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [None, 0, 2, 6])
 @pytest.mark.parametrize("away", [0.3, 0.8])
 @pytest.mark.parametrize("name", ["Head", "ElbowRight", "WristRight", "KneeLeft", "AnkleLeft"])

@@ -61,6 +61,7 @@ def test_a_quick_move_stays_and_who_rests_is_calmed(fps: float) -> None:
     assert abs(found[-1, 1, 1] - found[0, 1, 1] - 0.6) < 0.01
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.floats(0.0, 360.0))
 @settings(max_examples=20, deadline=None)
 def test_turned_moved_and_backward_it_is_the_same(seed: int, degrees: float) -> None:
@@ -74,6 +75,7 @@ def test_turned_moved_and_backward_it_is_the_same(seed: int, degrees: float) -> 
     np.testing.assert_allclose(steadied(seen[:, order], times, trust[:, order]), found[:, order], atol=1e-12)
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=30, deadline=None)
 def test_what_is_missing_stays_missing_and_the_rest_is_finite(data: st.DataObject) -> None:

@@ -28,6 +28,7 @@ def live(model: CorrectorModel, frames: Floats, times: Floats) -> Floats:
     return np.stack(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", ["walk", "reach"])
 @pytest.mark.parametrize("count", [1, 3])
 def test_who_was_taught_one_movement_makes_no_other_worse(taught: str, count: int) -> None:
@@ -39,6 +40,7 @@ def test_who_was_taught_one_movement_makes_no_other_worse(taught: str, count: in
         assert error(little.correct(raw), true) < error(raw, true)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [40, 41])
 def test_limbs_that_go_quickly_where_none_was_taught_are_not_thrown_away(seed: int) -> None:
     """A library without lively motions is no reason to doubt what a sensor sees going well."""
@@ -48,6 +50,7 @@ def test_limbs_that_go_quickly_where_none_was_taught_are_not_thrown_away(seed: i
     assert error(calm.correct(raw), true) < error(raw, true)
 
 
+@pytest.mark.slow
 def test_limbs_of_a_restless_sensor_are_found_failing_too() -> None:
     """Bones and jerk that are usual there hide what would be evidence elsewhere."""
     noise, names = 0.02, ("walk", "reach", "jump", "run")
@@ -66,6 +69,7 @@ def test_limbs_of_a_restless_sensor_are_found_failing_too() -> None:
     assert np.mean(found) < 0.55 * np.mean(raw)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [0, 5])
 def test_somebody_else_is_met_as_a_stranger(model: CorrectorModel, lost: int) -> None:
     """A metre to the side from one frame to the next, or half a second on, is nobody who was there."""
@@ -88,6 +92,7 @@ def test_somebody_else_is_met_as_a_stranger(model: CorrectorModel, lost: int) ->
     assert np.linalg.norm(both[met] - apart[1], axis=2).mean() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [6, 15])
 def test_who_was_out_of_sight_for_a_moment_did_not_fail(model: CorrectorModel, lost: int) -> None:
     """Nobody stays where they were lost: a walker comes into sight a metre on."""
@@ -119,6 +124,7 @@ def test_joints_that_are_there_stay_there_whatever_others_lack(model: CorrectorM
     assert np.isfinite(found[np.isfinite(frames)]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exchanged", [15, 30])
 def test_who_comes_with_the_sides_exchanged_is_right_when_they_are(model: CorrectorModel, exchanged: int) -> None:
     """That a recording begins with a back taken for a front says nothing of how it goes on."""
@@ -146,6 +152,7 @@ def foreign(positions: Floats, seed: int) -> Floats:
     return np.asarray(positions + 0.5 * (habit + habit[other] * [-1.0, 1.0, 1.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_what_was_learned_of_one_sensor_is_not_done_to_another(model: CorrectorModel, seed: int) -> None:
     """Its bones tell; it is said; and nothing is made worse than by smoothing alone."""
@@ -215,6 +222,7 @@ def stopped(model: CorrectorModel, seed: int, digits: int | None) -> tuple[Float
     return true, np.round(given, digits), arm, spell
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_limb_that_stands_still_to_the_last_digit_is_not_seen(model: CorrectorModel, seed: int) -> None:
     """Whatever its state."""
@@ -226,6 +234,7 @@ def test_a_limb_that_stands_still_to_the_last_digit_is_not_seen(model: Corrector
         assert (found[: spell.start - 1] > 0.5).mean() > 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_who_rests_in_rounded_positions_is_seen(model: CorrectorModel, seed: int) -> None:
     _, given, _, spell = stopped(model, seed, 3)
@@ -294,6 +303,7 @@ def test_joints_as_pictures_give_them_are_said_to_be_of_another_kind_and_moved_l
     assert moved[1] < 0.75 * moved[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [None, 0, 2])
 def test_a_sensor_that_says_of_no_joint_that_it_is_tracked_says_nothing(
     model: CorrectorModel, look_ahead: int | None

@@ -30,6 +30,7 @@ def with_hands(seed: int) -> Postures:
     return Postures(WITH_HANDS, whole, np.arange(len(whole)) / 30.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [None, 0, 4])
 @pytest.mark.parametrize("away", [0.5, 5.0, np.nan])
 @pytest.mark.parametrize("name", HANDS)
@@ -60,6 +61,7 @@ def test_what_is_never_seen_of_them_stays_empty():
         assert np.isfinite(told.positions[:, :-1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [None, 0])
 @pytest.mark.parametrize("name", ["HipCenter", "Spine", "ShoulderCenter", "HipLeft", "ShoulderRight"])
 @pytest.mark.parametrize("away", [1.0, 5.0])

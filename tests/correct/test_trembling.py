@@ -13,6 +13,7 @@ def model() -> CorrectorModel:
     return fitted()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.02, 0.04, 0.06])
 @pytest.mark.parametrize("parts", [("Wrist", "Hand"), ("Ankle", "Foot")])
 def test_joints_that_tremble_throughout_are_calmed_and_not_given_up(

@@ -45,6 +45,7 @@ def _repaired():
     return repair(_side_by_side(_called(ann, "Ann:"), _called(bob, "Bob:"))), repair(ann), repair(bob)
 
 
+@pytest.mark.slow
 def test_everybody_is_repaired_as_if_they_were_alone():
     together, *each = _repaired()
     assert together.warnings[0] == "2 people in one recording, each repaired on their own: Ann, Bob"
@@ -59,6 +60,7 @@ def test_everybody_is_repaired_as_if_they_were_alone():
         np.testing.assert_array_equal(together.noise[theirs], alone.noise)
 
 
+@pytest.mark.slow
 def test_a_ball_and_somebody_of_whom_little_is_there_are_said_to_be_unknown():
     ann, bob = _two()
     ball = Markers(("Ball:1", f"Cat:{ann.names[0]}"), ann.positions[:, :2] + 1.0, ann.fps, up=ann.up)

@@ -71,6 +71,7 @@ def whole(model, take):
     return repair_with_lag(model, take, QUICK)
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(st.integers(0, 59), st.integers(0, 2**31))
 def test_frames_beyond_lag_and_hop_change_nothing_before(model, take, whole, first, seed):
@@ -86,6 +87,7 @@ def test_frames_beyond_lag_and_hop_change_nothing_before(model, take, whole, fir
     np.testing.assert_array_equal(other.std[:before], whole.std[:before])
 
 
+@pytest.mark.slow
 def test_markers_too_need_no_future(marker_model, marker_take):
     seldom = FixedLag(lag=0.2, memory=0.4, hop=0.8)
     changed = marker_take.positions.copy()
@@ -98,12 +100,14 @@ def test_markers_too_need_no_future(marker_model, marker_take):
     assert not np.array_equal(other.recording.positions[48:], one.recording.positions[48:])
 
 
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(st.lists(st.integers(0, 60), max_size=12).map(sorted))
 def test_how_frames_are_dealt_out_changes_no_byte(model, take, whole, cuts):
     same(joined(take, given_out(model, take, QUICK, cuts)), whole)
 
 
+@pytest.mark.slow
 def test_single_frames_come_out_once_and_in_order_no_later_than_said(model, take, whole):
     state = start(model, take, QUICK)
     lag, _, hop = QUICK.frames(FPS)
@@ -123,6 +127,7 @@ def test_single_frames_come_out_once_and_in_order_no_later_than_said(model, take
     same(joined(take, pieces), whole)
 
 
+@pytest.mark.slow
 def test_a_state_is_never_changed(model, take):
     state, _ = step(start(model, take, QUICK), take.q[:20])
     kept = state.recent.q.copy()
@@ -135,6 +140,7 @@ def test_a_state_is_never_changed(model, take):
     assert (one.seen, one.given) == (other.seen, other.given)
 
 
+@pytest.mark.slow
 def test_memory_is_bounded(model, take):
     state: Live[Motion] = start(model, take, QUICK)
     for _ in range(2):
@@ -142,6 +148,7 @@ def test_memory_is_bounded(model, take):
     assert state.recent.frames == sum(QUICK.frames(FPS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["motion", "markers"])
 def test_a_lag_longer_than_the_clip_is_the_repair_of_the_whole(request, kind):
     model = request.getfixturevalue("model" if kind == "motion" else "marker_model")
@@ -152,6 +159,7 @@ def test_a_lag_longer_than_the_clip_is_the_repair_of_the_whole(request, kind):
     np.testing.assert_array_equal(live.noise, offline.noise)
 
 
+@pytest.mark.slow
 def test_it_repairs_with_a_tenth_of_a_second(model, take):
     truth = clip("walk", seconds=2.0, fps=FPS, seed=9)
     live = repair_with_lag(model, take, FixedLag(lag=0.1, memory=1.0, hop=0.2))
@@ -160,6 +168,7 @@ def test_it_repairs_with_a_tenth_of_a_second(model, take):
     assert ((live.origin == Origin.FILLED) == ~take.present).all()
 
 
+@pytest.mark.slow
 def test_what_is_left_open_is_counted_over_the_whole(model, take):
     gone = take.q.copy()
     gone[30:] = np.nan
@@ -191,6 +200,7 @@ def test_frames_of_other_channels_are_refused(model, take):
         step(state, take.q[None])
 
 
+@pytest.mark.slow
 def test_a_real_walk_with_a_quarter_of_a_second_is_as_good_as_offline(data):
     folder = data / "mocap" / "amc" / "07"
     clips = [read(path) for path in sorted(folder.glob("07_0[2-5].amc"))]

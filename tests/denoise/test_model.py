@@ -54,6 +54,7 @@ def test_noise_and_outliers_are_repaired(joints_model, walk):
     assert (np.diff(repaired.cost) <= 1e-9 * repaired.cost[0]).all()
 
 
+@pytest.mark.slow
 def test_markers_are_repaired_and_filled(markers_model, walk):
     cloud = markers(walk)
     gappy = spoiled(cloud, noise=0.005, gaps=0.15)
@@ -64,6 +65,7 @@ def test_markers_are_repaired_and_filled(markers_model, walk):
     assert np.sqrt(np.mean(error[filled] ** 2)) < 0.06
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_keeps_frames_channels_and_accounts_for_every_sample(joints_model, markers_model, walk, method):
     recording, model = (markers(walk), markers_model) if method == "pca" else (walk, joints_model)
@@ -96,6 +98,7 @@ def test_a_repair_without_a_model_is_adaptive_unless_asked_otherwise(walk):
     np.testing.assert_array_equal(plain.origin, asked.origin)
 
 
+@pytest.mark.slow
 @given(angle=st.floats(-6, 6), x=st.floats(-9, 9), y=st.floats(-2, 2), z=st.floats(-9, 9))
 @settings(max_examples=4)
 @pytest.mark.parametrize("kind", ["motion", "markers"])
@@ -118,6 +121,7 @@ def test_repair_commutes_with_walking_somewhere_else(joints_model, markers_model
         assert np.abs(there.positions - here.positions).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [24.0, 50.0, 59.94, 120.0])
 def test_any_rate_keeps_its_own_frames(joints_model, fps):
     clean = clip("walk", seconds=3.0, fps=fps, seed=9)
@@ -127,6 +131,7 @@ def test_any_rate_keeps_its_own_frames(joints_model, fps):
     assert compare(clean, repaired).rms_deg < 0.4 * compare(clean, noisy).rms_deg
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames", [1, 2, 3, 7, 12, 13])
 def test_recordings_shorter_than_a_window_are_repaired_too(joints_model, walk, frames):
     short = walk.with_q(walk.q[:frames])
@@ -135,6 +140,7 @@ def test_recordings_shorter_than_a_window_are_repaired_too(joints_model, walk, f
     assert np.isfinite(repaired.recording.q).all()
 
 
+@pytest.mark.slow
 def test_a_stretch_without_any_measurement_stays_open_and_is_said(joints_model, walk):
     q = walk.q.copy()
     q[20:75] = np.nan
@@ -145,6 +151,7 @@ def test_a_stretch_without_any_measurement_stays_open_and_is_said(joints_model, 
     assert any("left open" in w for w in repaired.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.5, 2.0])
 def test_the_stated_deviations_are_of_the_size_of_the_errors(joints_model, noise):
     errors, stated = [], []
@@ -158,6 +165,7 @@ def test_the_stated_deviations_are_of_the_size_of_the_errors(joints_model, noise
     assert 0.4 < ratio < 1.6
 
 
+@pytest.mark.slow
 def test_a_whole_arm_without_markers_is_filled_from_the_others(markers_model, walk):
     cloud = markers(walk)
     arm = [i for i, n in enumerate(cloud.names) if n[1:] in ("UPA", "ELB", "FRM", "WRA", "WRB", "FIN")]
@@ -179,6 +187,7 @@ def test_a_known_motion_is_not_called_unknown(joints_model, walk):
     assert not any("may not know" in w for w in joints_model.repair(noisy).warnings)
 
 
+@pytest.mark.slow
 def test_models_survive_taking_apart(joints_model, markers_model, walk):
     for model, recording in ((joints_model, walk), (markers_model, markers(walk))):
         again = DenoiserModel.from_arrays(*model.to_arrays())
@@ -192,12 +201,14 @@ def test_models_survive_taking_apart(joints_model, markers_model, walk):
         np.testing.assert_array_equal(*values)
 
 
+@pytest.mark.slow
 def test_clips_in_any_order_give_the_same_repair(walk):
     clips = walks([1, 2, 3])
     one, two = SETTINGS.fit(clips), SETTINGS.fit(clips[::-1])
     np.testing.assert_allclose(one.repair(walk).recording.q, two.repair(walk).recording.q, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_clips_at_another_rate_teach_the_same(walk):
     fast = SETTINGS.fit([clip("walk", seconds=3.0, fps=120.0, seed=s) for s in (1, 2, 3)])
     slow = SETTINGS.fit(walks([1, 2, 3]))
@@ -263,6 +274,7 @@ def test_unknown_channels_are_left_and_said(markers_model, walk, method):
     assert any("PROP1" in w and "left as recorded" in w for w in repaired.warnings)
 
 
+@pytest.mark.slow
 def test_unknown_channels_are_repaired_by_what_they_show_themselves(markers_model, walk):
     """As without a library; the others stay what the library made of them, and their gaps are filled from all."""
     truth = with_prop(markers(walk), markers(walk).positions[:, 0] + 0.3)
@@ -283,6 +295,7 @@ def test_unknown_channels_are_repaired_by_what_they_show_themselves(markers_mode
     np.testing.assert_array_equal(both[0][seen], both[1][seen])
 
 
+@pytest.mark.slow
 def test_unknown_markers_leave_the_gaps_of_others_as_well_filled(markers_model, walk):
     """A single draw's gaps are few, with errors of 0.85 to 1.11 times those without the unknown marker."""
     truth = with_prop(markers(walk), markers(walk).positions[:, 0] + 0.3)
@@ -296,6 +309,7 @@ def test_unknown_markers_leave_the_gaps_of_others_as_well_filled(markers_model, 
     assert away[0] < 1.1 * away[1]
 
 
+@pytest.mark.slow
 def test_joint_angles_that_a_library_does_not_know_are_repaired_too(joints_model, walk):
     """A model of some of a skeleton's channels repairs all of them."""
     named = tuple(name.replace("humerus", "upperarm") for name in walk.channels)
@@ -308,6 +322,7 @@ def test_joint_angles_that_a_library_does_not_know_are_repaired_too(joints_model
     assert after < 0.3 * before
 
 
+@pytest.mark.slow
 def test_long_bursts_of_outliers_of_markers_are_filled_from_the_others(walk):
     """Without a library: half a second of nonsense says as little as a gap."""
     cloud = markers(walk)
@@ -324,6 +339,7 @@ def test_long_bursts_of_outliers_of_markers_are_filled_from_the_others(walk):
     assert np.sqrt(np.mean(np.square(off))) < 1.3 * np.sqrt(np.mean(np.square(usual)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 def test_frames_without_any_marker_are_no_accident(markers_model, walk, library):
     """All markers lost for ten frames, and some others besides."""
@@ -337,6 +353,7 @@ def test_frames_without_any_marker_are_no_accident(markers_model, walk, library)
     assert np.isfinite(repaired.recording.positions[60:65]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("learn", "held_out"),
     [
@@ -356,6 +373,7 @@ def test_real_motions_of_one_person(data, learn, held_out):
         assert ours < compare(truth, repair_without_model(noisy, method).recording).rms_deg
 
 
+@pytest.mark.slow
 def test_a_fast_dance_without_noise_is_left_alone(data):
     """Its swings of two and three frames are no bursts, nor gaps."""
     whole = read(data / "mocap" / "bvh" / "60_10_salsa.bvh")
@@ -363,6 +381,7 @@ def test_a_fast_dance_without_noise_is_left_alone(data):
     assert compare(salsa, repair_without_model(salsa, "adaptive").recording).rms_deg < 0.4
 
 
+@pytest.mark.slow
 def test_real_markers_with_real_gaps(data):
     recording = read(data / "mocap" / "c3d" / "sfu_0005_SideSkip001.c3d")
     repaired = Denoiser().fit([recording]).repair(recording)
@@ -370,6 +389,7 @@ def test_real_markers_with_real_gaps(data):
     assert np.isfinite(repaired.recording.positions).all()
 
 
+@pytest.mark.slow
 def test_a_recording_with_another_vertical_is_repaired_the_same(markers_model, walk):
     cloud = markers(walk)
     gappy = spoiled(cloud, noise=0.003, gaps=0.1)
@@ -381,6 +401,7 @@ def test_a_recording_with_another_vertical_is_repaired_the_same(markers_model, w
     assert np.abs(markers_model.repair(over).recording.positions - upright * [1, -1, -1]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_clips_with_different_verticals_teach_one_model(walk):
     clouds = [markers(m) for m in walks([1, 2])]
     lying = Markers(clouds[1].names, clouds[1].positions[:, :, [2, 0, 1]], FPS, up=clouds[1].up[[2, 0, 1]])
@@ -397,6 +418,7 @@ def test_filters_need_no_body(walk):
         assert repair_without_model(gappy, method).counts()["filled"] > 0
 
 
+@pytest.mark.slow
 def test_a_repeated_marker_name_costs_only_itself(markers_model, walk):
     cloud = markers(walk)
     names = (*cloud.names[:-1], cloud.names[0])

@@ -12,6 +12,7 @@ from motionmend.denoise.outcome import _root_never_leapt
 from performers import truth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("action", ["walk", "turn"])
 def test_an_angle_of_the_root_that_is_changed_by_much_is_repaired_whichever_way_the_root_turned(axis, action):

@@ -18,6 +18,7 @@ WAYS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("group", [0, 1])  # its three rotations, its three translations
 def test_a_channel_of_the_root_that_is_missing_throughout_takes_no_other_with_it(way, group):
@@ -36,6 +37,7 @@ def test_a_channel_of_the_root_that_is_missing_throughout_takes_no_other_with_it
     assert np.isfinite(np.delete(outcome.recording.q, rows, axis=1)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["adaptive", "savgol"])
 def test_a_long_gap_of_one_channel_of_the_root_takes_no_other_with_it(way):
     motion = truth("reach")

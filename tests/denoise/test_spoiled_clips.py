@@ -20,6 +20,7 @@ def _off(one: Motion | Markers, other: Motion | Markers) -> float:
     return float(scale * np.sqrt(np.nanmean(np.square(apart))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", samples.ACTIONS)
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
 def test_a_clean_clip_is_not_touched(action, fps):
@@ -30,6 +31,7 @@ def test_a_clean_clip_is_not_touched(action, fps):
         assert found is None
 
 
+@pytest.mark.slow
 def test_no_real_clip_looks_spoiled(data):
     for path in sorted((data / "mocap").rglob("*.*")):
         if path.suffix not in {".amc", ".bvh", ".c3d"}:
@@ -40,6 +42,7 @@ def test_no_real_clip_looks_spoiled(data):
             assert fps < 14.0 or not looks_spoiled(replace(clip.at_frames(slice(None, None, every)), fps=fps)), path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "outliers"), [(1.0, 0.0), (0.0, 0.01), (3.0, 0.05)])
 def test_noise_and_outliers_of_a_clip_go_and_are_told(noise, outliers):
     motion = truth("walk")
@@ -53,6 +56,7 @@ def test_noise_and_outliers_of_a_clip_go_and_are_told(noise, outliers):
         assert _off(cleaned, clip) < 0.6 * _off(bad, clip)
 
 
+@pytest.mark.slow
 def test_what_is_missing_in_a_clip_is_not_made_up():
     motion = truth("walk")
     for clip in (motion, samples.markers(motion)):
@@ -63,6 +67,7 @@ def test_what_is_missing_in_a_clip_is_not_made_up():
         assert cleaned.present.sum() > 0.99 * bad.present.sum()
 
 
+@pytest.mark.slow
 def test_a_model_of_spoiled_clips_is_about_as_good_as_one_of_clean_ones():
     clips = [samples.clip("walk", seconds=4.0, fps=30.0, seed=seed) for seed in range(4)]
     bad = [mm.corrupt(clip, noise=np.radians(2.0), outliers=0.05, seed=k).recording for k, clip in enumerate(clips)]

@@ -22,6 +22,7 @@ def _takes(frames):
     return motion.with_q(q), Markers(places.names, positions, places.fps, up=places.up)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", [False, True])
 @pytest.mark.parametrize("frames", range(1, FEWEST_FRAMES))
 def test_what_nothing_tells_of_is_kept_and_said(frames, taught):
@@ -50,6 +51,7 @@ def test_no_frames_are_no_frames(taught):
         assert outcome.recording.frames == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames", [FEWEST_FRAMES, 10])
 def test_a_few_more_are_repaired_and_as_far_off_as_they_say(frames):
     """Without a library, for which alone the recording speaks."""

@@ -170,6 +170,7 @@ def test_a_difference_wraps_the_short_way():
     assert rms_angle(np.radians([179.0]), np.radians([-179.0])) == pytest.approx(np.radians(2.0))
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.integers(0, 100), st.floats(0.0, 0.3))
 def test_errors_are_symmetric(seed, noise):
@@ -181,6 +182,7 @@ def test_errors_are_symmetric(seed, noise):
     assert compare(MARKERS, spoilt).mean_cm == pytest.approx(compare(spoilt, MARKERS).mean_cm)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.integers(0, 100), st.floats(0.05, 0.9))
 def test_a_missing_marker_never_improves_the_score(seed, gaps):
@@ -262,6 +264,7 @@ def test_markers_are_matched_without_the_subject_when_that_is_clear():
         compare(two, twice)
 
 
+@pytest.mark.slow
 @given(st.sets(st.integers(0, 40), min_size=1, max_size=40), st.sampled_from([str, str.lower, "Ada:{}".format]))
 def test_markers_that_the_other_lacks_are_missing_throughout_and_those_it_has_more_are_named(kept, spelt):
     rows = sorted(kept)

@@ -262,6 +262,7 @@ def numbers_in(path: Path) -> list[float]:
     return [float(word) for line in lines for word in line.split() if word[0] in "-0123456789"]
 
 
+@pytest.mark.slow
 def test_every_recording_keeps_every_value(data, tmp_path):
     """All CMU files: 62 degrees of freedom, and the same numbers in the same order after a way through us."""
     files = sorted((data / "mocap" / "amc").glob("*/*.amc"))
@@ -283,6 +284,7 @@ def test_every_recording_keeps_every_value(data, tmp_path):
     assert seconds / frames * 5000 < 1.0, "5,000 frames take under a second"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("markers", "motion"),
     [("cmu_02_01", "02/02_01"), ("cmu_02_05", "02/02_05"), ("cmu_05_13", "05/05_13")],

@@ -407,6 +407,7 @@ def test_every_recording_keeps_every_value(data, tmp_path):
         assert again.startswith(text[: text.index(b"Frame Time:")])
 
 
+@pytest.mark.slow
 def test_a_recording_from_acclaim_moves_the_same_as_a_bvh(data, tmp_path):
     for name in ("02/02_01", "05/05_13", "135/135_04", "86/86_01"):
         motion = read_amc(data / "mocap" / "amc" / f"{name}.amc")

@@ -63,6 +63,7 @@ def test_every_cut_is_noticed(tmp_path: Path, small: bytes) -> None:
     assert refusal(path) == "", "only the padding is gone"
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.data())
 def test_damage_gives_a_value_or_one_line(small: bytes, tmp_path_factory, data) -> None:

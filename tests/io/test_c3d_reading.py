@@ -24,6 +24,7 @@ from motionmend.io.c3d import read_c3d, write_c3d
 from motionmend.io.c3d_layout import frames_of, parse
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_reads_what_ezc3d_reads(data: Path, name: str) -> None:
     path = real(data, name)
@@ -41,6 +42,7 @@ def test_reads_what_ezc3d_reads(data: Path, name: str) -> None:
     assert read.fps == ezc3d.c3d(str(path))["parameters"]["POINT"]["RATE"]["value"][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(FILES) - set(PY_C3D_REFUSES)))
 def test_residuals_are_those_of_the_standard(data: Path, name: str) -> None:
     read = read_c3d(real(data, name))
@@ -208,6 +210,7 @@ def test_longer_than_the_header_counts_is_refused_where_nothing_says_how_long(tm
         read_c3d(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames", [65_536, 70_000, 131_073])
 @pytest.mark.parametrize("header", ["as far as it counts", "run over"])
 @pytest.mark.parametrize("lacking", ["", "ACTUAL_END_FIELD", "LONG_FRAMES"])
@@ -233,6 +236,7 @@ def test_longer_than_the_header_counts_is_whole_where_a_parameter_says_how_long(
     assert np.frombuffer(parameter.values, "<f4").tolist() == [1, 40_001, 40_010, 1, frames - 8, frames]
 
 
+@pytest.mark.slow
 def test_a_second_reader_sees_all_of_a_long_file(tmp_path: Path) -> None:
     positions = np.ones((70_000, 1, 3)) * np.arange(1, 70_001)[:, None, None]
     write_c3d(tmp_path / "a.c3d", markers(positions))

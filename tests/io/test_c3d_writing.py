@@ -29,6 +29,7 @@ from motionmend.io.c3d_chain import INTEGER, REAL, write_chain
 from motionmend.io.c3d_layout import BLOCK, MIPS, Layout, parse
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_unchanged_markers_give_the_same_file(data: Path, tmp_path: Path, name: str) -> None:
     read = read_c3d(real(data, name))
@@ -74,6 +75,7 @@ def compare_all_but_markers(before: ezc3d.c3d, after: ezc3d.c3d, read: Markers) 
     np.testing.assert_allclose(now, was, rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_a_repair_changes_markers_and_nothing_else(data: Path, tmp_path: Path, rng, name: str) -> None:
     source = real(data, name)
@@ -179,6 +181,7 @@ def test_a_second_repair_keeps_what_the_first_filled(tmp_path: Path, rng) -> Non
     assert (tmp_path / "d.c3d").read_bytes() == (tmp_path / "c.c3d").read_bytes()
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.001, 0.05, 0.5]), st.sampled_from([70, 4000, 60_000]))
 def test_any_listing_reads_back_and_fits(tmp_path_factory, seed: int, share: float, frames: int) -> None:

@@ -62,6 +62,7 @@ def model(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_every_flipped_bit_is_noticed(model: Path) -> None:
     whole = model.read_bytes()
     for at in range(len(whole)):

@@ -25,6 +25,7 @@ from motionmend.io.uiprmd import joints_in_room, read_uiprmd_markers
 TICK = 330_000  # 100 ns, the second Kinect's usual step
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([KINECT20, KINECT25, AZURE32]),
     st.integers(2, 6),
@@ -397,6 +398,7 @@ def test_other_json_is_no_recording_but_broken_json_is_told(tmp_path: Path) -> N
     assert looks_like_sensor(tmp_path / "cut.json")
 
 
+@pytest.mark.slow
 def test_every_real_recording_is_read_as_its_index_says(data: Path) -> None:
     folder = data / "kinect"
     if not folder.is_dir():

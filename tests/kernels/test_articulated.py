@@ -1,6 +1,7 @@
 """Reaching with the performer: what is in reach, what is not, and against a general solver."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
@@ -37,6 +38,7 @@ def near(pose, rng, much):
     return bodies.Pose(moved.translation, moved.root, np.clip(moved.joints, *(0.95 * bodies.LIMITS[6:].T)))
 
 
+@pytest.mark.slow
 def test_joints_within_reach_are_reached():
     """Nearly always: now and then two limits of one arm make a corner that no small step leads out of."""
     missed = []
@@ -65,6 +67,7 @@ def missed_by_scipy(begin, targets, seen, hold):
     return 2 * least_squares(residual, np.zeros(34), bounds=(room[:, 0], room[:, 1]), max_nfev=15).cost
 
 
+@pytest.mark.slow
 def test_targets_out_of_reach_are_missed_by_as_little_as_scipy_misses_them():
     ratios = []
     for seed in range(7):

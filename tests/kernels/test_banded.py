@@ -142,6 +142,7 @@ def test_bends_forward_and_back_are_those_of_the_plain_twins(size):
         np.testing.assert_allclose(back[:, n], system @ x[:, n], rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
 
 
+@pytest.mark.slow
 @given(SIZES, st.floats(-3, 3))
 @settings(max_examples=40)
 def test_a_step_goes_along_the_direction_and_changes_nothing_else(size, length):

@@ -111,6 +111,7 @@ def run_without_writable_folders(tmp_path: Path, temporary: Path) -> subprocess.
     )
 
 
+@pytest.mark.slow
 def test_numba_itself_refuses_where_nothing_is_writable(tmp_path):
     """Guards the two tests below: without our fallback the decoration fails."""
     (tmp_path / "tmp").mkdir()
@@ -134,6 +135,7 @@ def test_numba_itself_refuses_where_nothing_is_writable(tmp_path):
     assert "no locator available" in run.stderr
 
 
+@pytest.mark.slow
 def test_a_read_only_install_caches_in_a_private_folder(tmp_path):
     temporary = tmp_path / "tmp"
     temporary.mkdir()
@@ -149,6 +151,7 @@ def test_a_read_only_install_caches_in_a_private_folder(tmp_path):
         assert folder.stat().st_mode & 0o077 == 0
 
 
+@pytest.mark.slow
 def test_a_folder_others_may_write_to_is_not_trusted(tmp_path):
     if not hasattr(os, "getuid"):
         pytest.skip("no owners of files on this system")

@@ -34,6 +34,7 @@ def test_a_joint_without_models_says_nothing() -> None:
     assert np.isfinite(variance[0, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.0, 1 / 30, 0.4, 5.0])
 def test_factors_go_ahead_as_the_matrix_exponential_says(seconds: float) -> None:
     rng = np.random.default_rng(3)

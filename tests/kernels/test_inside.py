@@ -71,6 +71,7 @@ def test_a_forearm_beside_the_trunk_is_left_alone():
     assert (cost, np.abs(normal).max(), np.abs(right).max()) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [ELLIPSOID, CONE])
 def test_near_the_surface_depths_are_distances_and_the_way_out_is_the_shortest(kind, rng):
     size, taper = np.array([0.16, 0.25, 0.11]), 0.15 if kind == CONE else 0.0

@@ -36,6 +36,7 @@ def same(got, wanted, **near) -> None:
         np.testing.assert_allclose(one, other, **({"rtol": 1e-9, "atol": 1e-9} | near))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -135,6 +136,7 @@ def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
     assert np.isfinite(got[4, :2]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", [True, False])
 def test_a_frame_is_received_as_by_the_twin(said: bool) -> None:
     rng = np.random.default_rng(2)
@@ -198,6 +200,7 @@ def test_one_side_of_the_trunk_tells_where_it_faces(seed: int, side: int, headin
     np.testing.assert_array_equal(one_side.facing(*told, np.zeros(2)), 0.0)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000), st.integers(0, 6), st.floats(0.005, 0.3))
 @settings(max_examples=40)
 def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread: float) -> None:
@@ -216,6 +219,7 @@ def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread:
     assert got[1] == wanted[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("told", [True, False])
 @pytest.mark.parametrize("still", [0, 3, JOINTS - 4])
 @pytest.mark.parametrize("rounded", [0, 1, 6])
@@ -324,6 +328,7 @@ def some_later(rng, frames):
     return later, steps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.03])
 @pytest.mark.parametrize("seconds", [np.nan, 0.0, 1 / 120, 1 / 30, 0.1, 0.6])
 def test_a_frame_is_steadied_as_by_its_twin(seconds: float, noise: float) -> None:
@@ -342,6 +347,7 @@ def test_how_far_joints_turn_back_is_told_as_by_the_twin(missing: int) -> None:
     same(shaking.turned_back(rows, last, earlier, before), naive.turned_back(rows, last, earlier, before))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("belief", [1.0, 0.3])
 @pytest.mark.parametrize("known", [True, False])
 def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belief: float) -> None:
@@ -374,6 +380,7 @@ def test_a_live_frame_settles_as_its_twin_and_has_its_lengths(known: bool, belie
     np.testing.assert_allclose(found[clear], usual[clear], rtol=1e-9)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000), st.integers(1, 5))
 @settings(max_examples=15)
 def test_a_full_model_gives_up_the_sample_that_matters_least(seed: int, depth: int) -> None:

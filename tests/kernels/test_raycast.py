@@ -47,6 +47,7 @@ def picture(solids, camera):
     return placed, depth, solid
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(SEEDS)
 def test_casting_is_its_twin_for_every_pixel(seed):

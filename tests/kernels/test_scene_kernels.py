@@ -1,6 +1,7 @@
 """The room's planes and background, what hides the person and gaps beside them against their plain twins."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,6 +12,7 @@ from motionmend.kernels import scene
 SEEDS = st.integers(0, 10**6)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=25)
 def test_what_stands_before_the_scene_is_the_twins(seed):
@@ -67,6 +69,7 @@ def _with_holes(seed):
     return depth, person, free
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=25)
 def test_gaps_are_the_twins(seed):

@@ -56,6 +56,7 @@ def _found(case):
     return tuple(int(k) for k in mode), tuple(bool(o) for o in outlier)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modes", [1, 2])
 @pytest.mark.parametrize("coordinates", [1, 3])
 def test_of_few_samples_the_likeliest_history_of_all_is_found(modes, coordinates):
@@ -70,6 +71,7 @@ def test_of_few_samples_the_likeliest_history_of_all_is_found(modes, coordinates
     assert max(behind) < 5.0
 
 
+@pytest.mark.slow
 def test_frames_without_a_sample_hardly_spend_the_memory():
     """The likeliest of all histories of so few samples is found whatever lies between, but for 2 in 100 of 300 cases:
     how lively those frames were is forgotten earlier."""
@@ -83,6 +85,7 @@ def test_frames_without_a_sample_hardly_spend_the_memory():
     assert np.mean(found) > 0.975
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([1, 2, 3]), st.sampled_from([1, 3]), st.integers(1, 14), st.integers(1, 20))
 @settings(max_examples=60)
 def test_the_beam_is_that_of_its_plain_twin(seed, modes, coordinates, frames, width):
@@ -91,6 +94,7 @@ def test_the_beam_is_that_of_its_plain_twin(seed, modes, coordinates, frames, wi
     assert _found(case) == tuple(wanted)
 
 
+@pytest.mark.slow
 def test_longer_series_lose_little_by_what_the_beam_forgets():
     """Of 30 walks of 6 frames nearly all histories found are the likeliest of all, and none is much less likely."""
     behind = []

@@ -13,6 +13,7 @@ def send_without_end(connection, message):
         connection.sendall(message)
 
 
+@pytest.mark.slow
 def test_stopping_waits_no_longer_for_who_sends_and_never_reads(model, monkeypatch):
     monkeypatch.setattr("motionmend.live.server.PATIENCE", 0.3)
     with running(model) as live, socket.create_connection(("127.0.0.1", live.address.port), 5) as flood:

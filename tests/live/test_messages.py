@@ -228,6 +228,7 @@ def test_null_for_a_whole_joint_is_a_joint_without_a_position(missing, stated, t
     np.testing.assert_array_equal(read.joints, found.joints)
 
 
+@pytest.mark.slow
 @given(st.one_of(st.binary(max_size=300), st.text(max_size=300)))
 def test_whatever_comes_is_read_or_refused(message):
     said = refusal(message)
@@ -244,6 +245,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(st.sampled_from(["v", "skeleton", "fps", "units", "seq", "t", "joints", "state", "names"]), values)
 )

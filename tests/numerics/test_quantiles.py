@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from motionmend.numerics.quantiles import quantile_of_known
 
 
+@pytest.mark.slow
 @given(
     st.integers(1, 60),
     st.integers(1, 8),

@@ -59,6 +59,7 @@ def robust(path):
     robust_figure(path, r, {"welsch": (1 - w, r * w, w), "square": (r**2 / 2, r, np.ones(101))}, title="Estimators")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", [curves, sticks, lines, robust])
 def test_a_figure_is_a_png_without_date_or_version_and_always_the_same(tmp_path, draw):
     draw(tmp_path / "a.png")

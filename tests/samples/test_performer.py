@@ -36,6 +36,7 @@ def feet(motion):
     return positions(motion.skeleton, motion.q)[:, foot_joints(motion.skeleton).joints]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ACTIONS)
 @settings(max_examples=8)
 @given(who=PEOPLE)
@@ -165,6 +166,7 @@ def fastest_hand(motion):
     return np.linalg.norm(np.diff(places(motion)["rhand"], axis=0), axis=1).max() * 120
 
 
+@pytest.mark.slow
 def test_hands_reach_seldom_faster_than_six_metres_a_second():
     speeds = [fastest_hand(clip("reach", seconds=8, seed=seed)) for seed in range(30)]
     assert np.mean(np.less(speeds, 6.0)) > 0.9

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -10,6 +11,7 @@ from motionmend.track.database import database_of
 from performers import truth
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(1, 12), min_size=1, max_size=3, unique=True))
 @settings(max_examples=15, deadline=None)
 def test_nothing_follows_a_pose_across_a_gap(missing):

@@ -40,6 +40,7 @@ def test_a_recording_is_followed_to_where_the_body_is():
     assert len(tracked.poses) == len(tracked.flags) == FRAMES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_it_is_step_by_step_and_then_looked_back_at(preset):
     wish = settings_of(preset)

@@ -296,6 +296,7 @@ def test_a_clock_that_is_put_back_counts_as_no_time():
         np.testing.assert_array_equal(then.std, now.std)
 
 
+@pytest.mark.slow
 def test_what_no_pose_explains_does_not_become_usual():
     """A ball instead of the person, for three seconds: what is told of it is `lost`, and what is usual stays."""
     settings, pose = settings_of("default"), some_pose()

@@ -32,6 +32,7 @@ def test_the_noise_of_random_walks_is_told_without_a_library(rng, noise, outlier
     assert rms(found.found.values - walks) < 0.75 * noise
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "outliers"), [(1.0, 0.2), (3.0, 0.1), (5.0, 0.0), (5.0, 0.2)])
 def test_the_noise_of_the_performer_is_told_to_a_third(noise, outliers):
     for action in ACTIONS:
@@ -39,6 +40,7 @@ def test_the_noise_of_the_performer_is_told_to_a_third(noise, outliers):
         np.testing.assert_allclose(found.noise, noise, rtol=0.33)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.5, 1.0, 3.0])
 @pytest.mark.parametrize("action", ACTIONS)
 def test_outliers_are_found(noise, action):
@@ -48,6 +50,7 @@ def test_outliers_are_found(noise, action):
     assert (found & ~hit).mean() < 0.02
 
 
+@pytest.mark.slow
 def test_what_the_library_knows_tells_where_a_short_clip_begins_and_ends():
     """Seen from one side only, where a fifth of all samples are outliers."""
     ends, between = [], []
@@ -59,6 +62,7 @@ def test_what_the_library_knows_tells_where_a_short_clip_begins_and_ends():
     assert rms(ends) < 2.2 * rms(between)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 @pytest.mark.parametrize("action", ACTIONS)
 def test_bursts_of_outliers_are_found(action, library):
@@ -75,6 +79,7 @@ def test_bursts_of_outliers_are_found(action, library):
     assert rms(found.values - clean) < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
 @pytest.mark.parametrize("action", ACTIONS)
@@ -94,6 +99,7 @@ def test_slips_that_last_a_moment_are_found(action, fps, library):
     assert rms(found.values - clean) < 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 def test_long_bursts_are_filled_like_gaps(library):
     """Bursts of a third to half a second in six of the channels at 60 Hz, one of them at the very beginning."""
@@ -108,6 +114,7 @@ def test_long_bursts_are_filled_like_gaps(library):
     assert rms(found[hit]) < 1.5 * rms(gaps[hit])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "reach", "turn", "jump", "run"])
 def test_clean_channels_are_left_alone(action):
     """Also those of motions that the library does not know."""
@@ -117,6 +124,7 @@ def test_clean_channels_are_left_alone(action):
     assert (found.found.origin == Origin.REPAIRED).mean() < 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ACTIONS)
 def test_repair_takes_most_of_the_error_away(action):
     clean = channels_of(truth(action))
@@ -125,6 +133,7 @@ def test_repair_takes_most_of_the_error_away(action):
         assert rms(mend(measured).found.values - clean) < most * noise
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [2.0])
 def test_a_library_of_other_motions_does_little_harm(noise):
     """Jumps and runs of a library of walks, turns and reaches: at worst as if there were none."""
@@ -169,6 +178,7 @@ def test_gaps_of_a_channel_are_as_wrong_as_they_say():
     assert np.mean(ratio < 1.96) > 0.85
 
 
+@pytest.mark.slow
 def test_a_longer_gap_is_less_sure_in_its_middle():
     clean = channels_of(truth("walk"))
     measured, _ = spoilt(clean, 1.0, 0.0)
@@ -181,6 +191,7 @@ def test_a_longer_gap_is_less_sure_in_its_middle():
     assert middle[-1] > 1.2 * middle[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [15.0, 24.0, 60.0, 120.0])
 def test_noise_and_outliers_are_told_at_any_rate(fps):
     clean = channels_of(truth("walk", fps=fps))
@@ -234,6 +245,7 @@ def test_what_is_found_is_finite_and_of_the_recordings_shape():
     assert not (found.outlier & np.isnan(measured)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.5, 1.0, 2.0])
 def test_one_noisy_marker_among_quiet_ones_is_as_noisy_as_its_distances_say(noise):
     """Five to twenty millimetres beside 0.3: it was drawn a fourth of the way to the others."""

@@ -122,6 +122,7 @@ def _elbow_limited(motion, row, low, high):
     return replace(motion, skeleton=replace(motion.skeleton, limits=limits))
 
 
+@pytest.mark.slow
 def test_a_repair_keeps_within_the_skeleton_and_says_so():
     """Outliers and gaps where the joint stops: the repair alone would overshoot."""
     clean = truth("walk", seconds=4.0)
@@ -142,6 +143,7 @@ def test_a_repair_keeps_within_the_skeleton_and_says_so():
     np.testing.assert_array_equal(outcome.std, free.std)
 
 
+@pytest.mark.slow
 def test_the_sentences_name_the_channels():
     clean = truth("walk", seconds=4.0)
     outcome = repair_without_model(corrupt(clean, noise=np.radians(1.0), seed=1).recording, "adaptive")
@@ -162,6 +164,7 @@ def test_the_sentences_name_the_channels():
     assert np.degrees(found.recording.q[50, 25]) == pytest.approx(angle.max() + 1)
 
 
+@pytest.mark.slow
 def test_what_clean_clips_do_is_no_sample_out_of_bounds():
     """A filled angle beyond a limit of the file stays where clips of a library go there, and not further."""
     clean = truth("walk", seconds=4.0)
@@ -178,6 +181,7 @@ def test_what_clean_clips_do_is_no_sample_out_of_bounds():
         assert found == pytest.approx(angle.max() + wanted)
 
 
+@pytest.mark.slow
 def test_a_skeleton_without_limits_changes_nothing():
     clean = truth("walk", seconds=3.0)
     free = replace(
@@ -207,6 +211,7 @@ def test_filled_angles_stay_near_what_the_clips_of_a_library_do(seed):
     assert within_seen(found, seen_between(exemplars[:0], angular)) is found
 
 
+@pytest.mark.slow
 def test_real_limits_that_a_dancer_breaks_are_named(data):
     motion = read(data / "mocap" / "amc" / "05" / "05_13.amc")
     outcome = repair_without_model(replace(motion, q=motion.q[:480:4], fps=30.0), "adaptive")

@@ -58,6 +58,7 @@ def test_walking_somewhere_else_is_repaired_the_same(kind, angle, x, y, z):
     assert np.nanmax(np.abs(one - other)) < 1e-6
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6))
 @settings(max_examples=2)
 def test_the_order_of_the_models_channels_does_not_matter(seed):
@@ -78,6 +79,7 @@ def test_the_order_of_the_models_channels_does_not_matter(seed):
     np.testing.assert_array_equal(two.found.origin, one.found.origin[:, order])
 
 
+@pytest.mark.slow
 def test_the_order_of_the_recordings_markers_does_not_matter(rng):
     cloud = _spoilt(markers(truth("walk", seconds=3.0)), noise=0.005, outliers=0.05, gaps=0.05)
     order = rng.permutation(len(cloud.names))
@@ -88,6 +90,7 @@ def test_the_order_of_the_recordings_markers_does_not_matter(rng):
     np.testing.assert_array_equal(two.std, one.std[:, order])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "outliers"), [(1.0, 0.1), (3.0, 0.1), (3.0, 0.2)])
 def test_backwards_it_is_repaired_alike(noise, outliers):
     """Filters of one direction break the symmetry: to half a deviation, and one label in a hundred."""
@@ -101,6 +104,7 @@ def test_backwards_it_is_repaired_alike(noise, outliers):
     np.testing.assert_allclose(two.noise, one.noise, rtol=0.15)
 
 
+@pytest.mark.slow
 def test_what_hides_under_a_missing_sample_has_no_influence(rng):
     """A marker is missing when one coordinate is: the other two, and its residual, say nothing."""
     cloud = _spoilt(markers(truth("walk", seconds=3.0)), noise=0.005)
@@ -116,6 +120,7 @@ def test_what_hides_under_a_missing_sample_has_no_influence(rng):
     np.testing.assert_array_equal(one.origin, two.origin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [1.0, 3.0])
 def test_what_is_repaired_stays_as_it_is(noise):
     walk = truth("walk")
@@ -125,6 +130,7 @@ def test_what_is_repaired_stays_as_it_is(noise):
     assert (twice.origin == Origin.REPAIRED).mean() < 0.005
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6))
 @settings(max_examples=2)
 @pytest.mark.parametrize("kind", ["motion", "markers"])
@@ -139,6 +145,7 @@ def test_every_sample_is_told_of(kind, seed):
     np.testing.assert_array_equal(lost, ~damaged.present)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [2.0])
 def test_where_blocks_meet_does_not_show(monkeypatch, noise):
     clean = channels_of(truth("walk", seconds=6.0))
@@ -158,6 +165,7 @@ def test_where_blocks_meet_does_not_show(monkeypatch, noise):
     assert rms(cut.found.values - clean) < 1.1 * rms(whole.found.values - clean)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames", [1, 2, 3, 10, 25])
 def test_recordings_of_few_frames(frames):
     walk = truth("walk", seconds=3.0)
@@ -233,6 +241,7 @@ def test_a_channel_never_seen_is_filled_from_the_others_or_left_open():
     assert rms((untold.values - clean)[:, others]) < 0.75
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [1, 5, 30, 120])
 def test_gaps_of_any_length_are_filled_as_well_as_they_say(length):
     clean = channels_of(truth("walk"))
@@ -246,6 +255,7 @@ def test_gaps_of_any_length_are_filled_as_well_as_they_say(length):
     assert rms(ratio) < 2.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [5, 20, 50, 90])
 def test_a_stretch_of_nothing_is_bridged_at_its_ends_and_open_within(length):
     measured, _ = spoilt(channels_of(truth("walk")), 1.0, 0.0)
@@ -260,6 +270,7 @@ def test_a_stretch_of_nothing_is_bridged_at_its_ends_and_open_within(length):
     assert (found.origin[rest] < Origin.FILLED).all()
 
 
+@pytest.mark.slow
 def test_markers_are_repaired():
     cloud = markers(truth("walk"))
     spoiled = corrupt(cloud, noise=0.005, outliers=0.05, gaps=0.05, seed=3)
@@ -272,6 +283,7 @@ def test_markers_are_repaired():
     assert rms(away[spoiled.missing & repaired.recording.present]) < 0.03
 
 
+@pytest.mark.slow
 def test_the_noise_of_a_recording_is_told_in_its_own_unit():
     walk = truth("walk")
     repaired = joints_model().repair(_spoilt(walk, noise=np.radians(2.0), outliers=0.1))
@@ -283,6 +295,7 @@ def test_the_noise_of_a_recording_is_told_in_its_own_unit():
     assert np.median(repaired.noise) == pytest.approx(0.005, rel=0.25)
 
 
+@pytest.mark.slow
 def test_the_same_recording_gives_the_same_bytes():
     damaged = _spoilt(truth("walk", seconds=3.0), noise=0.05, outliers=0.1, gaps=0.1)
     one, two = joints_model().repair(damaged), Denoiser(window=20, fps=FPS).fit(clips()).repair(damaged)

@@ -168,6 +168,7 @@ def test_what_a_whole_limb_does_at_once_is_no_jump_of_its_own(seed, limb, length
     np.testing.assert_array_equal(own_jumps(measured, lost | few, values, chain, FPS), few)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30, 120])
 @pytest.mark.parametrize("length", [1, 3])
 def test_an_arm_that_is_off_for_a_moment_is_put_right(data, fps, length):
@@ -184,6 +185,7 @@ def test_an_arm_that_is_off_for_a_moment_is_put_right(data, fps, length):
     assert np.degrees(np.sqrt(np.mean(np.square(outcome.recording.q - clean.q)[hit]))) < 4.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("clip", "fps"), [("07/07_09", 120), ("14/14_33", 30), ("135/135_07", 30)])
 def test_joints_that_are_off_as_a_whole_for_a_frame_are_put_right(data, clip, fps):
     """One in two hundred samples of a joint, all its angles at once: what a wrong marker does to a solver."""
@@ -237,6 +239,7 @@ def test_channels_of_a_joint_and_of_its_parent_and_children_meet():
     assert not met[:, -1].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_few_outliers_in_a_clean_recording_are_all_found(seed):
     clean = truth("run", seconds=8.0)
@@ -247,6 +250,7 @@ def test_a_few_outliers_in_a_clean_recording_are_all_found(seed):
     assert found[bad.outlier & joints].mean() > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("clip", "fps"), [("07/07_01", 30), ("05/05_14", 30), ("05/05_13", 30), ("16/16_17", 120)])
 def test_real_clean_clips_with_jumps_of_their_own_are_left_alone(data, clip, fps):
     whole = mm.read(data / "mocap" / "amc" / f"{clip}.amc")
@@ -259,6 +263,7 @@ def test_real_clean_clips_with_jumps_of_their_own_are_left_alone(data, clip, fps
     assert np.sqrt(np.mean(np.square(away))) < 0.3
 
 
+@pytest.mark.slow
 def test_what_is_left_as_its_own_leap_is_said_and_where():
     clean = truth("walk", seconds=8.0)
     channel = clean.channels[np.flatnonzero(clean.skeleton.dof_joint == 3)[0]]

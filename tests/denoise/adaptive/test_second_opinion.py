@@ -150,6 +150,7 @@ def test_in_gaps_both_meet_at_the_edges_and_the_surer_counts_for_more(seed):
         np.testing.assert_allclose(getattr(found, name)[:, 1], getattr(a, name)[:, 1])
 
 
+@pytest.mark.slow
 def test_a_leg_that_stands_is_not_filled_by_what_a_library_of_walks_does():
     there = truth("reach")
     wrong = []
@@ -164,6 +165,7 @@ def test_a_leg_that_stands_is_not_filled_by_what_a_library_of_walks_does():
     assert np.degrees(np.sqrt(np.mean(wrong))) < 0.3  # by the library 0.6, by the recording alone 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("action", "outliers"), [("jump", 0.0), ("run", 0.1)])
 def test_motions_that_the_library_does_not_know_are_no_worse_for_it(action, outliers):
     clean = truth(action)
@@ -272,6 +274,7 @@ def _part(data, name, first, last):
     return Markers(names, whole.positions[first:last], whole.fps, up=whole.up)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("recorded", "library", "noise", "outliers"),
     [
@@ -292,6 +295,7 @@ def test_real_markers_are_no_worse_for_a_library_of_another_person_and_motion(da
     assert error(found) < 1.05 * error(alone)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", ["ltibia", "rhumerus"])
 def test_gaps_filled_by_a_recordings_own_patterns_are_as_unsure_as_they_are_wrong(joint):
     """The patterns know of a gap what a first repair put there: elsewhere they know the truth."""

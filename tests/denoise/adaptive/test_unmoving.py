@@ -92,6 +92,7 @@ def test_only_what_the_repair_believed_is_asked_and_gaps_stay_as_unsure_as_they_
     assert (after.found.std[origin == Origin.FILLED] == 1.0).all()
 
 
+@pytest.mark.slow
 def test_joints_that_never_move_are_brought_back_to_their_place():
     """To what a mean is sure of, not to what a smoother is."""
     walk = clip("walk", seconds=6.0, fps=30.0, seed=4)
@@ -105,6 +106,7 @@ def test_joints_that_never_move_are_brought_back_to_their_place():
     assert (off < 4.0 * np.degrees(ours.std[:, never]).max(axis=0)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_one_limb_that_shakes_is_mended_as_if_all_did_and_the_rest_left_alone(seed):
     walk = clip("walk", seconds=2.0, fps=60.0, seed=6)

@@ -1,6 +1,7 @@
 """Markers that no clip has taught, under one another's labels and under those of markers that a library knows."""
 
 import numpy as np
+import pytest
 
 from motionmend import repair_without_model
 from motionmend.bodies.motion import Markers
@@ -28,6 +29,7 @@ def _swapped(recording, one, other):
     return recording.with_positions(positions)
 
 
+@pytest.mark.slow
 def test_swapped_labels_of_unknown_markers_are_put_right_and_said():
     right = _with_props([0.3, 0.0, 0.0], [0.0, 0.0, 0.4])
     repaired = markers_model().repair(_swapped(right, -2, -1))
@@ -35,6 +37,7 @@ def test_swapped_labels_of_unknown_markers_are_put_right_and_said():
     assert any("PROP1, PROP2: labels were swapped in frames 30 to 59" in warning for warning in repaired.warnings)
 
 
+@pytest.mark.slow
 def test_of_a_known_and_an_unknown_marker_that_changed_places_neither_is_lost():
     """Only one of them the library believes: were that put right alone both would be in one place."""
     right = _with_props([0.3, 0.0, 0.0])
@@ -50,6 +53,7 @@ def _part(data, name, first, last):
     return Markers(names, whole.positions[first:last], whole.fps, up=whole.up)
 
 
+@pytest.mark.slow
 def test_gaps_of_known_markers_are_filled_from_those_that_the_library_does_not_know_too(data):
     clean, model = (
         _part(data, "sfu_0005_SideSkip001", 0, 300),

@@ -61,6 +61,7 @@ def test_the_cost_is_that_of_the_equation(seed):
     assert fit.cost[-1] == pytest.approx(said, rel=1e-9)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6))
 @settings(max_examples=8)
 def test_it_ends_where_the_plain_alternation_ends(seed):

@@ -19,6 +19,7 @@ def _of(namespace, motion):
     return replace(motion, skeleton=replace(motion.skeleton, dof_names=names))
 
 
+@pytest.mark.slow
 def test_a_recording_of_another_namespace_is_repaired_as_one_without():
     bad = corrupt(truth("walk"), noise=np.radians(2.0), outliers=0.05, gaps=0.1, seed=1).recording
     plain, named = joints_model().repair(bad), joints_model().repair(_of("mixamorig7", bad))
@@ -28,6 +29,7 @@ def test_a_recording_of_another_namespace_is_repaired_as_one_without():
     assert named.warnings == plain.warnings
 
 
+@pytest.mark.slow
 def test_clips_of_several_namespaces_teach_as_clips_of_none():
     model = Denoiser(window=20, fps=30.0).fit([_of(f"actor{k}", clip) for k, clip in enumerate(clips())])
     assert model.layout.names == joints_model().layout.names
@@ -58,6 +60,7 @@ def test_other_channels_are_still_refused():
         joints_model().repair(other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("subject", ["Bob_", "Bob Smith-", "Rig|", "take.3/", "a:Bob_"])
 def test_markers_called_by_a_subject_are_those_of_the_library(subject):
     bad = corrupt(markers(truth("walk")), noise=0.002, gaps=0.1, seed=1).recording
@@ -68,6 +71,7 @@ def test_markers_called_by_a_subject_are_those_of_the_library(subject):
     assert repaired.warnings == plain.warnings
 
 
+@pytest.mark.slow
 def test_a_library_of_a_subject_knows_others():
     named = [replace(clip, names=tuple(f"Ann_{name}" for name in clip.names)) for clip in map(markers, clips())]
     bad = corrupt(markers(truth("walk")), noise=0.002, seed=1).recording

@@ -38,6 +38,7 @@ def test_the_way_there_and_back_is_exact(recording):
     np.testing.assert_allclose(back, values, atol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recording", recordings(), ids=["motion", "markers"])
 @given(angle=st.floats(-6, 6), x=st.floats(-20, 20), y=st.floats(-20, 20))
 @settings(max_examples=8)

@@ -15,6 +15,7 @@ from motionmend.evaluate import corrupt
 from performers import joints_model, truth
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**31), st.floats(-1.2, 1.2), st.floats(-np.pi, np.pi))
 @settings(max_examples=60, deadline=None)
 def test_deviations_of_turns_are_those_of_small_changes_of_the_rotation_vector(seed, tilt, heading):
@@ -80,6 +81,7 @@ def test_deviations_of_the_place_turn_with_the_body():
     assert (more[:, moves] > found[:, moves]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("taught", "noise"), [(False, 1.0), (False, 1.5), (True, 1.0), (True, 3.0)])
 def test_the_root_is_as_unsure_as_it_is_wrong(taught, noise):
     """Places are in noise of a centimetre for each degree."""

@@ -8,6 +8,7 @@ from motionmend.denoise.channels.travel import noise_followed, slow_part, travel
 UP = np.array([0.0, 1.0, 0.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 60.0])
 def test_a_frame_errs_by_as_much_noise_as_it_is_said_to_follow(fps, rng):
     """Somebody stands under noise, and is not seen for a while."""

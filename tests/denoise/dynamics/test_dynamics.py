@@ -166,6 +166,7 @@ def test_a_recording_unlike_the_clips_is_trusted_less(system, dynamics):
     assert _rms(found.values - other) < 0.6
 
 
+@pytest.mark.slow
 def test_a_recording_at_a_multiple_of_the_rate_keeps_its_frames_and_gets_calmer():
     frames = np.arange(150 * 4 - 3) / 4
     error, jitter = [], []
@@ -209,6 +210,7 @@ def _angles(path):
     return np.unwrap(motion.q[::4, rotations], axis=0) * 180 / np.pi
 
 
+@pytest.mark.slow
 def test_walks_of_a_person_are_cleaned_better_than_by_any_simple_filter(data):
     folder = data / "mocap" / "amc" / "07"
     dynamics = fit_dynamics([_angles(folder / f"07_{n}.amc") for n in ("01", "02", "03", "06", "07")], 30.0)

@@ -1,6 +1,7 @@
 """Laws of learned dynamics in their steady state, and of their share in a repair."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -86,6 +87,7 @@ def test_gaps_are_shifted_with_their_edges():
     np.testing.assert_allclose(found[:, 0], share * np.array([1, 1, 1, 1, 1.5, 2, 2.5, 3, 3, 3]))
 
 
+@pytest.mark.slow
 def test_it_takes_error_away_where_the_library_knows_the_motion():
     model, better = joints_model(), []
     known = Knowledge(model.layout, model.library, model.bases, None, FPS, process_of(model.dynamics))
@@ -102,6 +104,7 @@ def test_it_takes_error_away_where_the_library_knows_the_motion():
     assert np.mean(better) < 0.97, better
 
 
+@pytest.mark.slow
 def test_clean_motions_stay_as_they_are():
     model, clean = joints_model(), truth("walk")
     found = model.repair(clean, "adaptive")

@@ -39,6 +39,7 @@ def _direction(rng):
     return along / np.linalg.norm(along)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from(ACTIONS), st.integers(6, 60), st.floats(0.08, 0.3))
 @settings(max_examples=25)
 def test_a_marker_off_for_a_while_is_found_and_no_other(seed, action, length, size):
@@ -51,6 +52,7 @@ def test_a_marker_off_for_a_while_is_found_and_no_other(seed, action, length, si
     assert (found & ~off).sum() <= 2
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=10)
 def test_a_marker_that_flickers_between_two_places_is_where_it_is_at_home(seed):
@@ -100,6 +102,7 @@ def test_few_frames_and_missing_markers(frames):
     assert not displaced(np.full((frames, 5, 3), np.nan), FPS).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", [False, True])
 def test_it_is_repaired_and_said(taught):
     clean, shaken = _recorded()
@@ -114,6 +117,7 @@ def test_it_is_repaired_and_said(taught):
     assert not any("leapt away" in said for said in repair_without_model(shaken).warnings)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from(ACTIONS), st.floats(0.05, 0.3))
 @settings(max_examples=15)
 @example(256, "reach", 0.25)  # it drops out as it leaps
@@ -129,6 +133,7 @@ def test_scattered_dropouts_put_no_marker_elsewhere_and_hide_none(seed, action, 
         assert (found & ~wanted).sum() <= 2
 
 
+@pytest.mark.slow
 def test_fast_feet_and_wrists_that_drop_out_are_not_elsewhere(data):
     whole = mm.read(data / "mocap" / "c3d" / "cmu_135_02.c3d")
     assert isinstance(whole, mm.Markers)
@@ -149,6 +154,7 @@ def test_gaps_do_not_hide_it():
     np.testing.assert_array_equal(displaced(positions, FPS), off & there)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from(("walk", "turn", "reach")), st.integers(12, 60))
 @settings(max_examples=15, deadline=None)
 def test_what_comes_back_elsewhere_between_two_gaps_is_found_though_no_leap_is_seen(seed, action, length):
@@ -163,6 +169,7 @@ def test_what_comes_back_elsewhere_between_two_gaps_is_found_though_no_leap_is_s
     assert (found & ~off).sum() <= 2
 
 
+@pytest.mark.slow
 def test_what_is_as_far_from_those_about_it_as_ever_is_not_elsewhere(data):
     """A part of CMU's 135_02 in which an arm is held as nowhere else in it: 134 good samples were replaced."""
     whole = mm.read(data / "mocap" / "c3d" / "cmu_135_02.c3d")
@@ -170,11 +177,13 @@ def test_what_is_as_far_from_those_about_it_as_ever_is_not_elsewhere(data):
         assert not displaced(whole.positions[first:last], whole.fps).any()
 
 
+@pytest.mark.slow
 def test_what_is_cleared_by_its_distances_guides_no_other(data):
     """HDM05's first take at 30 Hz: 24 good samples of a finger were replaced."""
     assert not displaced(mm.read(data / "mocap" / "c3d" / "hdm05_bd_01-02_01_120.c3d").positions[:1600:4], 30.0).any()
 
 
+@pytest.mark.slow
 def test_gaps_of_real_markers_put_hardly_any_elsewhere(data):
     hidden = found = 0
     for name in ("cmu_02_01", "cmu_05_13", "gt_squat", "hdm05_bd_01-02_01_120"):

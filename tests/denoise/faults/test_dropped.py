@@ -86,6 +86,7 @@ def test_few_frames(frames):
     assert dropped(Motion(clean.skeleton, q, clean.fps)).shape == q.shape
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 def test_an_arm_that_falls_is_repaired_as_if_it_were_missing_and_said(library):
     clean = truth("reach")
@@ -104,6 +105,7 @@ def test_an_arm_that_falls_is_repaired_as_if_it_were_missing_and_said(library):
     assert not any("frozen" in warning for warning in found.warnings)
 
 
+@pytest.mark.slow
 def test_clean_recordings_are_left(data):
     for file in sorted((data / "mocap").rglob("*")):
         if file.suffix in (".amc", ".bvh"):

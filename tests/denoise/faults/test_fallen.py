@@ -73,6 +73,7 @@ def test_few_markers_and_few_frames_tell_nothing():
     assert falls(np.full((200, 20, 3), np.nan), 30.0) == ()
 
 
+@pytest.mark.slow
 def test_the_repair_takes_it_for_missing_and_says_so():
     walk, positions = body()
     first = walk.frames // 2

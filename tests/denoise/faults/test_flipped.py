@@ -42,6 +42,7 @@ def _written_otherwise(motion, rows, start, stop, how):
     return motion.with_q(q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["twin", "wrapped twin", "whole turn"])
 @pytest.mark.parametrize("joint", ["lfemur", "rhumerus"])
 @pytest.mark.parametrize(("fps", "noise"), [(30.0, 0.0), (30.0, 3.0), (120.0, 5.0)])
@@ -59,6 +60,7 @@ def test_other_angles_of_the_same_rotation_are_put_back(how, joint, fps, noise):
     assert np.array_equal(found.same, changed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
 @pytest.mark.parametrize("noise", [0.0, 1.0, 5.0])
 def test_who_never_flips_is_left(action, noise):
@@ -88,6 +90,7 @@ def test_what_is_written_otherwise_for_long_is_left():
     assert unflipped(flipped).motion is flipped
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("channel", ["ltibia.rx", "rhumerus.rz", "lfemur.ry"])
 @pytest.mark.parametrize(("fps", "noise"), [(30.0, 3.0), (120.0, 1.0), (120.0, 5.0)])
 def test_half_a_turn_about_one_axis_is_undone_in_noise(channel, fps, noise):
@@ -123,6 +126,7 @@ def test_outliers_are_not_half_turns():
     assert unflipped(spoilt).motion is spoilt
 
 
+@pytest.mark.slow
 def test_a_flip_is_repaired_and_said():
     clean = truth("walk", seconds=3.0, fps=60.0)
     noisy = _shaken(clean, 2.0)

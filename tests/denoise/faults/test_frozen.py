@@ -120,6 +120,7 @@ def test_missing_samples_and_one_marker_alone():
     assert not frozen(alone).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 @pytest.mark.parametrize("part", ["all", "some"])
 def test_frozen_samples_are_repaired_as_if_they_were_missing_and_said(clean, library, part):
@@ -152,6 +153,7 @@ def test_a_joint_that_rested_as_it_froze_is_frozen_as_well():
     np.testing.assert_array_equal(frozen(spoilt), still)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 def test_what_nothing_supports_stays_as_it_was_recorded_and_is_said(library):
     """Two seconds in which all joints are frozen: not a row of NaN in a recording that had none."""
@@ -169,6 +171,7 @@ def test_what_nothing_supports_stays_as_it_was_recorded_and_is_said(library):
     assert not any("missing samples were left open" in warning for warning in outcome.warnings)
 
 
+@pytest.mark.slow
 def test_clean_recordings_hold_one_arm_that_froze(data):
     """CMU's 16_01: an arm stands still for 18 frames of a jump and then leaps by 6 to 18 degrees."""
     found = {}
@@ -182,6 +185,7 @@ def test_clean_recordings_hold_one_arm_that_froze(data):
     assert (frames[0], frames[-1], samples) == (185, 202, 90)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [40, 60])
 def test_frames_at_the_ends_that_repeat_each_other_are_left_and_said(clean, length):
     values = _values(clean).copy()

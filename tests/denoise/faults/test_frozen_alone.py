@@ -32,6 +32,7 @@ def _fastest(recording, frame):
     return int(np.linalg.norm(recording.positions[ahead] - recording.positions[frame], axis=1).argmax())
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.sampled_from(["walk", "turn", "reach"]), st.integers(20, 100), st.integers(8, 30), st.integers(0, 2))
 def test_what_is_left_behind_is_found_and_nothing_else(action, first, length, seed):
@@ -54,6 +55,7 @@ def test_it_is_found_beside_noise_and_others_that_froze_elsewhere(noise):
     np.testing.assert_array_equal(frozen_alone(spoilt, _nothing(clean)), still | also)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 def test_it_is_repaired_from_those_about_it_and_said(library):
     clean = markers(truth("walk"))
@@ -115,6 +117,7 @@ def test_clean_recordings_hold_none(data):
         assert not frozen_alone(recording, _nothing(recording)).any(), file.name
 
 
+@pytest.mark.slow
 def test_real_markers_that_freeze_are_found(data):
     """Five of each recording for 0.3 s, one at a time: four in five and more of those that are left 5 cm behind."""
     told, seen = 0, 0

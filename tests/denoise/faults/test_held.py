@@ -93,6 +93,7 @@ def test_a_run_that_is_much_of_a_channel_is_repaired_in_noise_alone():
         assert (in_noise(still, outcome, bad) == (still if noise else np.zeros_like(still))).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 @pytest.mark.parametrize("start", [60, 70, 80])
 def test_what_is_held_for_long_is_filled_or_kept_and_never_said_to_be_sure(library, start):
@@ -114,6 +115,7 @@ def test_few_frames(frames):
     assert held(_noise(np.random.default_rng(0), frames)).shape == (frames, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 @pytest.mark.parametrize("dropped", [True, False])
 def test_what_a_sensor_holds_is_filled_and_said(library, dropped):
@@ -138,6 +140,7 @@ def test_what_a_sensor_holds_is_filled_and_said(library, dropped):
     assert not (found.origin == Origin.LEFT_OPEN).any()
 
 
+@pytest.mark.slow
 def test_markers_that_are_held_are_filled_from_the_others():
     clean = markers(truth("walk"))
     noisy = corrupt(clean, noise=0.002, seed=1).recording
@@ -148,6 +151,7 @@ def test_markers_that_are_held_are_filled_from_the_others():
     assert np.sqrt(np.mean(np.square(off[still]))) < 0.02
 
 
+@pytest.mark.slow
 def test_what_is_held_where_nothing_tells_of_it_is_left_open_and_not_said_to_be_replaced():
     """A second lost, then one held: its middle is as far from anything seen as that of a gap of two."""
     clean = truth("walk")
@@ -162,6 +166,7 @@ def test_what_is_held_where_nothing_tells_of_it_is_left_open_and_not_said_to_be_
     assert "taken as missing" in said
 
 
+@pytest.mark.slow
 def test_a_clean_recording_may_stand_still():
     """Without noise nobody can tell: what is at rest stays."""
     clean, _ = _holding(truth("reach"), [(20, 40, 60), (21, 40, 60), (33, 80, 95)])
@@ -170,6 +175,7 @@ def test_a_clean_recording_may_stand_still():
         assert found.recording.fps == FPS
 
 
+@pytest.mark.slow
 def test_rests_in_a_calm_half_are_left_where_the_other_is_noisy():
     """A joint rests for a while before the noise begins, and is held after: only the second is repaired."""
     clean = truth("walk", seconds=8.0)

@@ -20,6 +20,7 @@ def resting(motion):
     return frame
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["adaptive", "paper", "savgol", "linear"])
 def test_it_stays_and_the_rest_is_repaired_as_without_it(method):
     walk = truth("walk", seconds=3.0)
@@ -36,6 +37,7 @@ def test_it_stays_and_the_rest_is_repaired_as_without_it(method):
     assert not any("rest pose" in said for said in without.warnings)
 
 
+@pytest.mark.slow
 def test_without_a_model_too():
     walk = truth("walk", seconds=3.0)
     rest = resting(walk)

@@ -29,12 +29,14 @@ def body(seed=0, noise=0.001):
     return walk, walk.positions + noise * np.random.default_rng(seed).standard_normal(walk.positions.shape)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.005])
 def test_nobody_is_named_who_stays(noise):
     walk, positions = body(noise=noise)
     assert found_in(positions, walk.fps) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("marker", [0, 7, 12])
 def test_who_slides_by_five_centimetres_is_found_with_when_and_how_far(marker):
     walk, positions = body()
@@ -45,6 +47,7 @@ def test_who_slides_by_five_centimetres_is_found_with_when_and_how_far(marker):
     assert 0.02 < found[0].away < 0.08
 
 
+@pytest.mark.slow
 def test_it_is_found_wherever_the_body_is_and_with_gaps(rng):
     walk, positions = body()
     there = slid(positions, walk.fps, 7, 0.06, 2.0)
@@ -70,6 +73,7 @@ def test_few_markers_and_few_frames_tell_nothing():
     assert found_in(np.full((200, 20, 3), np.nan), 30.0) == ()
 
 
+@pytest.mark.slow
 def test_the_repair_names_it_and_leaves_it():
     walk, positions = body()
     spoilt = walk.with_positions(slid(positions, walk.fps, 7, 0.06, 2.0))

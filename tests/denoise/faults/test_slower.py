@@ -94,6 +94,7 @@ def test_few_frames_tell_nothing(clean, frames):
     assert shown_once(_with(clean, _values(clean)[:frames].repeat(2, axis=0))) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", HOLDS)
 def test_what_lies_between_is_put_there_and_said(clean, times):
     held, new = _shown_again(clean, times)
@@ -107,6 +108,7 @@ def test_what_lies_between_is_put_there_and_said(clean, times):
     assert sum(f"each frame is shown {times:.3g} times" in warning for warning in outcome.warnings) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [2.0, 2.5])
 def test_noise_that_is_shown_twice_is_no_motion(clean, times):
     """It was smoothed hardly at all, and said to be three times as sure as it was."""
@@ -125,6 +127,7 @@ def test_noise_that_is_shown_twice_is_no_motion(clean, times):
     assert (np.abs(off) < 1.96 * std).mean() > 0.9
 
 
+@pytest.mark.slow
 def test_a_library_helps_as_it_would_at_the_lower_rate():
     clean = truth("walk", fps=60.0)
     held, _ = _shown_again(clean, 2.0)
@@ -135,6 +138,7 @@ def test_a_library_helps_as_it_would_at_the_lower_rate():
     assert (outcome.origin[60:80, 20] == Origin.FILLED).all()
 
 
+@pytest.mark.slow
 def test_an_angle_that_leaps_to_another_way_of_saying_the_same_is_not_halved():
     clean = truth("walk", fps=120.0)
     q = clean.q.copy()
@@ -144,6 +148,7 @@ def test_an_angle_that_leaps_to_another_way_of_saying_the_same_is_not_halved():
     assert (step > 1.0).sum() == 1
 
 
+@pytest.mark.slow
 def test_full_turns_are_written_as_they_were():
     """A turn past 180 degrees that goes on at -180."""
     clean = truth("turn", fps=120.0)
@@ -158,6 +163,7 @@ def test_full_turns_are_written_as_they_were():
     assert (step > 5.0).sum() == (np.abs(np.diff(q[:, heading])) > 5.0).sum()
 
 
+@pytest.mark.slow
 def test_what_is_left_open_stays_open():
     clean = markers(truth("walk"))
     positions = clean.positions.copy()
@@ -208,6 +214,7 @@ def test_who_moves_on_no_lines_is_as_fast_as_it_says(clean, rng):
     assert ends_of_lines(clean.with_values(np.repeat(values[:1], clean.frames, axis=0))) is None
 
 
+@pytest.mark.slow
 def test_noise_between_which_lines_were_drawn_is_no_motion(clean):
     """It was left as it was, and 13 % of the errors lay within one deviation."""
     rng = np.random.default_rng(3)

@@ -56,6 +56,7 @@ def test_who_stands_in_noise_and_leaps_on_is_found_and_nobody_else(joint, fps, f
     assert not found[~there].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
 @pytest.mark.parametrize("noise", [0.0, 0.5, 3.0])
 def test_who_rests_may(action, noise):
@@ -108,6 +109,7 @@ def test_few_frames_tell_nothing(frames):
     assert not stood_joints(truth("walk", seconds=4.0, fps=60.0).at_frames(np.arange(frames))).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fallen", [False, True])
 def test_it_is_filled_and_said(fallen):
     """It was left as it was recorded."""

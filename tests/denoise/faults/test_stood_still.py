@@ -28,6 +28,7 @@ def _standing(positions, fps, marker, first, seconds):
     return result, last
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
 @pytest.mark.parametrize("marker", [0, 4, 9, 13])
 def test_who_stands_while_others_go_on_is_found(fps, marker):
@@ -40,6 +41,7 @@ def test_who_stands_while_others_go_on_is_found(fps, marker):
     assert not found.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "turn", "reach"])
 @pytest.mark.parametrize("noise", [0.0, 0.0005, 0.003])
 def test_feet_on_the_ground_and_people_at_rest_stand_as_they_may(action, noise):
@@ -65,6 +67,7 @@ def test_few_frames_tell_nothing(frames):
     assert not stood_still(_walking(60.0).at_frames(np.arange(frames))).any()
 
 
+@pytest.mark.slow
 def test_what_follows_is_believed_and_what_stood_is_filled():
     """All that followed the leap was taken for wrong: the error was twice that of the recording."""
     walk = _walking(60.0)

@@ -17,6 +17,7 @@ def take(seed):
     return clean.with_positions(shaken)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_in_intact_takes_nor_in_what_comes_back(seed):
     positions = take(seed).positions.copy()
@@ -25,6 +26,7 @@ def test_nothing_in_intact_takes_nor_in_what_comes_back(seed):
     assert not stuck_again(positions, FPS)
 
 
+@pytest.mark.slow
 def test_most_are_found_to_the_frame_and_no_other_marker_is_named():
     found = tried = 0
     for seed in range(3):
@@ -38,6 +40,7 @@ def test_most_are_found_to_the_frame_and_no_other_marker_is_named():
     assert found > 0.5 * tried
 
 
+@pytest.mark.slow
 def test_it_is_said_with_the_frame():
     whole = take(1)
     for marker in range(len(whole.names)):

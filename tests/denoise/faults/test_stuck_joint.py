@@ -29,6 +29,7 @@ def _found(motion):
     return stuck_joints(motion, np.zeros(motion.q.shape, np.bool_))
 
 
+@pytest.mark.slow
 @given(st.sampled_from(JOINTS), st.sampled_from([30.0, 60.0, 120.0]), st.integers(0, 10**6))
 @example("ltibia", 30.0, 223)  # 18 degrees, and it moves by 13 from frame to frame
 @example("rradius", 120.0, 12)  # held where it is straightest
@@ -50,6 +51,7 @@ def test_it_is_found_where_it_leaps_on_and_nothing_else_is(joint, fps, seed):
     assert found[there].all() or away < max(8.0, 2.0 * step) or at_limit  # else it leaps farther than it ever moves
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 def test_nothing_is_found_in_a_clean_recording(action, fps):
@@ -113,6 +115,7 @@ def test_joints_that_hold_and_leap_together_are_left():
     assert _found(_held(one, "rhumerus", 110, 140)).any()
 
 
+@pytest.mark.slow
 def test_it_is_repaired_and_said_while_a_clean_recording_says_nothing():
     clean = truth("walk", seconds=4.0, fps=60.0)
     start, stop = 100, 130

@@ -52,6 +52,7 @@ def test_a_lasting_leap_of_everything_is_found_to_the_frame(action, joints, at, 
     assert first_frames(bad).tolist() == [at]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ACTIONS)
 @pytest.mark.parametrize("fps", [15.0, 30.0, 120.0])
 def test_nothing_is_found_in_what_people_do_nor_in_noise_and_outliers(action, fps):
@@ -76,6 +77,7 @@ def test_short_recordings_and_those_without_anybody_have_none(frames):
     assert not len(first_frames(clean.with_positions(np.full_like(clean.positions, np.nan))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", [False, True])
 def test_of_joined_takes_every_sample_stays_and_it_is_said(taught):
     clean = markers(truth("walk", seconds=8.0, fps=30.0))
@@ -87,6 +89,7 @@ def test_of_joined_takes_every_sample_stays_and_it_is_said(taught):
     assert outcome.recording.frames == joined.frames
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", [False, True])
 def test_noise_and_gaps_on_either_side_are_repaired(taught):
     clean = truth("walk", seconds=8.0, fps=30.0)
@@ -101,6 +104,7 @@ def test_noise_and_gaps_on_either_side_are_repaired(taught):
     assert outcome.noise.shape == (clean.q.shape[1],)
 
 
+@pytest.mark.slow
 def test_residuals_stay_with_their_frames():
     clean = markers(truth("walk", fps=30.0))
     residuals = np.arange(clean.frames * len(clean.names), dtype=float).reshape(clean.frames, -1)

@@ -75,6 +75,7 @@ def test_who_is_put_elsewhere_for_good_stays_there():
     assert not thrown(bad).any()
 
 
+@pytest.mark.slow
 def test_clean_recordings_are_left(data):
     for file in sorted((data / "mocap").rglob("*")):
         if file.suffix in (".amc", ".bvh"):
@@ -83,6 +84,7 @@ def test_clean_recordings_are_left(data):
             assert found.sum() <= 0.001 * len(found), file.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", [False, True])
 def test_it_is_brought_back_and_said(taught):
     clean, bad, off = _thrown("walk", 60, 69, np.array([0.6, 0.0, 0.8]), fps=30.0)
@@ -93,6 +95,7 @@ def test_it_is_brought_back_and_said(taught):
     assert not any("leapt away" in warning for warning in repair_without_model(clean).warnings)
 
 
+@pytest.mark.slow
 def test_between_outliers_the_root_is_at_home():
     """Five in a hundred samples are off, each for itself: what lies between two that are off alike is not thrown."""
     good, found = [], []
@@ -109,6 +112,7 @@ def test_between_outliers_the_root_is_at_home():
     assert np.mean(found) > 0.975
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize("noise", [0.5, 2.0])
 def test_a_stretch_is_found_among_outliers_and_noise_and_no_more_of_the_root(fps, noise):
@@ -133,6 +137,7 @@ def test_a_stretch_is_found_among_outliers_and_noise_and_no_more_of_the_root(fps
     assert np.mean(good) < 0.01, good
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.5, 2.0])
 def test_a_stretch_in_noise_is_no_take_of_its_own(noise):
     clean, bad, off = _thrown("walk", 100, 148, np.array([0.6, 0.0, 0.8]), noise=noise)
@@ -141,6 +146,7 @@ def test_a_stretch_in_noise_is_no_take_of_its_own(noise):
     assert not any("takes are joined" in warning for warning in outcome.warnings)
 
 
+@pytest.mark.slow
 @given(st.floats(-np.pi, np.pi), st.integers(0, 10**6))
 @settings(max_examples=20, deadline=None)
 def test_heading_makes_no_difference(angle, seed):

@@ -61,6 +61,7 @@ def knee_acceleration(motion):
     return largest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [shaken, drifting])
 @pytest.mark.parametrize("clip", ["amc/07/07_01.amc", "amc/16/16_01.amc", "amc/05/05_02.amc", "bvh/12_01.bvh"])
 def test_real_clips_stand_better_than_the_truth_and_knees_do_not_pop(data, clip, spoil, rng):
@@ -84,6 +85,7 @@ def test_real_clips_stand_better_than_the_truth_and_knees_do_not_pop(data, clip,
     assert np.median(cleaned.moved) < 0.1
 
 
+@pytest.mark.slow
 def test_a_clean_real_clip_is_hardly_changed(data):
     """What needs little gets little: half the frames of a clean walk move by less than 0.015 m."""
     for clip in ("07/07_01", "16/16_01", "09/09_01"):
@@ -93,6 +95,7 @@ def test_a_clean_real_clip_is_hardly_changed(data):
         assert cleaned.moved.max() < 0.07
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([30.0, 60.0, 120.0]), st.sampled_from([1, 2]))
 def test_a_shaken_walk_stands_still_and_its_steps_come_back(seed, fps, up):
@@ -183,6 +186,7 @@ def test_unknown_frames_stay_unknown(rng):
     assert cleaned.skate_after < 0.5 * cleaned.skate_before
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(data, rng):
     """Twice, on a real clip."""
     spoiled = shaken(read(data / "mocap" / "amc" / "07" / "07_01.amc"), rng)

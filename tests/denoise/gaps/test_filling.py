@@ -61,6 +61,7 @@ def _rms(values, truth, where):
     return float(np.sqrt(np.square(values - truth).sum(axis=2)[where].mean()))
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), taught=st.booleans())
 @settings(max_examples=6, deadline=None)
 def test_measured_samples_stay_bit_for_bit(seed, taught):
@@ -77,6 +78,7 @@ def test_measured_samples_stay_bit_for_bit(seed, taught):
     assert (found.std[found.filled] <= HOPELESS).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taught", [False, True])
 def test_filling_beats_what_it_replaces_and_says_how_well(taught, rng):
     library = learn_marker_library([(_body(s), FPS) for s in (11, 12)], UP) if taught else None
@@ -97,6 +99,7 @@ def test_filling_beats_what_it_replaces_and_says_how_well(taught, rng):
     assert (inside < 1.96).mean() > 0.8
 
 
+@pytest.mark.slow
 def test_filling_commutes_with_moving_and_turning_the_recording(rng):
     gappy = _gappy(rng, _body(3, 200))
     library = library_of(_body(4), FPS, UP)
@@ -127,6 +130,7 @@ def test_a_marker_that_is_in_the_file_twice_is_filled_from_its_double():
     np.testing.assert_allclose(filled.values, truth, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_limb_missing_throughout_comes_from_the_library():
     library = learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP)
     truth = _body(40)
@@ -144,6 +148,7 @@ def test_a_limb_missing_throughout_comes_from_the_library():
     assert not fill_gaps(cut, FPS).filled.any()
 
 
+@pytest.mark.slow
 def test_a_library_with_gaps_of_its_own_knows_a_limb_too(rng):
     """Hardly an example shows all markers at every moment: those lost most are left out, not the examples."""
     clips = []
@@ -299,6 +304,7 @@ def test_a_library_is_bounded_mergeable_and_comes_back_from_arrays():
         learn_marker_library([], UP)
 
 
+@pytest.mark.slow
 def test_gaps_in_real_clips_with_and_without_a_library(data):
     folder = data / "mocap" / "c3d"
     names = sorted(n.rpartition(":")[2] for n in read(folder / "cmu_02_01.c3d").names)
@@ -328,6 +334,7 @@ def test_gaps_in_real_clips_with_and_without_a_library(data):
     assert (away < 1.96).mean() > 0.85
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [6, 7, 8])
 def test_hundredths_of_a_millimetre_do_not_decide_what_fills_a_gap(seed):
     # a smoothed recording has hardly any noise left to keep a relation from following every wobble of its markers
@@ -390,6 +397,7 @@ def test_likeness_knows_the_same_body_in_other_postures_and_a_stranger():
     np.testing.assert_allclose(known.larger[:2], 1.0, rtol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.85, 1.3])
 def test_a_stranger_s_limb_is_as_large_as_he_is(size):
     people = ((1, 1.0), (2, 1.0), (3, 1.15), (4, 1.15))

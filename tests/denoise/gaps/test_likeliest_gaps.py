@@ -169,6 +169,7 @@ def test_shares_make_one_and_go_to_the_filling_that_errs_less_elsewhere(seed, co
     np.testing.assert_array_equal(mixed(tried, found)[~inside], tried[0][~inside])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "turn"])
 def test_gaps_are_filled_better_with_learned_dynamics(action):
     model = joints_model()

@@ -1,6 +1,7 @@
 """Laws of gaps that are laid elsewhere to see how wrong a repair is inside them."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import t as student
@@ -50,6 +51,7 @@ def test_moved_gaps_lie_where_samples_are_and_apart(present):
         assert any(0.5 * (one.stop - one.start) <= gap.stop - gap.start <= one.stop - one.start for one in gaps)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), larger=st.floats(0.5, 6.0))
 @settings(deadline=None)
 def test_deviations_become_as_large_as_errors_elsewhere_are(seed, larger):

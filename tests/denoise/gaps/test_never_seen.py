@@ -25,6 +25,7 @@ def hidden(motion, joint):
     return motion.with_q(q), rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_joints_never_seen_are_as_unsure_as_they_are_wrong(seed):
     there = held_otherwise(truth(), seed)
@@ -39,6 +40,7 @@ def test_joints_never_seen_are_as_unsure_as_they_are_wrong(seed):
     assert 0.4 < np.sqrt(np.mean(wrong) / np.mean(told)) < 1.8
 
 
+@pytest.mark.slow
 def test_a_joint_never_seen_is_named_and_left_open_where_that_is_too_unsure():
     there = held_otherwise(truth(), 1)
     gone, rows = hidden(there, "lfemur")
@@ -49,11 +51,13 @@ def test_a_joint_never_seen_is_named_and_left_open_where_that_is_too_unsure():
     assert (opened.origin[:, rows] == Origin.LEFT_OPEN).all()
 
 
+@pytest.mark.slow
 def test_nothing_is_said_of_joints_that_are_seen():
     assert not any("never seen" in said for said in joints_model().repair(truth()).warnings)
     assert not any("never seen" in said for said in markers_model().repair(markers(truth())).warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [4])
 def test_markers_never_seen_by_a_library_of_one_clip_are_as_unsure_as_they_are_wrong(seed):
     model = Denoiser(window=20, fps=FPS).fit([markers(clip("walk", seconds=8.0, fps=FPS, seed=1, style=-0.4))])

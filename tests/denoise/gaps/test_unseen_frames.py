@@ -63,6 +63,7 @@ def test_what_is_seen_nowhere_for_so_long_is_off_as_it_moves_ahead_of_the_nearer
     np.testing.assert_allclose(off, ahead[[0, 1, 2, 3, 4, 3, 2, 1, 0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
 @pytest.mark.parametrize("frames", [10, 20, 40])
 def test_what_is_filled_where_no_marker_is_seen_is_as_unsure_as_it_is_wrong(action, frames):
@@ -77,6 +78,7 @@ def test_what_is_filled_where_no_marker_is_seen_is_as_unsure_as_it_is_wrong(acti
     assert (off < 1.96 * told.std[gone][:, :, None])[filled].mean() > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "run", "jump", "reach", "turn"])
 @pytest.mark.parametrize("end", ["first", "last"])
 def test_what_is_filled_there_is_as_unsure_as_it_is_wrong_and_that_is_said(action, end):
@@ -105,6 +107,7 @@ def walks_through(data, name, share):
     return walk, walk.with_positions(np.where(gone[..., None], np.nan, walk.positions)), gone
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "share"), [("cmu_02_01", 0.1), ("cmu_02_01", 0.22)])
 def test_who_walks_into_view_is_as_unsure_before_as_what_is_made_up_is_wrong(data, name, share):
     walk, part, gone = walks_through(data, name, share)
@@ -116,6 +119,7 @@ def test_who_walks_into_view_is_as_unsure_before_as_what_is_made_up_is_wrong(dat
     assert (away < 1.96).mean() > 0.78
 
 
+@pytest.mark.slow
 def test_nothing_is_said_where_everybody_is_in_view(data):
     walk, _, _ = walks_through(data, "cmu_02_01", 0.1)
     assert not any("into view" in said for said in repair_without_model(walk).warnings)

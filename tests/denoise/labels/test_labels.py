@@ -44,6 +44,7 @@ def gappy(positions, seed, share=0.1):
     return holed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("positions", [WALK, REACH], ids=["walk", "reach"])
 @pytest.mark.parametrize("millimetres", [0, 1, 3])
 @pytest.mark.parametrize("gaps", [False, True])
@@ -52,6 +53,7 @@ def test_right_labels_stay(positions, millimetres, gaps):
     assert find_swaps(gappy(recording, 2) if gaps else recording, FPS) == ()
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(st.data())
 def test_a_swap_is_put_right_to_the_sample(data):
@@ -81,6 +83,7 @@ def test_a_swap_of_three_is_one_cycle():
     np.testing.assert_array_equal(put_right(spoilt, found), WALK)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gaps", [False, True])
 def test_a_whole_arm_is_put_right(gaps):
     truth = gappy(WALK, 5) if gaps else WALK
@@ -195,6 +198,7 @@ def test_a_reference_of_another_marker_set_is_refused():
         find_swaps(WALK, FPS, reference=learn_distances([WALK[:, :20]]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cmu_05_13", "gt_squat", "hdm05_bd_01-02_01_120"])
 def test_a_real_recording_keeps_its_labels_and_gets_swapped_ones_back(data, name):
     recording = read(data / "mocap" / "c3d" / f"{name}.c3d")
@@ -230,6 +234,7 @@ def test_a_crouch_is_no_smaller_body_and_swaps_nothing(seed, size, folded):
     assert not any(swap.put_right for swap in find_swaps(crouch, 60.0, reference=reference))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("taught", "tried"),
     [("hdm05_bd_05-01_01_120", "cmu_05_13"), ("hdm05_bd_01-02_01_120", "cmu_135_02"), ("cmu_02_01", "cmu_135_02")],
@@ -253,6 +258,7 @@ def _part(data, name, first=0, last=None):
     return Markers(names, whole.positions[first:last], whole.fps, up=whole.up)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [("RUPA", "RELB"), ("LANK", "LHEE")])
 def test_what_is_swapped_throughout_is_put_right_even_by_another_person_s_library(data, pair):
     part, model = _part(data, "cmu_135_02", 3600, 3800), Denoiser().fit([_part(data, "cmu_02_01")])
@@ -261,6 +267,7 @@ def test_what_is_swapped_throughout_is_put_right_even_by_another_person_s_librar
     assert np.sqrt(np.mean(np.square(found - part.positions))) < 0.001
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(120, 239), (250, 342)])
 def test_both_legs_swapped_are_put_right_with_another_person_s_library_too(data, first, last):
     """A repair by the library would smooth over the leaps by which they are told."""
@@ -274,6 +281,7 @@ def test_both_legs_swapped_are_put_right_with_another_person_s_library_too(data,
     assert sum("labels were swapped" in said for said in found.warnings) == 6
 
 
+@pytest.mark.slow
 def test_another_person_s_proportions_are_not_taken_for_swapped_labels(data):
     # the library's waists are wider than deep, his is deeper than wide: two corners changed would fit them better
     part = _part(data, "gt_squat", 900, 1200)
@@ -308,6 +316,7 @@ def test_what_is_exchanged_to_an_end_is_said_to_be_a_choice_unless_a_library_mad
     assert "or in all others, and were not exchanged" in told
 
 
+@pytest.mark.slow
 def test_a_marker_of_which_little_is_left_is_named(data):
     """It moves elsewhere for good in the first third of a walk: most of its samples are replaced."""
     walk = _part(data, "cmu_02_01", 10)

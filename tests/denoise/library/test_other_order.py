@@ -81,6 +81,7 @@ def test_a_motion_in_another_order_moves_as_before():
     assert in_order_of(clean, clean.skeleton.dof_names) is clean
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gaps", [0.0, 0.1])
 def test_a_library_in_another_order_does_as_well_as_one_in_the_recordings(gaps):
     clean = truth("walk")
@@ -95,6 +96,7 @@ def test_a_library_in_another_order_does_as_well_as_one_in_the_recordings(gaps):
     assert np.isfinite(outcome.recording.q).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", [3, 5, 10])
 def test_one_clip_and_a_short_window_are_enough(window):
     clip = clips()[0]
@@ -104,6 +106,7 @@ def test_one_clip_and_a_short_window_are_enough(window):
     assert "these were written in the recording's order" in outcome.warnings[0]
 
 
+@pytest.mark.slow
 def test_the_rewritten_library_has_the_bends_of_clips_in_that_order():
     clean = truth("walk")
     joints = _all_balls(clean)
@@ -119,6 +122,7 @@ def test_the_rewritten_library_has_the_bends_of_clips_in_that_order():
         np.linalg.cholesky(library.bends[k] + 1e-9 * np.eye(len(order)))
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written_so_is_repaired_by_what_it_shows_itself_and_it_is_said():
     clean = truth("walk")
     other = _skewed(turned_otherwise(clean, _joints(clean, "lhumerus", "rfemur")))
@@ -134,6 +138,7 @@ def test_what_cannot_be_written_so_is_repaired_by_what_it_shows_itself_and_it_is
     assert set(np.unique(outcome.origin)) <= {Origin.MEASURED, Origin.REPAIRED}
 
 
+@pytest.mark.slow
 def test_a_library_in_the_same_order_is_used_as_any():
     clean = truth("walk")
     joints = _joints(clean, "root", "lhumerus", "rhumerus", "lfemur", "rfemur", "thorax")
@@ -159,6 +164,7 @@ def test_clips_whose_axes_are_not_square_are_not_mixed():
         Denoiser(window=20, fps=30.0).fit(both)
 
 
+@pytest.mark.slow
 def test_a_library_of_another_pose_at_rest_is_not_asked_of_the_joints_that_rest_otherwise():
     """Thighs at 0 degrees in the clips and at 150 here."""
     clean = truth("walk")

@@ -54,6 +54,7 @@ def _equal(one: Statistics, other: Statistics) -> None:
         np.testing.assert_array_equal(mine, theirs)
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 5), max_size=4), st.sampled_from([40, 150, 4000]))
 @settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_parts_add_up_to_the_whole(clips, cuts, exemplars):
@@ -152,6 +153,7 @@ def test_what_is_left_out_between_passages_cuts_the_series():
     assert whole[passages.FRAMES] == 2 * passages.FRAMES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["motion", "markers"])
 def test_pieces_of_a_long_clip_say_what_the_whole_says(monkeypatch, kind):
     long = clip("walk", seconds=40.0, fps=60.0, seed=3)
@@ -168,6 +170,7 @@ def test_pieces_of_a_long_clip_say_what_the_whole_says(monkeypatch, kind):
     np.testing.assert_allclose(parts.lag.matrix(), whole.lag.matrix(), atol=1e-2 * scale)
 
 
+@pytest.mark.slow
 def test_a_library_is_learned_as_it_is_read_and_one_that_runs_out_is_kept(clips):
     class Reread:
         """Reads its clips anew each time; notes how many are alive."""
@@ -188,6 +191,7 @@ def test_a_library_is_learned_as_it_is_read_and_one_that_runs_out_is_kept(clips)
             assert np.asarray(array).tobytes() == np.asarray(first[name]).tobytes(), name
 
 
+@pytest.mark.slow
 def test_a_model_of_a_thinned_library_is_near_that_of_the_whole(monkeypatch):
     walks = [clip("walk", seconds=4.0, fps=60.0, seed=k) for k in range(6)]
     settings_ = Denoiser(window=WINDOW, fps=FPS)
@@ -205,6 +209,7 @@ def test_a_model_of_a_thinned_library_is_near_that_of_the_whole(monkeypatch):
     np.testing.assert_allclose(few.library.bends, whole.library.bends, rtol=0.05, atol=0.05 * whole.library.bends.max())
 
 
+@pytest.mark.slow
 def test_sketches_add_up_to_the_layout_of_all(clips):
     clouds = [markers(c) for c in clips]
     for of in (clips, clouds):
@@ -221,6 +226,7 @@ def test_sketches_add_up_to_the_layout_of_all(clips):
         sketch(clips[0]) + sketch(clouds[0])
 
 
+@pytest.mark.slow
 def test_one_clip_in_twenty_may_lose_a_marker_for_good():
     clouds = [markers(clip("walk", seconds=1.0, fps=30.0, seed=k % 3)) for k in range(40)]
     anchors = learn_layout(clouds).anchors
@@ -233,6 +239,7 @@ def test_one_clip_in_twenty_may_lose_a_marker_for_good():
     np.testing.assert_array_equal(again.indices, anchors.indices)
 
 
+@pytest.mark.slow
 def test_clips_without_a_whole_window_are_told_by_their_numbers():
     whole = markers(clip("walk", seconds=2.0, seed=1))
     rate = whole.fps

@@ -48,6 +48,7 @@ def test_motion_noise_that_is_new_in_every_frame_and_what_is_too_faint_or_short_
     assert band_limited_noise(np.full((FRAMES, CHANNELS), np.nan), fps) is None
 
 
+@pytest.mark.slow
 def test_noise_that_was_smoothed_is_lessened_and_deviations_reach_it():
     clean = mm.samples.clip("walk", seconds=3, fps=120.0, seed=3)
     left, off = lessened(clean, np.radians(3.0) * smoothed(np.random.default_rng(0), clean.q.shape, 120.0))

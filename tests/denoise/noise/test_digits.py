@@ -90,6 +90,7 @@ def test_what_repeats_tells_less(rng):
     assert (found[:, 6:] == 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize("step", [0.5, 1.0])
 @pytest.mark.parametrize("library", [True, False])
@@ -107,6 +108,7 @@ def test_a_rounded_recording_is_as_wrong_as_it_says_and_less_than_it_was(fps, st
     assert np.mean(away < 1.96 * std) > 0.83
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 def test_rounded_markers_are_as_wrong_as_they_say_and_less_than_they_were(library):
     clean = markers(truth("walk", seconds=4.0))
@@ -118,6 +120,7 @@ def test_rounded_markers_are_as_wrong_as_they_say_and_less_than_they_were(librar
     assert np.mean(away < 1.96 * found.std[..., None]) > 0.83
 
 
+@pytest.mark.slow
 def test_what_was_rounded_and_moves_slowly_was_not_held():
     slow = truth("reach", fps=120.0, seconds=4.0)
     found = repair_without_model(_rounded(replace(slow, q=slow.q), 1.0), "adaptive")

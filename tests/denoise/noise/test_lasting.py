@@ -63,6 +63,7 @@ def test_gaps_and_channels_that_never_move_are_borne():
     assert found.variance[4] > 0.0
 
 
+@pytest.mark.slow
 def test_deviations_reach_noise_that_lasts():
     clean = mm.samples.clip("walk", seconds=5, fps=120.0, seed=3)
     left, off = lessened(clean, np.radians(2.0) * lasts(np.random.default_rng(0), clean.q.shape, 0.9))
@@ -76,6 +77,7 @@ def turning(fps, rng):
     return tumbling(6, FRAMES, fps, rng, 1.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize("stays", [0.7, 0.9])
 @pytest.mark.parametrize("seed", range(3))
@@ -101,6 +103,7 @@ def test_few_markers_or_frames_tell_nothing():
     assert lasting_by_distances(np.full((FRAMES, 18), np.nan), 120.0) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 def test_deviations_of_markers_reach_noise_that_lasts(fps):
     clean = mm.samples.markers(mm.samples.clip("run", seconds=5, fps=fps, seed=3))

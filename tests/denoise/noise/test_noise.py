@@ -24,6 +24,7 @@ def _walk(rng, frames, channels):
     return np.cumsum(np.cumsum(rng.normal(0, 0.1, (frames, channels)), axis=0), axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [1.0, 3.0, 5.0])
 @pytest.mark.parametrize(("outliers", "most"), [(0.0, 1.5), (0.05, 1.7), (0.1, 1.75), (0.2, 2.4)])
 def test_the_first_guess_is_of_the_size_of_the_noise_and_grows_with_outliers(noise, outliers, most):
@@ -73,6 +74,7 @@ def test_without_outliers_the_first_guess_is_the_noise(seed, noise, frames):
     assert 0.55 * noise < np.median(found) < 1.4 * noise
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=25)
 def test_the_more_outliers_the_more_careful_the_first_guess(seed):

@@ -33,6 +33,7 @@ def _middles(frames, first=0.4, last=0.7):
     return (t > first + away) & (t < last - away), (t < first - away) | (t > last + away)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.5, 1.0, 5.0])
 @pytest.mark.parametrize("frames", [60, 240])
 @pytest.mark.parametrize(("share", "least"), [(0.0, 0.9), (0.1, 0.75), (0.2, 0.6)])
@@ -48,6 +49,7 @@ def test_noise_that_stays_is_found_to_stay_whatever_the_outliers(share, least, f
     assert np.min(calm) > least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize("share", [0.0, 0.05])
 def test_a_passage_in_which_all_channels_are_noisier_is_found(share, fps):
@@ -94,6 +96,7 @@ def test_the_liveliness_of_a_clean_motion_is_no_noise(action):
     assert np.abs(np.log(found)).max() < np.log(1.5)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=20)
 def test_short_passages_of_one_marker_are_found_where_many_frames_a_second_tell_of_them(seed):
@@ -108,6 +111,7 @@ def test_short_passages_of_one_marker_are_found_where_many_frames_a_second_tell_
     assert np.median(found[louder > 1]) > 1.7 * np.median(found[louder == 1])
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=20)
 def test_a_burst_of_outliers_is_no_passage_of_noise(seed):
@@ -157,6 +161,7 @@ def test_what_is_short_or_was_not_seen_is_as_noisy_as_ever(rng, frames):
     assert (found > 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [True, False])
 @pytest.mark.parametrize("action", ["walk", "reach"])
 def test_a_noisy_half_is_smoothed_and_a_calm_one_left(action, library):

@@ -49,6 +49,7 @@ def test_none_in_motion_lone_outliers_slips_and_common_noise(measured):
     assert not rattles(measured + 5.0 * rng.standard_normal(measured.shape), FPS).any()
 
 
+@pytest.mark.slow
 def test_a_joint_that_rattles_is_repaired():
     clean = mm.samples.clip("walk", seconds=4, fps=120.0, seed=3)
     rng = np.random.default_rng(0)
@@ -131,6 +132,7 @@ def test_what_another_joint_of_the_limb_undoes_is_left():
     assert not but_for_poses(alone, calm, nowhere, never, joints_of(skeleton, columns), limb).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 4, 6])
 def test_short_clips_full_of_bursts_come_out_better_than_smoothed(seed):
     clean = mm.samples.clip("walk", seconds=1.5, fps=FPS, seed=seed)

@@ -26,6 +26,7 @@ def _swings(rng, fps, seconds=8.0, channels=30):
     return values, np.abs(np.gradient(values, axis=0)) * fps
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([30.0, 60.0, 120.0]), st.sampled_from([0.0, 0.02]))
 @settings(max_examples=20)
 def test_noise_that_goes_with_speed_is_followed(seed, fps, share):
@@ -40,6 +41,7 @@ def test_noise_that_goes_with_speed_is_followed(seed, fps, share):
     assert (0.3 if share else 0.45) < told / (np.median(true[fast]) / np.median(true[slow])) < 1.3
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([30.0, 120.0]), st.sampled_from([0.5, 1.0, 3.0]), st.sampled_from([0.0, 0.1]))
 @settings(max_examples=20)
 def test_noise_that_stays_does_not_go_with_speed(seed, fps, noise, share):

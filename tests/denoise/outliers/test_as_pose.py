@@ -153,6 +153,7 @@ def test_an_outlier_beside_what_is_put_back_stays_rejected(seed, by):
     assert not kept[30, ELBOW]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("clip", "every", "most"), [("05_08", 4, 0.02), ("05_03", 4, 0.02)])
 def test_a_dance_is_not_thrown_about_by_its_repair(data, clip, every, most):
     whole = mm.read(data / "mocap" / "amc" / clip[:2] / f"{clip}.amc")
@@ -162,6 +163,7 @@ def test_a_dance_is_not_thrown_about_by_its_repair(data, clip, every, most):
     assert np.linalg.norm(away, axis=2).max() < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "first", "keep"), [("05_10", 0, 1), ("05_16", 150, 1), ("05_16", 150, 2)])
 def test_pirouettes_in_which_a_leg_is_turned_over_come_back_as_recorded(data, name, first, keep):
     clean = mm.read(data / "mocap" / "amc" / "05" / f"{name}.amc").at_frames(slice(first, 360, keep))

@@ -31,6 +31,7 @@ def test_of_nothing_nothing_is_lost(shape):
     assert short_runs(np.zeros(shape, dtype=bool), 30.0).shape == shape
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.1, 0.3])
 @pytest.mark.parametrize(("clip", "first"), [("cmu_02_05", 600), ("cmu_135_02", 1000), ("hdm05_bd_05-01_01_120", 3000)])
 def test_markers_that_flicker_are_where_they_move_and_as_sure_as_that_is(data, clip, first, share):

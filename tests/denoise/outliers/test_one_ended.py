@@ -1,6 +1,7 @@
 """What leaps once and never back is right on either side; what comes back may be off."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -84,6 +85,7 @@ def test_zeros_to_the_last_digit_and_lone_samples_are_not_kept():
     assert not begins_or_ends(measured, outlier)[0].any()
 
 
+@pytest.mark.slow
 def test_an_arm_that_rests_before_it_is_driven_costs_nothing_else():
     truth = mm.samples.clip("walk", seconds=3, seed=3)
     arm = [name.startswith(("rhumerus", "rradius", "rwrist")) for name in truth.skeleton.dof_names]
@@ -106,6 +108,7 @@ def test_what_leaps_where_the_recording_goes_on_may_still_come_back(seed, length
     assert not begins_or_ends(measured, outlier, (last, not last))[0].any()
 
 
+@pytest.mark.slow
 def test_a_slip_under_way_is_no_truth_to_who_repairs_what_is_still_being_made():
     clips = [mm.samples.clip("walk", seconds=5, seed=seed) for seed in range(3)]
     model, truth = mm.Denoiser(fps=30).fit(clips), mm.samples.clip("walk", seconds=3, seed=9)

@@ -26,6 +26,7 @@ def _case(seed, frames=None):
     return rng, values, float(rng.choice([25.0, 30.0, 60.0, 120.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*FILTERS, *GAP_FILLERS])
 @given(seed=SEEDS)
 @settings(max_examples=15)
@@ -42,6 +43,7 @@ def test_no_measured_sample_is_lost_and_only_inner_gaps_are_filled(name, seed):
     assert not (found.std < 0).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*FILTERS, *GAP_FILLERS])
 @given(seed=SEEDS, exponent=st.integers(-20, 20))
 @example(seed=1443, exponent=13)  # a channel of which too little is measured to tell its noise
@@ -55,6 +57,7 @@ def test_unit_and_origin_of_a_channel_do_not_matter(name, seed, exponent):
     np.testing.assert_allclose(there.std, unit * here.std, rtol=1e-4, atol=1e-6 * unit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*FILTERS, *GAP_FILLERS])
 @given(seed=SEEDS)
 @settings(max_examples=10)
@@ -79,6 +82,7 @@ def test_a_long_recording_is_gone_through_a_few_channels_at_a_time(monkeypatch, 
     np.testing.assert_array_equal(parts.filled, whole.filled)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LINEAR)
 @given(seed=SEEDS)
 @settings(max_examples=10)

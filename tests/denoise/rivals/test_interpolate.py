@@ -21,6 +21,7 @@ def _gappy(rng, values, share=0.15, longest=25):
     return gappy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILLERS)
 @given(seed=SEEDS)
 @settings(max_examples=20)
@@ -33,6 +34,7 @@ def test_measured_samples_stay_bit_for_bit(name, seed):
     assert np.isfinite(found.values).all()
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=20)
 def test_linear_is_what_numpy_interpolates(seed):

@@ -124,6 +124,7 @@ def test_nobody_has_no_joints(detector):
     assert not found.confidence.any()
 
 
+@pytest.mark.slow
 def test_a_detector_fits_again_and_is_stored_in_little(detector, tmp_path):
     again = fit_detector(random_poses(300, 1), [PERSON], seed=0, count=240, trees=2)
     for name, values in detector.arrays().items():

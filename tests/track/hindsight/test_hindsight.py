@@ -91,6 +91,7 @@ def test_parts_are_all_joints_once_and_a_limbs_bones_end_within_its_part():
         assert set(np.flatnonzero(gone)) <= set(part.tolist())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [None, 0])
 def test_a_limb_taken_up_wrongly_is_set_right_from_where_it_is_found_again(noise):
     true, model, moments = take(noise)

@@ -99,6 +99,7 @@ def test_what_slid_along_itself_comes_back():
     assert off(solved_together(MODEL, DEFAULT, BODY, states_of(TRUE), begun), TRUE).mean() < 0.2 * 0.04
 
 
+@pytest.mark.slow
 def test_noise_that_neighbours_do_not_share_is_shared_out():
     states = states_of(TRUE, noise=0)
     together = solved_together(MODEL, DEFAULT, BODY, states, TRUE)
@@ -117,6 +118,7 @@ def test_a_poor_library_hardly_draws_a_limb_that_is_seen():
     assert off(solved_together(still, DEFAULT, BODY, states, TRUE), TRUE)[:, arm].mean() < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gone", [1, 5])
 def test_frames_without_anybody_stay_and_bind_nothing(gone):
     states, begun = states_of(TRUE, noise=2), jittered(TRUE)
@@ -129,6 +131,7 @@ def test_frames_without_anybody_stay_and_bind_nothing(gone):
             np.testing.assert_array_equal(one.joints, other.joints)
 
 
+@pytest.mark.slow
 def test_a_pause_binds_nothing():
     times = [t / 30.0 + (1.0 if t >= 6 else 0.0) for t in range(FRAMES)]
     states, begun = states_of(TRUE, noise=2, times=times), jittered(TRUE)

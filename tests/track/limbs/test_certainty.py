@@ -72,6 +72,7 @@ def test_a_limb_that_mostly_lies_where_nothing_is_measured_is_in_doubt_if_it_goe
     assert (np.diff(doubts) >= 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [0.0, 60.0])
 def test_how_deep_a_joint_lies_beneath_the_surface_is_not_known_of_who_is_stouter(heading):
     """Every pixel agrees on where the surface is: half of these joints were out of 95 % of what was said."""

@@ -25,6 +25,7 @@ def _spoilt(person, pose, rng, spread=0.04):
     return advance(person, pose, np.concatenate([rng.normal(0, 0.02, 3), rng.normal(0, spread, 31)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_lengths_of_a_rendered_person_are_recovered(seed):
     rng = np.random.default_rng(seed)
@@ -63,6 +64,7 @@ def test_what_is_not_seen_stays_unsure(rng):
     assert min(done.std.values()) < 0.04
 
 
+@pytest.mark.slow
 def test_tracking_and_fitting_take_turns(rng):
     poses = random_poses(6, 15)
     frames = _frames(OTHER, poses, rng)

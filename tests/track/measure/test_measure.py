@@ -32,6 +32,7 @@ def _moving(person, count, rng):
         yield pose, picture(pose, person=person, rng=rng, time=k / 30)
 
 
+@pytest.mark.slow
 def test_a_tall_person_is_measured_while_moving(model, rng):
     recording = list(_moving(TALL, 12, rng))
     settings = settings_of("default")
@@ -49,6 +50,7 @@ def test_nobody_is_not_measured(model):
         measure_person(model, settings_of("default"), empty, pose=random_poses(1, 0)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.64, 0.8])
 def test_a_child_of_whom_nothing_tells_the_size_is_measured(model, rng, size):
     """As where the detector, which has seen adults and older children, is sure of no joint."""

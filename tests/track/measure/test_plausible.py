@@ -21,6 +21,7 @@ def sized(size):
     return ADULT.stretched(np.full((1, 3), size))
 
 
+@pytest.mark.slow
 @given(st.floats(0.42, 1.35), st.integers(0, 10**6))
 def test_nobody_from_a_small_child_to_the_tallest_is_doubted(size, seed):
     limbs = np.random.default_rng(seed).normal(1.0, 0.015, (len(BONES), 3))
@@ -40,6 +41,7 @@ def test_what_is_explained_badly_throughout_is_said_and_for_a_moment_is_not():
     assert doubts(ADULT, np.full(30, np.nan)) == ()
 
 
+@pytest.mark.slow
 def test_who_is_followed_with_the_body_of_another_is_told(rng):
     model = TrackerModel(PoseDatabase(np.zeros((0, 28)), np.zeros(0, np.int64)))
     pose = standing((0.0, 0.05, 2.4))

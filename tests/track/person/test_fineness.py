@@ -18,6 +18,7 @@ FINE = Camera(640, 480, 571.26, 571.26, 320.0, 240.0)
 WIDE = Camera(512, 512, 252.0, 252.0, 256.0, 256.0)
 
 
+@pytest.mark.slow
 @given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(1.0, 4.0), st.sampled_from([2, 3]))
 @settings(max_examples=20, deadline=None)
 def test_a_plane_stays_where_it_is(right, down, away, step):

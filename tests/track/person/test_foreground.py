@@ -21,6 +21,7 @@ def _overlap(found, frame):
     return (one & other).sum() / (one | other).sum()
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=8)
 def test_a_person_alone_is_kept_whole(seed):
@@ -33,6 +34,7 @@ def test_a_person_alone_is_kept_whole(seed):
     assert not (found.free & np.isfinite(found.depth)).any()
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(3.8, 6.0))
 @settings(max_examples=8)
 def test_far_background_does_not_change_the_person(seed, wall):
@@ -44,6 +46,7 @@ def test_far_background_does_not_change_the_person(seed, wall):
     assert _overlap(found, find_person(scene_of(alone), alone)) > 0.97
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(3.8, 5.0), st.floats(0.95, 1.3))
 @settings(max_examples=8)
 def test_floor_and_wall_are_taken_away(seed, wall, floor):
@@ -58,6 +61,7 @@ def test_floor_and_wall_are_taken_away(seed, wall, floor):
     assert _overlap(find_person(scene, whole), seen) > 0.90
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(0.25, 0.35))
 @settings(max_examples=8)
 def test_who_stands_right_before_a_wall_is_told_from_the_strip_of_floor_before_it(seed, gap):

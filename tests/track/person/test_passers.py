@@ -41,6 +41,7 @@ def shown(own, other):
     return in_sight.sum() / np.isfinite(own).sum(), in_sight
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("towards", [-1, 1])
 @pytest.mark.parametrize("away", [2.0, 4.2])
 def test_who_walks_through_is_never_the_person(away, towards, rng):
@@ -104,6 +105,7 @@ def test_who_stays_while_the_person_leaves_is_taken_up(rng):
     assert last[0] > 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("towards", [-1, 1])
 def test_the_tracker_keeps_to_the_person_while_somebody_walks_through(towards, rng):
     poses = random_poses(60, 5)

@@ -146,6 +146,7 @@ def followed(depths, start=0):
     return mm.track.follow(MODEL, frames, PERSON, POSES[start])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(150, 240), (0, 92), (118, 136)])
 def test_who_is_cut_off_is_not_squeezed_into_what_is_seen(first, last):
     depths = [np.array(render(PERSON, pose, CAMERA).depth) for pose in POSES]

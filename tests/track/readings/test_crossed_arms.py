@@ -52,6 +52,7 @@ def test_forearms_changed_over_end_nearer_to_where_the_others_did_and_nothing_el
     np.testing.assert_array_equal(other.joints[rest], pose.joints[rest])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("right", [True, False])
 def test_crossed_arms_are_put_right_within_a_second_and_right_ones_stay(right):
     library = np.array([arms(CROSSED, share).joints for share in np.linspace(0.0, 1.0, 30)])

@@ -44,6 +44,7 @@ def test_the_other_reading_has_left_where_right_was(heading):
     assert not faces_otherwise(pose, about_face(BODY, other))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [40.0, -35.0])
 def test_who_was_read_the_wrong_way_round_is_turned_within_a_second_of_walking(heading):
     poses = walk(32, heading)
@@ -54,6 +55,7 @@ def test_who_was_read_the_wrong_way_round_is_turned_within_a_second_of_walking(h
     assert off(found[-1], poses[-1]) < 0.08 < 0.15 < off(found[1], poses[1])
 
 
+@pytest.mark.slow
 def test_who_walks_backwards_for_long_is_asked_again_although_the_question_was_closed():
     poses = walk(45, 30.0)
     found = followed(poses, about_face(BODY, poses[0]))
@@ -61,6 +63,7 @@ def test_who_walks_backwards_for_long_is_asked_again_although_the_question_was_c
     assert not faces_otherwise(found[-1], poses[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1.1, -1.1])
 def test_a_right_reading_stays_even_of_somebody_who_walks_backwards(speed):
     poses = walk(32, 35.0, speed)

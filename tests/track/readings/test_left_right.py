@@ -73,6 +73,7 @@ def test_legs_pass_each_other_twice_in_a_stride_seen_from_the_side_and_never_fro
     assert not counts[1].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [75.0, -60.0])
 def test_legs_that_were_changed_over_are_put_right_within_a_second(heading):
     poses = walk(48, heading)[8:]  # from where the legs are apart
@@ -84,6 +85,7 @@ def test_legs_that_were_changed_over_are_put_right_within_a_second(heading):
     assert "recovered" in said[put_right].flags
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [90.0, -90.0, 60.0, 0.0])
 def test_legs_that_are_right_stay(heading):
     poses = walk(66, heading)

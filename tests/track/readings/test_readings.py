@@ -28,6 +28,7 @@ def looking(question, pose, ours, theirs, began=None):
     return looked_at(question, state, pose, ours, NOBODY, follow, one=lambda *_: False)[:2]
 
 
+@pytest.mark.slow
 @given(busy=st.lists(st.booleans(), min_size=120, max_size=120))
 def test_a_look_begins_when_it_is_time_and_waits_only_so_long_for_frames_with_nothing_else_to_do(busy):
     pose, halves = standing(), []

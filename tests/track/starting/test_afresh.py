@@ -47,6 +47,7 @@ def seen(poses):
         yield DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [75.0, -100.0])
 def test_who_was_taken_up_wrongly_is_found(model, heading):
     """Such a pose is usual by now, and the questions of front and back, and left and right, lead nowhere."""
@@ -63,6 +64,7 @@ def test_who_was_taken_up_wrongly_is_found(model, heading):
     assert max(errors[-5:]) < 0.06
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("heading", "much"), [(75.0, 0.8), (110.0, 0.8), (110.0, 0.6)])
 def test_who_may_well_be_followed_wrongly_is_looked_for_as_well(model, heading, much):
     """Less twisted they were asked of front and back alone, half as long again and more, or to the end of a short take.
@@ -105,6 +107,7 @@ def test_what_was_told_of_front_and_back_goes_on_unless_it_is_another_reading_th
         assert found.state.facing.odds == known.odds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_given", [True, False])
 def test_who_is_followed_rightly_is_never_looked_for(model, is_given):
     poses = walk(20, 30.0)
@@ -119,6 +122,7 @@ def test_who_is_followed_rightly_is_never_looked_for(model, is_given):
     assert open_for == (0 if is_given else round(FIRST / DT) + 1)
 
 
+@pytest.mark.slow
 def test_nobody_is_looked_for_anew_while_measured(model, monkeypatch):
     """What a body explains badly that is not the person's says nothing of the pose."""
     before = []
@@ -172,6 +176,7 @@ def test_only_what_is_clearly_better_and_likely_right_is_taken():
     assert not better(search, wrong, 0.3, right, 0.2, -1e3)  # something else speaks against it
 
 
+@pytest.mark.slow
 def test_who_is_lost_is_looked_for_in_one_frame_of_four_and_found_when_they_are_back(model, monkeypatch):
     """A look takes as long as many frames: something that no pose explains had one in every frame or two."""
     looks, found = [], tracker.look_for_body

@@ -113,6 +113,7 @@ def test_of_two_readings_the_one_that_fits_after_settling_is_taken(shapes):
     assert settled_readings(PERSON, [], seen.every(4), coarse, shapes, refine) == []
 
 
+@pytest.mark.slow
 def test_offers_are_made_only_for_what_the_frame_does_not_show(shapes):
     detector = fit_detector(random_poses(120, 1), [PERSON], seed=0, count=80, trees=1)
     target = np.array(standing((0.0, 0.1, 3.0)).joints)

@@ -24,7 +24,7 @@ NEEDED = 5.0  # of log-likelihood that the slope has to win, for anything of it 
 ONE_MOMENT = 0.67  # deviation of the logarithm of a variance that is told by a moment of one channel
 MOTION = 0.7  # mean of the logarithm of that growth, from which fast moments of a channel tell nothing
 FEWEST = 4.0  # widths' worth of frames that tell of a channel
-_NOTHING = 1e-9
+_NOTHING, _EVERYTHING = 1e-9, 1e15
 
 
 def goes_with_speed(
@@ -118,7 +118,8 @@ def _added(
     usual = np.sqrt(np.where(told, np.square(speed), 0.0).sum(axis=0) / count) + _NOTHING
     # for each steepness, the level at rest of every channel, and how much is left unexplained
     rest, left = np.empty((2, len(STEEPER), len(channels)))
-    relative, known = (speed / usual).astype(np.float32), level.astype(np.float32)  # a slope needs no more digits
+    # a slope needs no more digits
+    relative, known = np.minimum(speed / usual, _EVERYTHING).astype(np.float32), level.astype(np.float32)
     for i, steeper in enumerate(STEEPER):
         apart = np.where(
             told, known - smooth(np.log(np.square(np.float32(steeper) * relative) + np.float32(1.0))), np.float32(0.0)
