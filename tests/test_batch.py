@@ -63,6 +63,7 @@ def blas_threads(_: int) -> set[int]:
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_failures_stay_with_their_items(jobs: int) -> None:
     outcomes = batch.run(square_or_fail, range(6), jobs=jobs)
@@ -113,6 +114,7 @@ def ignores_interrupts(_: int) -> bool:
     return signal.getsignal(signal.SIGINT) is signal.SIG_IGN
 
 
+@pytest.mark.slow
 def test_an_interrupt_reaches_the_parent_alone() -> None:
     assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=2)] == [True, True]
     assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=1)] == [False, False]
@@ -335,6 +337,7 @@ class _Unpacked:
         return type(self), (1,)
 
 
+@pytest.mark.slow
 def test_an_answer_that_cannot_travel_fails_alone() -> None:
     outcomes = batch.run(answer_with, ["a", "what cannot travel", "an error that cannot be rebuilt", "b"], jobs=2)
     assert [outcome.value for outcome in outcomes] == ["a", None, None, "b"]

@@ -93,6 +93,7 @@ def test_a_limit_that_the_start_breaks_is_never_broken_further():
         assert found.q[knee] == pytest.approx(min(goal, 2.8), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_frames_are_solved_each_by_itself(rng):
     """Side by side or one by one: the same poses."""
     q = pose(rng, 6)

@@ -62,6 +62,7 @@ def test_maps_join_equal_meanings_both_ways(source: JointSet, target: JointSet) 
             assert source.meanings[j] == target.meanings[k]
 
 
+@pytest.mark.slow
 @given(st.sampled_from(SETS), st.randoms())
 def test_names_in_any_order_mean_the_same(one: JointSet, random: Random) -> None:
     order = list(range(len(one.names)))

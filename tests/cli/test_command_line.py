@@ -72,6 +72,7 @@ def test_help_is_everywhere(capsys: pytest.CaptureFixture[str], command: str) ->
     assert f"Usage: motionmend {command}".strip() in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", KNOWN, ids=" ".join)
 def test_every_command_can_be_asked_where_a_failure_arose(
     capsys: pytest.CaptureFixture[str], words: tuple[str, ...]

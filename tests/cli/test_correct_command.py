@@ -180,6 +180,7 @@ def test_a_list_that_is_none_is_one_line(cli: Command, tmp_path: Path, text: str
     assert all(line.startswith("motionmend: ") for line in ran.err.splitlines())
 
 
+@pytest.mark.slow
 def test_a_folder_gives_its_tree_and_names_without_endings(cli: Command, taught: Path, tmp_path: Path) -> None:
     takes = tmp_path / "takes"
     (takes / "day").mkdir(parents=True)
@@ -227,6 +228,7 @@ def test_joint_angles_hold_the_same_joints(cli: Command, taught: Path, tmp_path:
     assert motion.frames == table.frames
 
 
+@pytest.mark.slow
 def test_a_frame_without_the_person_stays_empty(cli: Command, taught: Path, tmp_path: Path) -> None:
     postures = sensed(samples.clip("walk", seconds=3.0, seed=3), 3)
     places, state = postures.positions.copy(), np.full(postures.positions.shape[:2], 2)
@@ -330,6 +332,7 @@ def test_a_record_that_cannot_be_written_takes_its_output_along(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("units", "said"), [(1000.0, "is it millimetres?"), (100.0, "is it centimetres?"), (0.001, "in another unit?")]
 )

@@ -436,6 +436,7 @@ def test_an_amc_written_stays_readable_when_another_persons_comes_to_lie_beside_
     assert cli("inspect", out / "first.amc", out / "second.amc").code == 0
 
 
+@pytest.mark.slow
 def test_a_recording_without_a_sample_is_left_open_whole(cli: Command, library: Path, tmp_path: Path) -> None:
     clean = read(library / "clean.c3d")
     assert isinstance(clean, Markers)

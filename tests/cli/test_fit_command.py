@@ -124,6 +124,7 @@ def test_a_clip_that_is_spoiled_itself_is_repaired_first_and_named(cli: Command,
     assert (tmp_path / "m.mend").read_bytes() == (tmp_path / "n.mend").read_bytes()
 
 
+@pytest.mark.slow
 def test_why_clips_failed_stands_in_the_object_too(cli: Command, library: Path, tmp_path: Path) -> None:
     bad, none = tmp_path / "bad.bvh", tmp_path / "none.amc"
     bad.write_text("HIERARCHY\n")

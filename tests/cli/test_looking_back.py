@@ -85,6 +85,7 @@ def test_a_process_that_is_killed_costs_no_frame(followed):
     same(said, list(revised(model, DEFAULT, moments)))
 
 
+@pytest.mark.slow
 def test_nobody_looks_back_where_no_processor_is_idle_or_little_is_to_be_done(followed):
     model, moments = followed
     for frames, idle in ((WORTH, False), (WORTH - 1, True)):

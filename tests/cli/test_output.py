@@ -23,6 +23,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(st.dictionaries(st.text(), JSON, max_size=4))
 def test_json_is_one_line_and_reads_back(facts: dict[str, object]) -> None:
     line = json_line(facts)

@@ -167,6 +167,7 @@ def test_a_denoiser_of_one_kind_of_takes_does_not_stop_the_others(cli: Command, 
     assert (tmp_path / "out" / "marked.c3d").exists()
 
 
+@pytest.mark.slow
 def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp_path: Path) -> None:
     out = tmp_path / "seen.bvh"
     ran = cli("pipeline", takes / "takes" / "seen.csv", "-m", takes / "sensor.mend", "-o", out)
@@ -181,6 +182,7 @@ def test_a_sensor_s_skeleton_becomes_joint_angles(cli: Command, takes: Path, tmp
     assert "warning" in next(line for line in ran.err.splitlines() if "bones leave each joint alike" in line)
 
 
+@pytest.mark.slow
 def test_what_is_guessed_of_a_sensor_s_recording_is_said_once(
     cli: Command, takes: Path, sensor: Postures, tmp_path: Path
 ) -> None:

@@ -98,6 +98,7 @@ def test_a_known_body_from_a_known_pose(cli: Command, studio: Path, tmp_path: Pa
     assert list(beside)[-1] == "seconds"
 
 
+@pytest.mark.slow
 def test_the_person_is_found_and_the_same_input_gives_the_same_bytes(
     cli: Command, studio: Path, tmp_path: Path
 ) -> None:
@@ -201,6 +202,7 @@ def test_a_body_is_measured_once_and_used_again(cli: Command, studio: Path, tmp_
     assert lengths[0] == lengths[1]
 
 
+@pytest.mark.slow
 def test_a_start_that_is_not_where_the_person_is_is_said(cli: Command, studio: Path, tmp_path: Path) -> None:
     start = read_joint_table(studio / "start.csv")
     upright = start.positions * np.array([1.0, -1.0, 1.0])  # y up, as sensors' skeletons have it

@@ -272,6 +272,7 @@ def test_a_model_comes_back_from_its_file_and_says_the_same(model: CorrectorMode
         )
 
 
+@pytest.mark.slow
 def test_the_same_pairs_make_the_same_model() -> None:
     pairs = [pair("walk", seed, 2.0) for seed in range(3)]
     one, other = (Corrector(points=60).fit(pairs).to_arrays() for _ in range(2))

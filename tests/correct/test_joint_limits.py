@@ -65,6 +65,7 @@ def model() -> CorrectorModel:
     return fitted()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look_ahead", [0, None])
 def test_nothing_bends_beyond_what_all_truth_keeps_unless_the_sensor_is_sure(
     model: CorrectorModel, look_ahead: int | None

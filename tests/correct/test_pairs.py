@@ -81,6 +81,7 @@ def test_moving_and_turning_the_truth_changes_nothing(turn: Floats, shift: Float
     np.testing.assert_allclose(match(sensor, moved, one.offset).truth.positions, one.truth.positions, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(turns, shifts, st.integers(0, 99))
 def test_a_rigid_fit_gives_back_the_motion_and_never_a_mirroring(turn: Floats, shift: Floats, seed: int) -> None:
     points = np.random.default_rng(seed).normal(size=(9, 3))

@@ -16,6 +16,7 @@ def model() -> CorrectorModel:
     return fitted()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 @pytest.mark.parametrize("at", [0, 7])
 def test_a_time_that_is_no_number_is_named(model: CorrectorModel, bad: float, at: int) -> None:

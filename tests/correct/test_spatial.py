@@ -96,6 +96,7 @@ def test_mirrored_people_get_mirrored_offsets(body: Anatomy, seed: int) -> None:
     np.testing.assert_allclose(other, mirrored_postures(offsets, body), atol=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(seed=seeds)
 def test_offsets_that_shape_tells_are_learned(body: Anatomy, seed: int) -> None:
@@ -139,6 +140,7 @@ def test_a_joint_without_truth_stays(body: Anatomy) -> None:
     assert np.isfinite(found).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(seed=seeds)
 def test_a_few_wrong_truths_weigh_little(body: Anatomy, seed: int) -> None:

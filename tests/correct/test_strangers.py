@@ -113,6 +113,7 @@ def test_who_comes_late_is_met_where_they_are(model: CorrectorModel) -> None:
     assert np.linalg.norm(model.correct(recording(frames)).positions - wanted, axis=2)[3:].max() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_joints_that_are_there_stay_there_whatever_others_lack(model: CorrectorModel, seed: int) -> None:
     """Sides that are changed back bring joints to where the sensor has none; those that hang on them are kept."""

@@ -178,6 +178,7 @@ def test_what_is_left_open_is_counted_over_the_whole(model, take):
     assert [said.split()[0] for said in live.warnings if "left open" in said] == [str(left)]
 
 
+@pytest.mark.slow
 def test_nothing_comes_of_nothing(model, take):
     empty = replace(take, q=take.q[:0])
     assert finish(start(model, empty)) is None

@@ -91,6 +91,7 @@ def test_gap_fillers_leave_measured_samples_bit_for_bit(walk, method):
     np.testing.assert_array_equal(repaired.recording.q[damaged.present], damaged.q[damaged.present])
 
 
+@pytest.mark.slow
 def test_a_repair_without_a_model_is_adaptive_unless_asked_otherwise(walk):
     damaged = spoiled(walk, gaps=0.1)
     plain, asked = repair_without_model(damaged), repair_without_model(damaged, "adaptive")
@@ -177,11 +178,13 @@ def test_a_whole_arm_without_markers_is_filled_from_the_others(markers_model, wa
     assert error.mean() < 0.05
 
 
+@pytest.mark.slow
 def test_an_unknown_motion_is_said(joints_model):
     jump = clip("jump", seconds=3.0, fps=FPS, seed=2)
     assert any("may not know" in w for w in joints_model.repair(jump).warnings)
 
 
+@pytest.mark.slow
 def test_a_known_motion_is_not_called_unknown(joints_model, walk):
     noisy = spoiled(walk, noise=np.radians(5), outliers=0.2)
     assert not any("may not know" in w for w in joints_model.repair(noisy).warnings)

@@ -389,6 +389,7 @@ def test_names_a_bvh_cannot_hold_are_one_line(rng):
 # ---- real recordings -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_recording_keeps_every_value(data, tmp_path):
     files = sorted((data / "mocap" / "bvh").glob("*.bvh"))
     assert len(files) >= 9

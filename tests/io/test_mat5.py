@@ -72,6 +72,7 @@ def test_whole_numbers_stay_as_short_as_they_are_stored(tmp_path: Path) -> None:
     assert found.numbers().dtype == np.uint16
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compressed", [False, True])
 def test_whatever_is_damaged_ends_in_one_line(tmp_path: Path, compressed: bool) -> None:
     """Of such files scipy's reader ended the process in one of a hundred."""

@@ -26,6 +26,7 @@ def three(joints: int = 6) -> list[Floats]:
     return [way[:, None] + rng.normal(scale=0.3, size=(1, joints, 3)) for way in ways]
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(st.lists(st.permutations([0, 1, 2]), min_size=FRAMES, max_size=FRAMES), st.booleans())
 def test_numbers_that_change_places_in_any_frame_change_nothing(numbers: list[list[int]], shared: bool) -> None:

@@ -210,6 +210,7 @@ def test_every_cut_is_noticed_or_said(tmp_path: Path) -> None:
     assert not any("no line break" in said for said in read_trc(written(tmp_path, whole)).warnings)
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(st.data())
 def test_damage_gives_a_value_or_one_line(tmp_path_factory, data) -> None:

@@ -46,6 +46,7 @@ def folded(seed):
     return advance(BODY, standing(), np.r_[np.zeros(3), 0.7 * np.random.default_rng(seed).normal(size=DOFS - 3)])
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000), clear=st.sampled_from([0.0, 0.05, 0.2]))
 @settings(max_examples=30)
 def test_the_sums_are_those_of_the_twin(seed, clear):

@@ -169,6 +169,7 @@ def test_inverses_are_lapacks(seed, size):
     assert not dense.inverted(-matrix, found)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000), share=st.sampled_from([0.0, 0.01, 0.5]))
 def test_the_extent_of_what_is_measured(seed, share):
     rng = np.random.default_rng(seed)

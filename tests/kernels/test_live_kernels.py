@@ -121,6 +121,7 @@ def test_who_hops_is_told_as_by_the_twin(seed: int, far: float, seconds: float) 
     np.testing.assert_array_equal(hops.leaps(*told), naive.leaps(*told))
 
 
+@pytest.mark.slow
 def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
     postures = np.stack([some_posture(np.random.default_rng(seed)) for seed in range(7)])
     postures[1, 3], postures[1, 5, 1] = 0.0, np.inf
@@ -287,6 +288,7 @@ def test_kinship_is_that_of_the_twin(unseen: int, off: float) -> None:
     assert unseen == BONES or (got > 0.9) == (off < 0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [0, 3, JOINTS])
 def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
     rng = np.random.default_rng(missing)

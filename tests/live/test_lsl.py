@@ -21,6 +21,7 @@ def near(tmp_path_factory):
     os.environ["LSLAPICFG"] = str(settings)
 
 
+@pytest.mark.slow
 def test_a_recorder_finds_the_stream_its_channels_and_its_frames(model):
     from motionmend.live.lsl import Laboratory
 

@@ -411,6 +411,7 @@ def test_numbers_of_any_packer_are_read(live):
         assert unpack(connection.recv(timeout=10))["seq"] == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [False, True])
 def test_a_server_that_looks_ahead_answers_late_says_so_and_gives_what_it_owes(model, text):
     positions = moving(KINECT20, 20)

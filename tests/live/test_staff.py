@@ -29,6 +29,7 @@ def test_what_is_said_on_a_line_comes_whole_and_in_order_however_it_is_cut():
         assert not heard
 
 
+@pytest.mark.slow
 def test_who_is_ready_when_the_server_has_gone_goes_without_a_word(model, monkeypatch):
     monkeypatch.setattr(signal, "signal", lambda *_: None)
     ours, theirs = socket.socketpair()

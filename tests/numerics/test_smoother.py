@@ -47,6 +47,7 @@ def test_smoother_is_the_batch_solution(seed):
     assert found.log_likelihood == pytest.approx(log_likelihood, rel=1e-8, abs=1e-8)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=10)
 def test_smoother_is_its_plain_twin_long_after_it_settled(seed):

@@ -72,6 +72,7 @@ def test_a_channel_without_samples_stays_open():
     assert np.isinf(found.variance).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "noise"), [(1.0, 1.0), (0.2, 3.0), (2.0, 0.5)])
 def test_fit_finds_the_variances_of_a_true_walk(rng, step, noise):
     _, observed = _walk(rng, 2000, 6, step, noise)

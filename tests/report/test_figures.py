@@ -79,6 +79,7 @@ def test_a_figure_is_a_png_without_date_or_version_and_always_the_same(tmp_path,
     assert height > 250
 
 
+@pytest.mark.slow
 def test_the_user_s_own_settings_do_not_reach_a_figure(tmp_path):
     import matplotlib
 

@@ -335,6 +335,7 @@ def test_a_limb_out_of_sight_is_held_and_less_and_less_sure():
     assert std[0][wrist] > 1.5 * std[0][LANDMARKS.index("l_wrist")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [1.0, 0.5])
 @pytest.mark.parametrize("reach", [0.5, 1.0])
 def test_fists_and_flat_hands_are_told_apart_whatever_is_known_before(reach, known):

@@ -180,6 +180,7 @@ def test_recordings_of_few_frames(frames):
     assert np.linalg.norm(repaired.recording.positions - cloud.positions, axis=2).max() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames", [1, 2, 3, 30])
 @pytest.mark.parametrize("library", [True, False])
 def test_few_frames_and_few_channels_need_no_library(rng, frames, library):
@@ -323,6 +324,7 @@ def test_real_walks_are_repaired_better_than_by_any_rival(data):
     assert ours < min(rivals.values()), (ours, rivals)
 
 
+@pytest.mark.slow
 def test_a_channel_without_any_sample_keeps_no_other_from_repair():
     """Nothing holds it without a library: it stays open."""
     clean = truth("walk", seconds=8.0)

@@ -138,6 +138,7 @@ def test_the_order_of_the_channels_does_not_matter(seed, order):
     np.testing.assert_array_equal(other, found[:, order])
 
 
+@pytest.mark.slow
 def test_a_burst_in_linked_channels_is_no_jump_of_its_own():
     """Channels of joints that meet jump together where a limb is lost, too, but then for more than a moment."""
     shares = []

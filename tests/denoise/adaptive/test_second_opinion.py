@@ -183,6 +183,7 @@ def test_motions_that_the_library_does_not_know_are_no_worse_for_it(action, outl
     assert error(found) < 1.1 * error(alone)
 
 
+@pytest.mark.slow
 def test_what_the_library_knows_needs_no_second_opinion():
     found = joints_model().repair(corrupt(truth("walk"), noise=np.radians(2.0), seed=3).recording)
     assert not any("misses" in said for said in found.warnings)

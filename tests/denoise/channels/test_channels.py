@@ -201,6 +201,7 @@ def test_other_subjects_prefix_and_marker_order_are_matched_by_name(walk):
     np.testing.assert_allclose(to_channels(other, layout).values, to_channels(cloud, layout).values, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["amc/05/05_06.amc", "amc/131/131_04.amc", "amc/86/86_01.amc", "bvh/10_04.bvh"])
 def test_real_recordings_come_back_exactly(data, name):
     recording = read(data / "mocap" / name)

@@ -33,6 +33,7 @@ def _drawn(seed, frames=240):
     return dynamics, model, clean, clean + 2.0 * rng.standard_normal(clean.shape)
 
 
+@pytest.mark.slow
 def test_of_recordings_that_the_dynamics_make_it_is_the_smoother_that_knows_all():
     for seed in range(2):
         dynamics, model, clean, measured = _drawn(seed)

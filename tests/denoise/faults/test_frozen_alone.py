@@ -111,6 +111,7 @@ def test_a_long_recording_is_looked_through_in_parts(monkeypatch, first, last):
     np.testing.assert_array_equal(found, still)
 
 
+@pytest.mark.slow
 def test_clean_recordings_hold_none(data):
     for file in sorted((data / "mocap").rglob("*.c3d")):
         recording = read(file)

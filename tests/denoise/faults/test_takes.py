@@ -34,6 +34,7 @@ def _spliced(recording, first, last):
     return recording.with_positions(np.delete(recording.positions, np.s_[first:last], axis=0))
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(ACTIONS),
     st.booleans(),

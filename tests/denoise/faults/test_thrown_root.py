@@ -61,6 +61,7 @@ def test_a_gap_near_it_hides_it_not(before):
     assert before == 1 or np.array_equal(found, off)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ACTIONS)
 @pytest.mark.parametrize("fps", [15.0, 30.0, 120.0])
 def test_nothing_is_found_in_what_people_do_nor_in_noise(action, fps):

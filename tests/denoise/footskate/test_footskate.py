@@ -156,6 +156,7 @@ def test_cleaning_commutes_with_walking_somewhere_else(rng):
     np.testing.assert_allclose(there.motion.q[:, 3:], here.motion.q[:, 3:], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_change_sets_in_without_a_jump(rng):
     """Around contacts the change of every joint's place goes on smoothly: no step larger than a foot's own noise."""
     truth, stands = walk(4.0, 120.0)

@@ -202,6 +202,7 @@ def test_a_marker_missing_for_most_of_a_recording_is_filled():
     assert (np.abs(off) < 1.96 * found.std[180:, [5, 9], None]).mean() > 0.8
 
 
+@pytest.mark.slow
 def test_who_is_hidden_whole_is_not_led_by_somebody_else():
     first, second = _body(4), np.array([0.0, 2.0, 0.0]) + _body(9)[::-1]  # they walk past each other
     gappy = np.concatenate([first, second], axis=1)
@@ -221,6 +222,7 @@ def test_who_is_hidden_whole_is_not_led_by_somebody_else():
     assert off[0] < 1.5 * off[2]
 
 
+@pytest.mark.slow
 def test_a_gap_at_an_end_and_frames_without_any_marker(rng):
     truth = _body(7)
     cut = truth.copy()

@@ -74,6 +74,7 @@ def test_deviations_become_as_large_as_errors_elsewhere_are(seed, larger):
     assert np.isfinite(excess(gaps, moved, away, variance, np.isfinite(away))).all()
 
 
+@pytest.mark.slow
 @given(freedom=st.floats(2.5, 100.0), scale=st.floats(0.1, 10.0))
 def test_intervals_hold_what_they_promise_of_errors_with_long_tails_too(freedom, scale):
     sizes = scale * student.ppf(0.5 + 0.5 * (np.arange(4000) + 0.5) / 4000, freedom)

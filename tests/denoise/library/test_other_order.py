@@ -147,6 +147,7 @@ def test_a_library_in_the_same_order_is_used_as_any():
     assert not any("another order" in said for said in outcome.warnings)
 
 
+@pytest.mark.slow
 def test_clips_of_both_orders_teach_as_clips_of_one():
     both = list(clips())
     both[1] = turned_otherwise(both[1], _all_balls(both[1]))

@@ -138,6 +138,7 @@ def test_butterworth_passes_half_the_power_at_its_cut_off_and_lags_nothing():
         np.testing.assert_allclose(found, share * wave[200:-200], atol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LINEAR)
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 def test_noise_falls_by_the_gain_that_std_foretells(name, fps, rng):

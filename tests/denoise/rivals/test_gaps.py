@@ -67,6 +67,7 @@ def test_a_body_of_few_patterns_is_found_again_and_std_says_how_well(name, rng):
     assert np.median(found.std[~found.filled]) < 0.002
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILLERS)
 @given(seed=SEEDS)
 @settings(max_examples=4)

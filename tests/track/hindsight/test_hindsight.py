@@ -180,6 +180,7 @@ def test_what_neither_account_sees_is_as_unsure_as_half_of_what_they_are_apart()
         assert "held" in told.flags
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(st.integers(1, 13), st.integers(1, 6), st.integers(1, 3))
 def test_every_frame_is_told_of_once_in_order_and_few_wait(count, window, ahead):
@@ -232,6 +233,7 @@ def account(rng, one):
     return Back(solution, costs[1, 0], zeros > 0, zeros, zeros, zeros, rng.uniform(0.0, 0.5, TRUNK + 1), costs)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1))
 def test_the_choice_is_the_best_of_all(seed):

@@ -67,6 +67,7 @@ def jittered(poses, much=0.02, seed=0):
     return [advance(BODY, pose, much * rng.normal(size=DOFS)) for pose in poses]
 
 
+@pytest.mark.slow
 def test_the_truth_stays_and_what_is_beside_it_comes_back():
     states = states_of(TRUE)
     assert off(solved_together(MODEL, DEFAULT, BODY, states, TRUE), TRUE).max() < 0.003
@@ -111,6 +112,7 @@ def test_noise_that_neighbours_do_not_share_is_shared_out():
     assert np.abs(jerks[0]).mean() < 0.75 * np.abs(jerks[1]).mean()
 
 
+@pytest.mark.slow
 def test_a_poor_library_hardly_draws_a_limb_that_is_seen():
     still = TrackerModel(PoseDatabase(np.repeat(standing((0.0, 0.1, 2.6)).joints[None], 50, axis=0), np.full(50, 49)))
     states = states_of(TRUE, noise=1)
@@ -141,6 +143,7 @@ def test_a_pause_binds_nothing():
         np.testing.assert_array_equal(one.joints, other.joints)
 
 
+@pytest.mark.slow
 def test_a_limb_out_of_sight_goes_on_between_where_it_is_seen():
     arm = [BONES.index(f"l_{bone}") for bone in ("upperarm", "forearm")]
 
@@ -160,6 +163,7 @@ def test_a_limb_out_of_sight_goes_on_between_where_it_is_seen():
     assert off(solved, TRUE)[4:8, wrist].mean() < 0.6 * off(begun, TRUE)[4:8, wrist].mean()
 
 
+@pytest.mark.slow
 def test_few_pixels_do_not_bend_the_way_of_a_limb_that_is_as_good_as_out_of_sight(monkeypatch):
     """Pixels of another limb are near enough to draw at it; how well it was shown says how far to follow them."""
     forearm, wrist = BONES.index("l_forearm"), LANDMARKS.index("l_wrist")
@@ -185,6 +189,7 @@ def test_few_pixels_do_not_bend_the_way_of_a_limb_that_is_as_good_as_out_of_sigh
     assert away[0] < 0.7 * away[1], away
 
 
+@pytest.mark.slow
 def test_a_leap_is_left_a_leap():
     """Two still poses, one after the other: neither is drawn to the other by what binds frames."""
     first, other = TRUE[0], advance(BODY, TRUE[0], np.where(np.isin(np.arange(DOFS), 6 + L_ARM.columns), 0.4, 0.0))

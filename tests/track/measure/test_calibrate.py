@@ -84,6 +84,7 @@ def test_tracking_and_fitting_take_turns(rng):
         calibrated([PERSON], lambda body: Trial([], [], 1.0))
 
 
+@pytest.mark.slow
 def test_a_body_that_explains_the_frames_worse_is_not_believed(rng):
     """Whatever was fitted; what the frames were explained by best to begin with is kept."""
     poses = random_poses(4, 15)
@@ -117,6 +118,7 @@ def test_other_sizes_are_tried_where_the_likeliest_explain_the_frames_badly(badl
     assert done.performer is min(bodies, key=lambda body: wrong[id(body)])
 
 
+@pytest.mark.slow
 def test_proportions_nobody_has_are_not_believed(rng):
     """Legs in a tub: what stands about them is fitted well, and is nobody's."""
     poses = random_poses(4, 15)

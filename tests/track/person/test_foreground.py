@@ -144,6 +144,7 @@ def _damaged(frame, kind):
     return DepthFrame(frame.camera, depth, None, frame.time)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["blank", "lower half", "every second row", "one pixel in ten", "saturated"])
 def test_a_damaged_first_image_tells_nothing_of_the_room_that_the_next_does_not_put_right(rng, kind):
     alone = [picture(standing((0.05 * k, 0.1, 2.6)), HALF, time=k / 30) for k in range(4)]

@@ -163,6 +163,7 @@ def test_who_is_cut_off_is_not_squeezed_into_what_is_seen(first, last):
         assert tracked.held[5:, ankles].all()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10_000), far=st.floats(2.8, 4.0), behind=st.floats(-0.3, 0.9))
 def test_one_body_hangs_together_and_two_that_are_apart_do_not(seed, far, behind):

@@ -85,6 +85,7 @@ def test_of_two_arms_the_one_that_is_seen_is_taken_and_the_other_watched_for_a_w
     assert all(apart(BODY, pose, truth) < 0.15 for pose in followed[turn:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gained", [0.0, 0.03])
 def test_a_wrong_hypothesis_is_never_taken_and_is_given_up(gained):
     followed, hypotheses = contest(HANGING, HANGING, raised(HANGING), LASTS + 1, gained)

@@ -37,6 +37,7 @@ def test_legs_are_knees_and_ankles_and_arms_begin_at_the_shoulders():
         np.testing.assert_array_equal(np.flatnonzero(pair.counted), np.sort(pair.columns))
 
 
+@pytest.mark.slow
 @given(phase=st.floats(0.3, 1.2), heading=st.floats(-180.0, 180.0))
 def test_legs_changed_over_are_where_the_others_were_and_the_rest_stays(phase, heading):
     pose = walking(phase, PLACE, heading)
@@ -47,6 +48,7 @@ def test_legs_changed_over_are_where_the_others_were_and_the_rest_stays(phase, h
     assert np.linalg.norm(now[arms] - was[arms], axis=1).max() < 0.12
 
 
+@pytest.mark.slow
 @given(phase=st.floats(0.0, 6.3), heading=st.floats(-180.0, 180.0))
 def test_legs_changed_over_bend_as_no_library_has_them(phase, heading):
     search = library().database.search

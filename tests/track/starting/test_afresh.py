@@ -83,6 +83,7 @@ def test_who_may_well_be_followed_wrongly_is_looked_for_as_well(model, heading, 
     assert max(errors[round(FIRST / DT) + 2 :]) < 0.03
 
 
+@pytest.mark.slow
 def test_what_was_told_of_front_and_back_goes_on_unless_it_is_another_reading_that_is_found(model, monkeypatch):
     looks = []
 
