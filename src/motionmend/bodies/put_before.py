@@ -1,5 +1,7 @@
 """A rest pose that stands before a recording: many exporters put one there, to show the body by it."""
 
+import warnings
+
 import numpy as np
 
 from ..arrays import Floats
@@ -51,7 +53,8 @@ def _away(angles: Floats) -> Floats:
 
 def _medians(values: Floats) -> Floats:
     """Medians over the last axis of what is there; NaN where nothing is."""
-    ordered = np.sort(values, axis=-1)  # what is missing comes last
-    known = np.isfinite(ordered).sum(axis=-1, keepdims=True)
-    low, high = (np.take_along_axis(ordered, np.maximum(at, 0), -1)[..., 0] for at in ((known - 1) // 2, known // 2))
-    return np.asarray(0.5 * (low + high))
+    if np.isfinite(values).all():
+        return np.asarray(np.median(values, axis=-1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # an empty row has no median: NaN is the answer
+        return np.asarray(np.nanmedian(values, axis=-1))

@@ -5,8 +5,6 @@ six to sixteen times in the square. Where a channel is mostly noise, their logar
 loud it is; what all channels share is sure sooner than what a channel says for itself.
 """
 
-from functools import partial
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -64,7 +62,6 @@ def loudness(measured: Floats, fps: float, together: int = 1, joints: Ints | Non
         noisy,
         twice - once,
         speeds(measured, gaussian_smooth(np.exp(noise), width), fps, together, joints),
-        partial(gaussian_smooth, width=width),
         width,
         faint,
     )

@@ -5,12 +5,11 @@ joint or marker moves, it is so throughout a recording: one number says it, and 
 tell that number.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
 from ...arrays import Bools, Floats, Ints
+from ...numerics.gaussian import gaussian_smooth
 from ..bases.support import interpolated
 
 SMOOTHED, LEAST_SMOOTHED = 0.03, 2.0  # s and frames, of the Gaussian whose slope is the speed
@@ -32,7 +31,6 @@ def goes_with_speed(
     tells: Bools,
     grown: Floats,
     moving: list[Floats],
-    smooth: Callable[[Floats], Floats],
     width: float,
     faint: float,
 ) -> Floats:
@@ -47,8 +45,7 @@ def goes_with_speed(
     tells : (T, C) True where it is that of noise.
     grown : (T, C) logarithm of how much larger squared differences are over two frames than over one: 0 of noise.
     moving : speeds that noise may go with, each (T, C) in channel units a second (`speeds`).
-    smooth : what `noise` was smoothed with.
-    width : frames, of that.
+    width : frames, of the Gaussian that `noise` was smoothed with.
     faint : logarithm of a variance below which noise is not followed.
 
     Returns
@@ -57,7 +54,7 @@ def goes_with_speed(
     """
     found, best = np.zeros(noise.shape), NEEDED
     for speed in moving:
-        added, gain = _added(noise, tells, grown, speed, smooth, width, faint)
+        added, gain = _added(noise, tells, grown, speed, width, faint)
         if gain > best:
             found, best = added, gain
     return np.asarray((1.0 - NEEDED / best) * found)
@@ -105,7 +102,6 @@ def _added(
     tells: Bools,
     grown: Floats,
     speed: Floats,
-    smooth: Callable[[Floats], Floats],
     width: float,
     faint: float,
 ) -> tuple[Floats, float]:
@@ -120,14 +116,10 @@ def _added(
     rest, left = np.empty((2, len(STEEPER), len(channels)))
     # a slope needs no more digits
     relative, known = np.minimum(speed / usual, _EVERYTHING).astype(np.float32), level.astype(np.float32)
-    for i, steeper in enumerate(STEEPER):
-        apart = np.where(
-            told, known - smooth(np.log(np.square(np.float32(steeper) * relative) + np.float32(1.0))), np.float32(0.0)
-        )
+    for i, steeper in enumerate(STEEPER.tolist()):
+        apart = np.where(told, known - gaussian_smooth(np.log(np.square(steeper * relative) + 1.0), width), 0.0)
         rest[i] = apart.sum(axis=0, dtype=np.float64) / count
-        left[i] = np.where(told, np.square(apart - rest[i].astype(np.float32)), np.float32(0.0)).sum(
-            axis=0, dtype=np.float64
-        )
+        left[i] = np.square(np.where(told, apart - rest[i], 0.0)).sum(axis=0)
     # where fast moments are mostly motion, those that look like noise do so by chance
     fast = (speed > usual) & np.isfinite(grown[:, channels])
     motion = np.where(fast, grown[:, channels], 0.0).sum(axis=0) > MOTION * fast.sum(axis=0)
@@ -143,7 +135,9 @@ def _added(
     still = np.array([np.interp(own[c], slope[:, c], rest[:, c]) for c in range(len(channels))])
     added = np.zeros(noise.shape)
     added[:, channels] = np.log1p(np.square(own * speed) / np.exp(np.maximum(still, faint)))
-    without, with_it = (_unexplained(one, told & ~motion) for one in (level, level - smooth(added[:, channels])))
+    without, with_it = (
+        _unexplained(one, told & ~motion) for one in (level, level - gaussian_smooth(added[:, channels], width))
+    )
     moment = max(ONE_MOMENT**2, with_it / max(1, (told & ~motion).sum()))
     return added, (without - with_it) / (2.0 * moment * span)
 

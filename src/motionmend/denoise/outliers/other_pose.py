@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...arrays import Bools, Floats, Ints, runs
-from ...bodies.skeleton import Skeleton, forward
+from ...bodies.skeleton import Skeleton, forward, wrapped
 from ..channels.joints import DEGREES, triples, unit
 
 TURN, STEP = 45.0, 20.0  # degrees that the joint turns from one frame to the next, and two of its angles step
@@ -44,7 +44,7 @@ def other_poses(angles: Floats, skeleton: Skeleton, columns: Ints, fps: float) -
         if not limb or not all(int(row) in at for row in rows):
             continue
         three = angles[:, [at[int(row)] for row in rows]]
-        step = np.abs((np.diff(three, axis=0) + 180.0) % 360.0 - 180.0)
+        step = np.abs(wrapped(np.diff(three / DEGREES, axis=0))) * DEGREES
         leaps = (step > STEP).sum(axis=1) >= 2  # what is missing does not leap
         if leaps.sum() < 2:
             continue
