@@ -22,8 +22,9 @@ from motionmend.evaluate.strangers import stranger
 from motionmend.track.hindsight.backwards import moment, revised
 from motionmend.track.hindsight.smoothing import smoothed
 from motionmend.track.model import TrackerModel
+from motionmend.track.person.company import told_beforehand
 from motionmend.track.person.room import Scene
-from motionmend.track.person.standing import looked_at, with_furniture
+from motionmend.track.person.standing import looked_at
 from motionmend.track.settings import TrackSettings
 from motionmend.track.starting.furniture import is_furniture, room_behind
 from motionmend.track.state import TrackState
@@ -261,8 +262,8 @@ def recorded(
 
 
 def furnished(frames: Sequence[DepthFrame]) -> Scene | None:
-    """The room with furniture that `motionmend track` knows before it follows anybody; None where it knows none."""
-    return with_furniture([frames[k] for k in looked_at(len(frames))])
+    """What of the room `motionmend track` knows before it follows anybody: furniture, who else is there; None = nothing."""
+    return told_beforehand([frames[k] for k in looked_at(len(frames))])
 
 
 def _but_furniture(state: TrackState, last: DepthFrame, said: list[Estimate]) -> list[Estimate]:

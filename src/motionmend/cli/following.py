@@ -59,6 +59,7 @@ class Followed:
     calibrated : whether the performer was fitted to this recording.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
     furnished : whether furniture that looks like a body was told before anybody was followed.
+    company : (T,) frames in which somebody else is seen, too.
     doubts : what speaks against the body that was followed.
     """
 
@@ -81,6 +82,7 @@ class Followed:
     calibrated: bool = False
     mistaken: Bools = field(default_factory=lambda: np.zeros(0, bool))
     furnished: bool = False
+    company: Bools = field(default_factory=lambda: np.zeros(0, bool))
     doubts: tuple[str, ...] = ()
 
     @property
@@ -161,7 +163,7 @@ def follow(
     begin = perf_counter()
     if landmarks is not None:
         landmarks = landmarks @ recording.axes
-    scene = None if landmarks is not None else _furnished(recording)
+    scene = _known_beforehand(recording, landmarks)
     measured = None if performer is not None else _measured(model, settings, recording, landmarks, scene)
     found = _followed(model, settings, recording, performer, measured, landmarks, scene, other, perf_counter() - begin)
     window = max(1, round(WINDOW * recording.fps))
@@ -172,11 +174,13 @@ def follow(
     return _followed(model, settings, recording, None, measured, landmarks, scene, other, perf_counter() - begin)
 
 
-def _furnished(recording: "DepthRecording") -> "Scene | None":
-    """The room with its furniture, by frames of all of the recording; None where none is told from people."""
-    from ..track.person.standing import looked_at, with_furniture
+def _known_beforehand(recording: "DepthRecording", landmarks: Floats | None) -> "Scene | None":
+    """The room with its furniture and who else is there, by frames of all of the recording; None where none is told."""
+    from ..track.person.company import told_beforehand
+    from ..track.person.standing import looked_at
 
-    return with_furniture([recording.true_frame(k) for k in looked_at(recording.frames)])
+    frames = [recording.true_frame(k) for k in looked_at(recording.frames)]
+    return told_beforehand(frames, None if landmarks is None else np.nanmean(landmarks, axis=0))
 
 
 def _followed(
@@ -192,6 +196,7 @@ def _followed(
 ) -> Followed:
     """The recording tracked with a body that is given, or was measured in so many seconds."""
     from ..track.hindsight.backwards import moment
+    from ..track.person.company import is_accompanied
     from ..track.recording import Told
     from ..track.starting.furniture import room_behind
     from ..track.tracker import start, step
@@ -213,6 +218,7 @@ def _followed(
             state, estimate = step(model, settings, state, frame)
             log.spent.append(perf_counter() - there)
             log.returns.append(float(np.mean(np.isfinite(frame.depth))))
+            log.company.append(is_accompanied(state.scene, frame))
             log.performer = state.performer
             yield moment(state, estimate)
             begin = perf_counter()
@@ -221,7 +227,7 @@ def _followed(
     for estimate in revised_beside(other, model, settings, moments()):
         log.add(estimate)
     found = log.followed(recording, begun, calibrate, fitted, steady=settings.steady)
-    return replace(found, furnished=scene is not None)
+    return replace(found, furnished=scene is not None and bool(np.isfinite(scene.background).any()))
 
 
 def _measured(
@@ -242,6 +248,8 @@ def _measured(
         pose = None
         if begin == 0 and landmarks is not None:
             pose = _posed(model, average(), landmarks)
+        if begin and scene is not None:
+            scene = replace(scene, others=None)  # by now they are elsewhere
         try:
             return measure_person(model, settings, frames, scene, pose)
         except MismatchError:
@@ -267,6 +275,7 @@ class _Log:
     read: float = 0.0
     spent: "array[float]" = field(default_factory=lambda: array("d"))
     returns: "array[float]" = field(default_factory=lambda: array("d"))
+    company: bytearray = field(default_factory=bytearray)
     stages: dict[str, float] = field(default_factory=dict)
     cost: dict[str, float] = field(default_factory=dict)
     iterations: int = 0
@@ -311,5 +320,6 @@ class _Log:
             self.restarts,
             fitted,
             tracked.mistaken,
+            company=np.frombuffer(self.company, np.bool_),
             doubts=tracked.warnings,
         )

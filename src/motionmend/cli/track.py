@@ -260,6 +260,11 @@ class Follow:
                 "something as large as a body keeps its place in all frames while somebody moves: it was taken for "
                 "furniture and not followed (--start says who is)"
             )
+        if followed.company.any():
+            whom = "--start points at" if self.start else "is most like a body in the first frame (--start says who)"
+            warnings.append(
+                f"somebody else is in frames {_stretches(followed.company)}, too: one person is followed, who {whom}"
+            )
         if followed.mistaken.any():
             warnings.append(
                 f"frames {_stretches(followed.mistaken)} are left empty: what was followed in them stands there still "

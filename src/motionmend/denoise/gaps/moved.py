@@ -18,7 +18,7 @@ ALIKE = 1.0  # gaps whose lengths, or numbers of channels, differ by a factor e 
 BELIEVED, FREEDOM = 1.0, 4.0
 LEAST, MOST_EXCESS = 0.3, 10.0  # of a deviation
 MIDDLE, FAR = 0.6827, 0.9545  # of normal errors lie within one and two standard deviations
-BY_MIDDLE = 0.75  # how much the former says of a deviation; by both alike three quarters of the errors lie within one
+BY_MIDDLE = 0.7  # how much the former says of a deviation; by both alike three quarters of the errors lie within one
 _NORMAL = np.sqrt(2.0) * erfinv((np.arange(40) + 0.5) / 40)  # sizes of errors that are as stated
 
 

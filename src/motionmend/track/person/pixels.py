@@ -9,7 +9,7 @@ from ...bodies.camera import DepthFrame
 from ...bodies.surface import intrinsics
 from ..frame.evidence import listed, middle
 from .foreground import CLOSING, Foreground, Scene, beside, find_person, mended, remember
-from .surfaces import LARGEST, SMALLEST, about
+from .surfaces import BOTH, JUMP_NEAR, JUMP_STEEP, LARGEST, SMALLEST, about, two_bodies
 from .window import Lines, lines_of, reached, untold
 
 GAP = 0.5  # m, that one body has nowhere: less than a forearm
@@ -42,7 +42,7 @@ def person_of(scene: Scene, frame: DepthFrame, last: Floats | None, median: int)
 
 
 def _apart(frame: DepthFrame, lines: Lines) -> bool:
-    """Whether all that is measured is of two things: with a gap between that no body has."""
+    """Whether all that is measured is of two things: with a gap between that no body has, or a body each."""
     points = listed(frame.depth, intrinsics(frame.camera), 4)[1]
     least = int(np.ceil(PIECE / lines.area * len(points)))
     if len(points) < 2 * least:
@@ -50,7 +50,21 @@ def _apart(frame: DepthFrame, lines: Lines) -> bool:
     across, away = points[:, 0], points[:, 2]
     ways = np.sort(np.stack([across, away, np.sqrt(0.5) * (across + away), np.sqrt(0.5) * (across - away)]), axis=1)
     within = ways[:, least - 1 : len(points) - least + 1]
-    return bool((within[:, 1:] - within[:, :-1]).max(initial=0.0) > GAP)
+    if (within[:, 1:] - within[:, :-1]).max(initial=0.0) > GAP:
+        return True
+    return lines.area > BOTH and _side_by_side(frame)
+
+
+def _side_by_side(frame: DepthFrame) -> bool:
+    """Whether the two largest surfaces are a body's each."""
+    from ...kernels import regions
+
+    labels = np.empty(frame.depth.shape, np.int32)
+    count = regions.surfaces(frame.depth, np.isfinite(frame.depth), JUMP_NEAR, JUMP_STEEP, labels)
+    measures = np.empty((count, 14))
+    regions.measures(frame.depth, labels, np.zeros(labels.shape, np.uint8), intrinsics(frame.camera), measures)
+    two = np.argsort(-measures[:, 1], kind="stable")[:2]
+    return len(two) == 2 and two_bodies(*measures[two])
 
 
 def _all_of_it(frame: DepthFrame, median: int, box: tuple[slice, slice]) -> Foreground:

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Bools, Singles
+from ...arrays import Bools, Floats, Singles
 from ...bodies.camera import Camera, DepthFrame
 from ...bodies.surface import intrinsics
 from .fineness import evened
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, first_whole, scene_of
-from .surfaces import Surfaces, is_board, joined, most_like_a_body, surfaces_of
+from .surfaces import SOMEBODY, Surfaces, is_board, joined, most_like_a_body, surfaces_of
 
 LOOKED_AT = 24  # frames of a recording, spread over all of it
 SEEN, SAME = 0.5, 0.9  # share of them in which a pixel is measured, and of those in which it is the same
@@ -24,7 +24,6 @@ RIM = 2  # px
 SWAY, CLEARLY = 0.002, 4.0
 QUARTERS = 4
 LEAVES = 0.2  # m, nearer than what is seen behind them later is somebody who moves
-SOMEBODY = 0.1  # m^2 of that at once: a fifth of a body
 MOST = 12  # pieces
 
 
@@ -52,26 +51,25 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
     whole = first_whole(even)
     room, scene = scene_of(even[whole]), None
-    stays, leaving = _stays(depths, camera.fx * camera.fy)
+    stays, leaving = stays_of(depths, camera.fx * camera.fy)
     alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
     walks = leaving >= SOMEBODY
     window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
     somebody_sways = walks and not alone
     for _ in range(MOST):
-        seen, main = _likest(room, depths[whole], camera)
-        likest = [main] if main >= 0 else []
+        seen, main = likest(room, depths[whole], camera)
+        first = [main] if main >= 0 else []
         # What of a table is not learned as background, for it is too near the person, would be taken for a limb.
         large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]
         # Where no room is behind it, only what is flat: of somebody who stands still there little else is known.
         large = [s for s in large if not alone or is_board(seen.measures[s], seen.clouds[s])]
         standing = None
-        for s in likest + large:
+        for s in first + large:
             mask = seen.pixels_of([s])
-            inner = cv2.erode(mask.view(np.uint8), window) > 0
-            sways = not inner.any() or np.isfinite(stays[inner]).mean() < STILL or _sways(depths, inner)
-            somebody_sways |= sways
+            moves = sways(depths, stays, inner_of(mask))
+            somebody_sways |= moves
             # Who only moves the hands leaves nothing: what is most like a body is not furniture then.
-            told = not sways and (walks or alone or s != main)
+            told = not moves and (walks or alone or s != main)
             standing = mask if told and standing is None else standing
         if standing is None:
             break
@@ -83,7 +81,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     # What else stays is the room: but not somebody's feet.
     somebody = np.zeros(depths[0].shape, np.bool_)
     for depth in depths:
-        seen, main = _likest(scene, depth, camera)
+        seen, main = likest(scene, depth, camera)
         if main >= 0:
             somebody |= seen.pixels_of(joined(main, seen, np.zeros(len(seen.measures), np.bool_)))
     if alone and not somebody.any():
@@ -92,24 +90,39 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
 
 
-def _likest(room: Scene, depth: Singles, camera: Camera) -> tuple[Surfaces, int]:
-    """The surfaces before a room and which is most like a body; -1 = none."""
+def likest(room: Scene, depth: Singles, camera: Camera, last: Floats | None = None) -> tuple[Surfaces, int]:
+    """The surfaces before a room and which is most like a body; -1 = none.
+
+    Parameters
+    ----------
+    room : as known. depth : (H, W) m. last : (3,) m, where the person is, if known.
+    """
     from ...kernels import scene as kernels
 
     before, numbers = np.empty(depth.shape, np.bool_), intrinsics(camera)
     kernels.before_scene(depth, numbers, room.planes, room.background, NOISE_NEAR, NOISE_STEEP, before)
     seen = surfaces_of(room, depth, before, numbers)
-    return seen, most_like_a_body(seen, False, np.zeros(len(seen.measures), np.bool_), None)
+    return seen, most_like_a_body(seen, False, np.zeros(len(seen.measures), np.bool_), last)
 
 
-def _sways(depths: Singles, inner: Bools) -> bool:
-    """Whether a surface moves by little, as people do who stand or sit still: head, trunk or legs as a whole.
+def inner_of(surface: Bools) -> Bools:
+    """(H, W) True on a surface (H, W) without its rim, where dropout and noise are."""
+    import cv2
+
+    return np.asarray(cv2.erode(surface.view(np.uint8), np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)) > 0)
+
+
+def sways(depths: Singles, stays: Singles, inner: Bools) -> bool:
+    """Whether a surface moves, be it by as little as people who stand or sit still: head, trunk or legs as a whole.
 
     Parameters
     ----------
     depths : (N, H, W) m, NaN = no return.
+    stays : (H, W) m, what is always the same (`stays_of`).
     inner : (H, W) True within the surface, rows from head to feet.
     """
+    if not inner.any() or np.isfinite(stays[inner]).mean() < STILL:
+        return True
     offs, noises = [], []
     for part in np.array_split(depths[:, inner].astype(np.float64), QUARTERS, axis=1):  # row by row
         part = part[:, np.isfinite(part).any(axis=0)]
@@ -126,7 +139,7 @@ def _sways(depths: Singles, inner: Bools) -> bool:
     return bool((beside[:, shown].std(axis=1) > np.maximum(SWAY, CLEARLY * np.array(noises))).any())
 
 
-def _stays(depths: Singles, focal: float) -> tuple[Singles, float]:
+def stays_of(depths: Singles, focal: float) -> tuple[Singles, float]:
     """(H, W) m, what is always the same, at its farthest, NaN where nothing is; and m² of somebody who moves, at most.
 
     Parameters

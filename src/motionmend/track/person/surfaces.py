@@ -18,10 +18,12 @@ JUMP_NEAR, JUMP_STEEP = 0.05, 0.004
 LONGEST, SHORTEST = 2.5, 0.55
 LARGEST, SMALLEST = 1.8, 0.04
 USUAL_AREA, ARM_AREA = 0.5, 0.06
+SOMEBODY = 0.1  # m^2, a fifth of a body
 
 STEP = 0.15  # m, that a surface comes nearer or goes away from one frame to the next
 MOVES = 50.0  # times more like a person is what is before a known background
 STRANGE = 0.02  # of its likeness that a passer's surface keeps
+BOTH, EACH, HIGH = 0.6, 0.2, 0.9  # m² of two people beside each other, m² of each and m that each is high, at least
 _REACH = 0.35  # m, between two pieces of one body
 _ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
 _HIDES = 0.15  # m, nearer than the person was
@@ -137,6 +139,16 @@ def hidden(depth: Singles, person: Singles | None) -> bool:
     there = np.isfinite(person)
     with np.errstate(invalid="ignore"):
         return bool(np.mean(depth[there] < person[there] - _HIDES) > _COVERED)
+
+
+def two_bodies(one: Floats, other: Floats) -> bool:
+    """Whether two surfaces, `measures` (14,) of each, are a body's each, seen beside each other.
+
+    An arm before somebody cuts them in two across, and neither half is high; a post does from top to bottom, and both
+    together are one body at most.
+    """
+    areas, highs = (one[1], other[1]), (one[5] - one[4], other[5] - other[4])
+    return bool(min(areas) > EACH and sum(areas) > BOTH and min(highs) > HIGH)
 
 
 def joined(main: int, seen: Surfaces, strange: Bools) -> list[int]:
