@@ -115,14 +115,14 @@ def _passer(scene: Stage, walker: Stage, before: bool, frames: int) -> list[Sing
     way = walker.joints[:, 0]
     middle = way[min(frames, len(way)) // 2]
     shift = np.array([np.median(person[:, 0]) - middle[0], 0.0, wanted - np.median(way[:, 2])])
-    shift += (_floor(scene) - _floor(walker) - shift @ scene.seen.up) * scene.seen.up
+    shift += (floor_of(scene) - floor_of(walker) - shift @ scene.seen.up) * scene.seen.up
     seen = walker.seen
     moved = replace(walker, seen=View(seen.turn, seen.shift + shift, seen.up))
     drawn = [frame.depth for frame in foreign(moved, PASSER, None, frames)]
     return [*drawn, *[np.full_like(drawn[0], np.nan)] * (frames - len(drawn))]
 
 
-def _floor(scene: Stage) -> float:
+def floor_of(scene: Stage) -> float:
     """m along the vertical, where the lowest of the feet stand, in camera axes."""
     return float(np.percentile(scene.joints[:, [12, 15]] @ scene.seen.up, 10))
 
