@@ -147,3 +147,28 @@ def kept_out(body, pose, trunk, limbs, clear, scale, weight):
                 normal += weight * share * shrink**2 * np.outer(slope, slope) * (deep > 0.0)
                 right += weight * share * shrink**2 * deep * slope
     return cost, normal, right
+
+
+def refit_plane(cloud, area, plane, limits, rounds):
+    """The plane, and m² of what is near it, on it as it was, and as it is now; by least squares from SVDs."""
+    near, still, steep, grazing = limits
+
+    def on(plane, more=0.0):
+        slope = np.abs(cloud @ plane[:3])
+        return np.abs(cloud @ plane[:3] + plane[3]) < still + steep * cloud[:, 2] * slope + more
+
+    def seen(plane, of, some):
+        slope = np.abs(cloud @ of[:3]) / np.linalg.norm(cloud, axis=1)
+        return float((area / np.maximum(slope, grazing))[some].sum())
+
+    close = on(plane, near)
+    out = plane
+    for turn in range(rounds):
+        some = close if turn == 0 else on(out)
+        root = np.sqrt(area[some]) / cloud[some, 2] ** 2
+        across = np.linalg.svd(out[None, :3])[2][1:]
+        columns = np.column_stack([cloud[some] @ across.T, np.ones(some.sum())])
+        step = np.linalg.lstsq(columns * root[:, None], -(cloud[some] @ out[:3] + out[3]) * root, rcond=None)[0]
+        out = out + np.append(step[:2] @ across, step[2])
+        out = out / np.linalg.norm(out[:3])
+    return np.append(out, [seen(plane, plane, close), seen(plane, plane, on(plane)), seen(out, out, on(out))])

@@ -59,7 +59,7 @@ class Followed:
     calibrated : whether the performer was fitted to this recording.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
     furnished : whether furniture that looks like a body was told before anybody was followed.
-    company : (T,) frames in which somebody else is seen, too.
+    company : (T,) frames in which somebody else is seen, too. moved : (T,) frames in which the camera is elsewhere.
     doubts : what speaks against the body that was followed.
     """
 
@@ -83,6 +83,7 @@ class Followed:
     mistaken: Bools = field(default_factory=lambda: np.zeros(0, bool))
     furnished: bool = False
     company: Bools = field(default_factory=lambda: np.zeros(0, bool))
+    moved: Bools = field(default_factory=lambda: np.zeros(0, bool))
     doubts: tuple[str, ...] = ()
 
     @property
@@ -219,6 +220,7 @@ def _followed(
             log.spent.append(perf_counter() - there)
             log.returns.append(float(np.mean(np.isfinite(frame.depth))))
             log.company.append(is_accompanied(state.scene, frame))
+            log.moved.append(state.scene is not None and state.scene.moved == frame.time)
             log.performer = state.performer
             yield moment(state, estimate)
             begin = perf_counter()
@@ -276,6 +278,7 @@ class _Log:
     spent: "array[float]" = field(default_factory=lambda: array("d"))
     returns: "array[float]" = field(default_factory=lambda: array("d"))
     company: bytearray = field(default_factory=bytearray)
+    moved: bytearray = field(default_factory=bytearray)
     stages: dict[str, float] = field(default_factory=dict)
     cost: dict[str, float] = field(default_factory=dict)
     iterations: int = 0
@@ -321,5 +324,6 @@ class _Log:
             fitted,
             tracked.mistaken,
             company=np.frombuffer(self.company, np.bool_),
+            moved=np.frombuffer(self.moved, np.bool_),
             doubts=tracked.warnings,
         )

@@ -265,6 +265,11 @@ class Follow:
             warnings.append(
                 f"somebody else is in frames {_stretches(followed.company)}, too: one person is followed, who {whom}"
             )
+        if followed.moved.any():
+            warnings.append(
+                f"the camera moves in frames {_stretches(followed.moved)}: floor and walls are followed, joints are "
+                "where it sees them in each frame"
+            )
         if followed.mistaken.any():
             warnings.append(
                 f"frames {_stretches(followed.mistaken)} are left empty: what was followed in them stands there still "

@@ -22,6 +22,7 @@ from .model import TrackerModel
 from .outcome import DOUBTFUL, Estimate, Searched, followed, nobody
 from .person.fineness import evened
 from .person.foreground import Scene, scene_of, told_again
+from .person.moved_camera import camera_followed
 from .person.pixels import person_of
 from .readings.facing import faces_otherwise, turned_about
 from .readings.hypotheses import contested
@@ -138,6 +139,7 @@ def step(
 def _seen(settings: TrackSettings, state: TrackState, frame: DepthFrame) -> tuple[TrackState, Observation, float]:
     """The state with what is seen of room and person, without evidence where that is nobody; and s since the last."""
     scene = scene_of(frame) if state.scene is None else told_again(state.scene, frame)
+    scene = camera_followed(scene, frame)
     last = None if state.pose is None else state.pose.translation
     person, scene = person_of(scene, frame, last, settings.median)
     elapsed = max(frame.time - state.time, 0.0) if np.isfinite(state.time) else 0.0  # a recording may be wound back

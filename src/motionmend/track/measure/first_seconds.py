@@ -14,6 +14,7 @@ from ..frame.observation import Observation
 from ..model import TrackerModel
 from ..person.fineness import evened
 from ..person.foreground import Scene, find_person, first_whole, remember, scene_of, told_again
+from ..person.moved_camera import camera_followed
 from ..settings import TrackSettings
 from ..tracker import start, step
 from .calibrate import Calibration, Trial, calibrated, size_from
@@ -63,7 +64,7 @@ def measure_person(
     scene = begun
     for k, frame in enumerate(frames):
         other = scene is None or scene.background.shape != frame.depth.shape
-        room = scene_of(frame) if scene is None or other else told_again(scene, frame)
+        room = scene_of(frame) if scene is None or other else camera_followed(told_again(scene, frame), frame)
         person = find_person(room, frame, last)
         scene = remember(room, frame, person)
         if not person.found:

@@ -41,6 +41,7 @@ class Scene:
     window : the part of the images in which anything is measured, where the background was taken away; else None.
     shown : share of the image in which the frame that planes were told of has depth.
     told : s, when that was; NaN once a later frame has borne them out, or where nobody asks.
+    moved : s, when the camera was last seen to move; NaN = never. watched : s, when planes were last looked for anew.
     """
 
     planes: Floats
@@ -53,6 +54,8 @@ class Scene:
     window: Window | None = None
     shown: float = 1.0
     told: float = float("nan")
+    moved: float = float("nan")
+    watched: float = float("nan")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", frozen(self.planes))
@@ -87,7 +90,7 @@ def scene_of(frame: DepthFrame, seed: int = 0) -> Scene:
     seed : of the draws; the same frame and seed give the same planes.
     """
     unknown = np.full(frame.depth.shape, np.nan, np.float32)
-    planes = _bounding_planes(frame.camera, frame.depth, seed)
+    planes = bounding_planes(frame.camera, frame.depth, seed)
     return Scene(planes, unknown, shown=_share(frame), told=frame.time)
 
 
@@ -130,7 +133,7 @@ def _share(frame: DepthFrame) -> float:
 
 def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
     """Whether each of planes (P, 4) is in a frame, too."""
-    points, area = _grid(frame.camera, frame.depth)
+    points, area = grid_of(frame.camera, frame.depth)
     free = np.isfinite(area)
     cloud, weight = points[free], area[free]
     for plane in planes:
@@ -140,9 +143,9 @@ def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
     return True
 
 
-def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
+def bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
     """(P, 4) floors and walls, the largest first."""
-    points, area = _grid(camera, depth)
+    points, area = grid_of(camera, depth)
     rng = np.random.default_rng(seed)
     free = np.isfinite(area)
     every = points[free]
@@ -175,12 +178,12 @@ def _bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, d
     return np.array(planes).reshape(-1, 4)
 
 
-def _grid(camera: Camera, depth: Singles) -> tuple[Floats, Floats]:
+def grid_of(camera: Camera, depth: Singles, count: int = 5000) -> tuple[Floats, Floats]:
     """(h, w, 3) m, points of every few pixels of every few rows, and (h, w) m² that each stands for, facing the camera.
 
-    Both are NaN where nothing is measured.
+    Both are NaN where nothing is measured; `count` is about how many there are.
     """
-    step = max(1, round(np.sqrt(depth.size / 5000)))
+    step = max(1, round(np.sqrt(depth.size / count)))
     grid = np.asarray(depth[::step, ::step], np.float64)
     rows, columns = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
     points = np.stack([(columns - camera.cx) * grid / camera.fx, (rows - camera.cy) * grid / camera.fy, grid], axis=-1)
