@@ -13,7 +13,8 @@ POINTS = 2000  # of an image that are looked at
 NEAR = 0.15  # m, that a plane goes from one frame to the next
 GAIN = 1.1  # times as much lies on a plane that has moved, where it is now, as where it was
 SOME = 0.3  # of a plane's least area, that has to be seen of it
-TOLD = 0.03  # m, by less a plane was only not told well so far
+TOLD = 0.03  # m, that a plane is elsewhere at least; by less it was only not told well so far
+MOVES = 1.0  # s, in which a camera that moved may move by less than that
 AGAIN = 0.5  # s, from one search for planes that are nowhere near to the next
 FAR, TURNED = 0.6, 15.0  # m and degrees, that a plane is elsewhere after a bump at most
 
@@ -47,13 +48,12 @@ def camera_followed(scene: Scene, frame: DepthFrame) -> Scene:
         fresh = bounding_planes(frame.camera, frame.depth, 0)
         for k in lost:
             planes[k] = _nearest(planes[k], fresh, cloud)
-    if np.array_equal(planes, scene.planes):
+    least = 0.0 if frame.time - scene.moved < MOVES else TOLD
+    stays = [_farthest_apart(*two, cloud) <= least for two in zip(scene.planes, planes, strict=True)]
+    if all(stays):
         return scene
-    gone = [_farthest_apart(*two, cloud) > TOLD for two in zip(scene.planes, planes, strict=True)]
-    scene = replace(scene, planes=planes)
-    if not any(gone):
-        return scene
-    return replace(scene, background=np.full_like(scene.background, np.nan), moved=frame.time)
+    planes[stays] = scene.planes[stays]
+    return replace(scene, planes=planes, background=np.full_like(scene.background, np.nan), moved=frame.time)
 
 
 def _followed(plane: Floats, cloud: Floats, weight: Floats) -> tuple[Floats, float]:
