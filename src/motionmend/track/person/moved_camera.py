@@ -33,12 +33,12 @@ def camera_followed(scene: Scene, frame: DepthFrame) -> Scene:
     """
     if not len(scene.planes):
         return scene
-    points, area = grid_of(frame.camera, frame.depth, POINTS)
-    step = round(frame.camera.width / points.shape[1])
+    depth = frame.depth
+    for somebody in (scene.person, scene.others):
+        if somebody is not None:
+            depth = np.where(np.isnan(somebody), depth, np.float32(np.nan))
+    points, area = grid_of(frame.camera, depth, POINTS)
     free = np.isfinite(area)
-    for mask in (scene.person, scene.others):
-        if mask is not None:
-            free &= np.isnan(mask[::step, ::step])
     cloud, weight = points[free], area[free]
     found = [_followed(plane, cloud, weight) for plane in scene.planes]
     lost = [k for k, (_, seen) in enumerate(found) if seen < SOME * PLANE_AREA]
