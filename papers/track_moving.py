@@ -12,6 +12,7 @@ from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import rotation
 from motionmend.evaluate.scenes import Plane, View, behind
 from motionmend.evaluate.sensor import sensed
+from motionmend.track.recording import UNSURE
 from motionmend.track.settings import settings_of
 
 from .common import Findings, Table
@@ -34,7 +35,6 @@ from .track_common import (
 
 TAKES = (BEND, DANCE, TURN, KICK, Take("boxing", "02_05", 200, 520), Take("walk", "02_01", 0, 343))
 FRAMES = 90
-SURE = 0.10  # m, of joints whose deviation is less the tracker says where they are
 
 Way = Callable[[int, np.random.Generator], Floats]
 """Where the camera is at a frame: (6,) degrees about its axes and m along them, drawn anew for each take."""
@@ -76,7 +76,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             frames, truth = _filmed(scene, number, WAYS[way])
             track = recorded(model, wish, frames, scene.performer)
             off = away(truth, track.steady(np.arange(len(frames)) / FPS))
-            said = (track.std < SURE) & ~track.lost[:, None]
+            said = (track.std < UNSURE) & ~track.lost[:, None]
             error[way].append(float(off.mean()))
             if way != "stands":
                 lost.append(float(track.lost.mean()))

@@ -7,6 +7,7 @@ import numpy as np
 
 from motionmend.arrays import Floats, Singles
 from motionmend.evaluate.scenes import View
+from motionmend.track.recording import UNSURE
 from motionmend.track.settings import settings_of
 
 from .common import Findings, Table
@@ -40,7 +41,6 @@ WALKER = Take("slow walk", "07_04", 0, 449, 80.0)  # from one side of the pictur
 PASSER = 7  # whose body walks through
 APART = 0.9  # m, from the person
 IN_SIGHT = 0.7  # share of the person's pixels that the passer leaves, from which on a frame counts
-SURE = 0.10  # m, of joints whose deviation is less the tracker says where they are
 
 
 def run(mocap: Path, pictures: Path) -> Findings:
@@ -69,7 +69,7 @@ def run(mocap: Path, pictures: Path) -> Findings:
             seen = np.array([_share(frame.depth, both[t].depth) for t, frame in enumerate(own)])
             counted = seen > IN_SIGHT
             error[way].append(float(off[counted].mean()))
-            said = (track.std < SURE) & ~track.lost[:, None]
+            said = (track.std < UNSURE) & ~track.lost[:, None]
             if passer is not None:
                 wrong.append(float((said & (off > FAR)).sum() / said.sum()))
                 strange.append(_followed(track, scene))

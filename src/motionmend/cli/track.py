@@ -261,10 +261,9 @@ class Follow:
                 "furniture and not followed (--start says who is)"
             )
         if followed.company.any():
-            whom = "--start points at" if self.start else "is most like a body in the first frame (--start says who)"
-            warnings.append(
-                f"somebody else is in frames {_stretches(followed.company)}, too: one person is followed, who {whom}"
-            )
+            whom = "that --start points at" if self.start else "most like a body in the first frame (--start says who)"
+            said = f"somebody else is in frames {_stretches(followed.company)}, too"
+            warnings.append(f"{said}: one person is followed, the one {whom}")
         if followed.moved.any():
             warnings.append(
                 f"the camera moves in frames {_stretches(followed.moved)}: floor and walls are followed, joints are "

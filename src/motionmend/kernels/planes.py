@@ -59,12 +59,11 @@ def refit(cloud: Floats, area: Floats, plane: Floats, limits: Floats, rounds: in
                 side[0] -= trust * u * height
                 side[1] -= trust * v * height
                 side[2] -= trust * height
-        out[5 if turn == 0 else 6] = seen
-        if turn == rounds:
-            break
+        if turn == 0:
+            out[5] = seen
+        out[6] = seen
         normal[1, 0], normal[2, 0], normal[2, 1] = normal[0, 1], normal[0, 2], normal[1, 2]
-        if abs(np.linalg.det(normal)) <= 1e-12 * normal[2, 2] ** 3:
-            out[6] = out[5] if turn == 0 else seen
+        if turn == rounds or abs(np.linalg.det(normal)) <= 1e-12 * normal[2, 2] ** 3:
             break
         step = np.linalg.solve(normal, side)
         a += step[0] * one[0] + step[1] * two[0]

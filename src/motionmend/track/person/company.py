@@ -27,8 +27,8 @@ def told_beforehand(frames: Sequence[DepthFrame], pointed_at: Floats | None = No
     -------
     The scene before the first frame; None where nothing is told.
     """
-    scene = with_furniture(frames) if pointed_at is None else None
     even = [evened(frame) for frame in frames]
+    scene = with_furniture(even) if pointed_at is None else None
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
         return scene
     camera, depths = even[0].camera, np.stack([frame.depth for frame in even])

@@ -144,7 +144,13 @@ def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
 
 
 def bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, draws: int = 400) -> Floats:
-    """(P, 4) floors and walls, the largest first."""
+    """(P, 4) floors and walls, the largest first: unit normals towards the camera and offsets in m.
+
+    Parameters
+    ----------
+    camera, depth : of one image, (H, W) m, NaN = no return.
+    seed : of the draws. most : how many planes at most. draws : candidates for each.
+    """
     points, area = grid_of(camera, depth)
     rng = np.random.default_rng(seed)
     free = np.isfinite(area)

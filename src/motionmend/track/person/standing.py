@@ -25,6 +25,7 @@ SWAY, CLEARLY = 0.002, 4.0
 QUARTERS = 4
 LEAVES = 0.2  # m, nearer than what is seen behind them later is somebody who moves
 MOST = 12  # pieces
+_WINDOW = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
 
 
 def looked_at(frames: int) -> list[int]:
@@ -54,7 +55,6 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     stays, leaving = stays_of(depths, camera.fx * camera.fy)
     alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
     walks = leaving >= SOMEBODY
-    window = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
     somebody_sways = walks and not alone
     for _ in range(MOST):
         seen, main = likest(room, depths[whole], camera)
@@ -74,7 +74,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         if standing is None:
             break
         nearest = np.where(standing & np.isfinite(stays), stays, np.float32(np.inf))
-        nearest = cv2.erode(nearest, window, borderType=cv2.BORDER_REPLICATE)
+        nearest = cv2.erode(nearest, _WINDOW, borderType=cv2.BORDER_REPLICATE)
         room = scene = replace(room, background=np.where(np.isfinite(nearest), nearest, room.background))
     if scene is None or not somebody_sways:
         return None
@@ -86,7 +86,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
             somebody |= seen.pixels_of(joined(main, seen, np.zeros(len(seen.measures), np.bool_)))
     if alone and not somebody.any():
         return None
-    apart = cv2.dilate(somebody.view(np.uint8), window) == 0
+    apart = cv2.dilate(somebody.view(np.uint8), _WINDOW) == 0
     return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
 
 
@@ -109,7 +109,7 @@ def inner_of(surface: Bools) -> Bools:
     """(H, W) True on a surface (H, W) without its rim, where dropout and noise are."""
     import cv2
 
-    return np.asarray(cv2.erode(surface.view(np.uint8), np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)) > 0)
+    return np.asarray(cv2.erode(surface.view(np.uint8), _WINDOW) > 0)
 
 
 def sways(depths: Singles, stays: Singles, inner: Bools) -> bool:
