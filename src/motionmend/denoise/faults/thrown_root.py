@@ -91,7 +91,8 @@ def _edge(place: Floats, steps: Floats, about: int, leap: Floats, before: int, a
         for there in (origin, origin + leap)
     )
     cost = np.r_[0.0, np.cumsum(off)] + np.r_[np.cumsum(gone[::-1])[::-1], 0.0]
-    return int(frames[0] + np.argmin(cost))
+    # frames that are in neither place cost the same on either side: rounding does not choose
+    return int(frames[0] + np.flatnonzero(cost <= cost.min() + 1e-9 * most)[0])
 
 
 def _leaps(place: Floats, steps: Floats, leaps: Ints, before: int, after: int, between: int = 0) -> Floats:

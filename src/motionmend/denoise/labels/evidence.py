@@ -12,6 +12,7 @@ TAIL = 3.0  # degrees of freedom of Student's t: impacts and soft tissue have he
 _T3 = -2.5510  # log of the constant of a 3-D Student t density with 3 degrees of freedom
 _T1 = -1.0008  # and of a 1-D one
 _STRANGE = 1e-4  # share of steps that are neither motion nor swap: spikes, ghosts
+STEP_LAW = TAIL, _T3, float(np.log(_STRANGE))  # of the error of a step, as the search for paths wants it
 _STRANGE_DISTANCE = 0.01  # share of distances that are off for any reason
 _WINDOW = 0.03  # s, of the straight line fitted to either side of a step
 _LONGEST = 1.0  # s, gap up to which the error of a prediction is measured; it grows in proportion beyond
