@@ -58,6 +58,7 @@ def likeliest_path(
     hopeless states left out.
     """
     count = len(odds)
+    lines, followed = (frame, place, velocity, moving), (horizons, rest, share, fastest, law)
     parent, sides = np.zeros((count, kept), dtype=np.int64), np.zeros((count, kept), dtype=np.bool_)
     # a state: swapped or not, and the stretch and label, 2 k + label, under which either track was last seen
     swapped, last, score = np.zeros(kept, dtype=np.bool_), np.full((kept, 2), -1), np.zeros(kept)
@@ -74,10 +75,7 @@ def likeliest_path(
                     node[track] = last[state, track]
                     if frame[0, k, label] >= 0:
                         if node[track] >= 0:
-                            steps += _goes_on(
-                                *(node[track] // 2, node[track] % 2, k, label),
-                                *(frame, place, velocity, moving, horizons, rest, share, fastest, law),
-                            )
+                            steps += _goes_on(node[track], 2 * k + label, lines, followed)
                         node[track] = 2 * k + label
                 gain = (odds[k] if side else 0.0) + (price[k] if (side == 1) != swapped[state] else 0.0)
                 here = score[state] + gain + steps
@@ -116,31 +114,25 @@ def likeliest_path(
 
 @compiled
 def _goes_on(
-    k: int,
-    label: int,
-    then: int,
-    other: int,
-    frame: Ints,
-    place: Floats,
-    velocity: Floats,
-    moving: Bools,
-    horizons: Floats,
-    rest: Floats,
-    share: Floats,
-    fastest: float,
-    law: tuple[float, float, float],
+    node: int,
+    after: int,
+    lines: tuple[Ints, Floats, Floats, Bools],
+    followed: tuple[Floats, Floats, Floats, float, tuple[float, float, float]],
 ) -> float:
     """Log density (per m³) of a track that ends in one stretch under one label and goes on in another."""
+    frame, place, velocity, moving = lines
+    horizons, rest, share, fastest, law = followed
+    k, label, then, other = node // 2, node % 2, after // 2, after % 2
     frames = frame[0, then, other] - frame[1, k, label]
     sides = int(moving[1, k, label]) + int(moving[0, then, other])
-    error, before, after = 0.0, 0.0, 0.0
+    error, left, gone = 0.0, 0.0, 0.0
     for i in range(3):
         one, two = velocity[1, k, label, i], velocity[0, then, other, i]
         off = place[1, k, label, i] + (one + two) / max(sides, 1) * frames - place[0, then, other, i]
         error += off * off
-        before += one * one
-        after += two * two
-    way = min((np.sqrt(before) + np.sqrt(after)) / max(sides, 1), fastest) * frames
+        left += one * one
+        gone += two * two
+    way = min((np.sqrt(left) + np.sqrt(gone)) / max(sides, 1), fastest) * frames
     at, right = np.log(frames), 0
     while right < len(horizons) and np.log(horizons[right]) < at:
         right += 1

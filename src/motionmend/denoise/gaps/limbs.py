@@ -287,13 +287,18 @@ def _ridge(features: Floats, target: Floats, taught: _Taught, doubt: Floats) -> 
     mean, scale = features.mean(axis=0), features.std(axis=0) + 1e-4
     normal, noise = (features - mean) / scale, np.square(doubt / scale)
     held_out = np.empty((len(RIDGES), *target.shape))
-    for out in _folds(taught.piece):
-        for row, (matrix, middle, _) in enumerate(_solved(normal[~out], target[~out], noise, RIDGES)):
+    by_piece = [(out, _solved(normal[~out], target[~out], noise, RIDGES)) for out in _folds(taught.piece)]
+    for out, solved in by_piece:
+        for row, (matrix, middle, _) in enumerate(solved):
             held_out[row, out] = normal[out] @ matrix + middle
     best = int(np.argmin(np.square(held_out - target).mean(axis=(1, 2))))
+    if np.array_equal(taught.party, taught.piece):
+        by_party = [(out, solved[best]) for out, solved in by_piece]
+    else:
+        parties = _folds(taught.party)
+        by_party = [(out, _solved(normal[~out], target[~out], noise, RIDGES[[best]])[0]) for out in parties]
     missed, away = held_out[best], np.ones(len(target))
-    for out in _folds(taught.party):
-        ((matrix, middle, root),) = _solved(normal[~out], target[~out], noise, RIDGES[[best]])
+    for out, (matrix, middle, root) in by_party:
         missed[out] = normal[out] @ matrix + middle
         away[out] = np.square((normal[out] - normal[~out].mean(axis=0)) @ root).sum(axis=1)
     ((matrix, middle, root),) = _solved(normal, target, noise, RIDGES[[best]])
