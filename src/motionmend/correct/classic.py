@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.signal import savgol_filter
 
 from ..arrays import Floats
 from ..numerics.local_gp import Hyper, covariance, fit_hyper
@@ -54,6 +53,8 @@ def one_euro(positions: Floats, times: Floats) -> Floats:
 
 def savitzky_golay(positions: Floats, times: Floats) -> Floats:
     """(T, J, 3) second-order polynomials over a quarter of a second; gaps are bridged by straight lines meanwhile."""
+    from scipy.signal import savgol_filter
+
     if len(positions) < 5:
         return np.array(positions)
     usual = float(np.median(np.diff(times))) or 1.0 / 30.0

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from math import comb
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from ..arrays import Floats, Ints
 from ..numerics.whittaker import response, whittaker
@@ -171,7 +170,8 @@ def _speed(values: Floats, at: Ints, usual: float) -> Floats:
     ----------
     at : (F,) the step of each frame, from 0 to T - 1. usual : s, a step.
     """
-    course = make_interp_spline(at, _medoid_of_three(values), k=1)(np.arange(at[-1] + 1))
+    steps = np.arange(at[-1] + 1)
+    course = np.stack([np.interp(steps, at, column) for column in _medoid_of_three(values).T], axis=1)
     apart = min(max(1, round(MOVE / usual)), at[-1])
     away = course[apart:] - course[:-apart]
     going = np.pad(np.sqrt((away * away).sum(axis=1)) / (apart * usual), apart)

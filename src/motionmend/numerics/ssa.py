@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh_tridiagonal, lapack
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
@@ -236,6 +235,8 @@ def at_rate(bases: Eigenbases, fps: float, recording_fps: float) -> tuple[Eigenb
     ratio = recording_fps / fps
     if abs(ratio - 1.0) < 1e-6:
         return bases, 1
+    from scipy.interpolate import CubicSpline  # takes a third of a second to load, and is seldom needed
+
     length = max(2, int(np.floor((bases.window - 1) * ratio + 1e-9)) + 1)
     times = np.minimum(np.arange(length) / ratio, bases.window - 1)
     knots = np.arange(bases.window)

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import uniform_filter1d
 
 from ...arrays import Bools, Bytes, Floats, Ints, Singles
@@ -208,6 +207,8 @@ def _between(outcome: Repaired[Motion] | Repaired[Markers], shown: Ints, recordi
 
 def _along(path: Floats, shown: Ints, asked: Ints, turns: Bools) -> Floats:
     """(A, C, N) the path (S, C, N) seen at some frames, at others; NaN beyond it, and where it leaps or is open."""
+    from scipy.interpolate import CubicHermiteSpline
+
     if len(shown) < 2:
         return np.full((len(asked), *path.shape[1:]), np.nan)
     time = np.diff(shown).astype(np.float64)

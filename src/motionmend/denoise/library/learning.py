@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ...arrays import Floats, Ints, runs
 from ...bodies.motion import Markers, Motion
@@ -132,6 +131,8 @@ def _piece(recording: Motion | Markers, start: int, stop: int, gaps: list[Glitch
 
 def _bridged(values: Floats, limit: int) -> Floats:
     """Inner gaps of at most `limit` frames filled by cubic splines."""
+    from scipy.interpolate import CubicSpline
+
     filled = values
     frames = np.arange(len(values))
     for c in np.flatnonzero(np.isfinite(values).any(axis=0) & ~np.isfinite(values).all(axis=0)):
@@ -168,6 +169,8 @@ def at_rate(values: Floats, fps: float, target: float) -> list[Floats]:
 
 def _resampled(values: Floats, fps: float, target: float) -> Floats:
     """Cubic splines through each whole stretch, read at `target` Hz; frames outside whole stretches are NaN."""
+    from scipy.interpolate import CubicSpline
+
     times = np.arange(int(np.floor((len(values) - 1) / fps * target + 1e-9)) + 1) / target
     result = np.full((len(times), values.shape[1]), np.nan)
     for start, stop in whole_stretches(values):

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.fft import dct
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from ...arrays import Floats, frozen
 from ..channels.pieces import pieces
@@ -76,7 +76,7 @@ def _swings(explained: Floats) -> bool:
     width = 1
     while 4 * width <= len(explained):
         largest = (sums[width:] - sums[:-width]).max()
-        if chi2.sf(largest, width) * len(explained) / width < BY_CHANCE:
+        if chdtrc(width, largest) * len(explained) / width < BY_CHANCE:
             return True
         width *= 2
     return False
