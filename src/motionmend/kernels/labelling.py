@@ -90,14 +90,15 @@ def likeliest_path(
                     reached += 1
                 if here > total[at]:
                     total[at], came[at] = here, state
-        order = np.argsort(-total[:reached], kind="mergesort")
-        front = 0
-        for at in order[:kept]:
-            if total[at] < total[order[0]] - hopeless:
+        front, most = 0, total[:reached].max()
+        while front < min(kept, reached):
+            at = int(np.argmax(total[:reached]))
+            if total[at] < most - hopeless:
                 break
             swapped[front], score[front] = there[at], total[at]
             last[front, 0], last[front, 1] = seen[at, 0], seen[at, 1]
             parent[k, front], sides[k, front] = came[at], there[at]
+            total[at] = -np.inf
             front += 1
     best = 0
     for state in range(front):
