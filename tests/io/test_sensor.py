@@ -376,6 +376,7 @@ def test_words_for_no_number_are_missing_joints(tmp_path: Path) -> None:
     path.write_text("\n".join(lines) + "\n")
     found = read_postures(path)
     assert np.argwhere(~found.present).tolist() == [[1, 0], [2, 1]]
+    assert found.warnings == ("1 position infinite or absurdly far away: taken as missing",)
 
 
 def test_nobody_in_it_is_a_failure(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
             confidence[frame] = np.array(levels, dtype=np.float64).reshape(len(names))  # some wrap each in a list
             stated = True
     state: Bytes | None = np.clip(confidence, 0, 2).astype(np.uint8) if stated else None
-    positions = with_absent(positions, state)
+    positions, nowhere = with_absent(positions, state)
     skipped = [int(one["num_bodies"]) - len(one["bodies"]) for one in frames if "num_bodies" in one]
     if any(skipped):
         warnings = (*warnings, f"{sum(map(bool, skipped))} frames hold fewer bodies than they promise")
@@ -106,7 +106,7 @@ def _postures(content: dict[str, Any], name: str, fps: float | None) -> Postures
         state=spread_states(np.isfinite(positions[:, :, 0]), state),
         source=SensorSource("Azure Kinect joints"),
         guesses=(*guesses, *said),
-        warnings=warnings,
+        warnings=(*warnings, *nowhere),
     )
 
 

@@ -7,8 +7,6 @@ and a quaternion, about 60 rows a second. No titles, no times, no states. Nguyen
 import os
 from dataclasses import replace
 
-import numpy as np
-
 from ..bodies.joint_sets import KINECT25
 from ..bodies.postures import Postures
 from ..errors import FileError
@@ -78,7 +76,8 @@ def _read(
     table = read_number_rows(path, wanted)
     if table.rows.shape[1] != _EACH * len(names):
         raise FileError(f"{path}: wanted {wanted}, came {table.rows.shape[1]}; check the file")
-    positions = with_absent(table.rows.reshape(-1, len(names), _EACH)[:, :, :3], None) * metres
+    positions, nowhere = with_absent(table.rows.reshape(-1, len(names), _EACH)[:, :, :3], None)
     times, guesses = even_times(len(positions), fps)
     source = SensorSource(kind)
-    return Postures(names, np.array(positions), times, source=source, guesses=guesses, warnings=table.warnings)
+    said = (*table.warnings, *nowhere)
+    return Postures(names, positions * metres, times, source=source, guesses=guesses, warnings=said)

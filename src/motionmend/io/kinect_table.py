@@ -54,7 +54,7 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
         )
     rows, several = _of_one_person(table, columns, fps)
     state, state_warning = _states(rows, columns.state)
-    positions = with_absent(rows[:, columns.xyz], state)
+    positions, nowhere = with_absent(rows[:, columns.xyz], state)
     positions, measured = in_metres(positions)
     names, named = _names(columns.titles, positions)
     if columns.others:
@@ -75,7 +75,7 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
         state=state,
         source=SensorSource(kind),
         guesses=(*guesses, *named, *measured, *several),
-        warnings=(*table.warnings, *state_warning, *warnings),
+        warnings=(*table.warnings, *state_warning, *nowhere, *warnings),
     )
 
 
@@ -102,7 +102,7 @@ def _of_one_person(table: NumberRows, columns: Columns, fps: float | None) -> tu
             if body in whose[starts[-1] : k]:
                 starts.append(k)
     state, _ = _states(rows, columns.state)
-    positions, _ = in_metres(with_absent(rows[:, columns.xyz], state))
+    positions, _ = in_metres(with_absent(rows[:, columns.xyz], state)[0])
     seen: Bools = np.asarray(np.isfinite(positions).any(axis=(1, 2)))
     frames = [[k for k in range(first, end) if seen[k]] for first, end in pairwise((*starts, len(rows)))]
     stamps = rows[starts, columns.time] if columns.time >= 0 else None

@@ -72,7 +72,7 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
     for frame in np.flatnonzero(chosen >= 0).tolist():
         values[frame] = rows[frame][chosen[frame]]
     state, wrong = states_of(np.where(np.isnan(values[:, :, 11]), NOT_TRACKED, values[:, :, 11]))
-    positions = with_absent(values[:, :, :3], state)
+    positions, nowhere = with_absent(values[:, :, :3], state)
     return Postures(
         KINECT25.names,
         positions,
@@ -80,7 +80,7 @@ def read_ntu(path: str | os.PathLike[str], fps: float | None = None) -> Postures
         state=spread_states(np.isfinite(positions[:, :, 0]), state),
         source=SensorSource("Kinect v2 joints (NTU)"),
         guesses=(*guesses, *said),
-        warnings=(*warnings, *wrong),
+        warnings=(*warnings, *wrong, *nowhere),
     )
 
 

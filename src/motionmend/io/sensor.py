@@ -155,7 +155,7 @@ def _read(file: Path, kind: str, fps: float | None) -> Postures:
 
 def _of_table(postures: Postures) -> Postures:
     """A table of joints without those that are at the sensor itself, as recorders write what they do not see."""
-    positions = with_absent(postures.positions, postures.state)
+    positions, _ = with_absent(postures.positions, postures.state)  # a table that has infinite ones is refused
     zeros = int((postures.present & ~np.isfinite(positions).all(axis=2)).sum())
     said = (f"{counted(zeros, 'position')} at exactly (0, 0, 0), or of nobody, taken as missing",) if zeros else ()
     return replace(postures, positions=positions, guesses=(*postures.guesses, *said))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import Bools, Bytes, Floats
 from ..bodies.postures import NOT_TRACKED
-from ..errors import UsageError
+from ..errors import UsageError, counted
 from .text import LARGEST
 
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
@@ -75,19 +75,22 @@ def even_times(frames: int, fps: float | None, why: str = "the file has no times
     return np.arange(frames) / (fps or USUAL_FPS), (f"{why}: {said}",)
 
 
-def with_absent(positions: Floats, state: Bytes | None) -> Floats:
+def with_absent(positions: Floats, state: Bytes | None) -> tuple[Floats, tuple[str, ...]]:
     """(T, J, 3) with NaN where a joint has no position: it is not finite, at exactly (0, 0, 0), or not tracked in a
-    frame in which no joint is, which recorders write when nobody is there.
+    frame in which no joint is, which recorders write when nobody is there. Of those that are nowhere it is said.
 
     Parameters
     ----------
     positions : (T, J, 3) m.
     state : (T, J) or None.
     """
-    absent: Bools = np.asarray(~(np.abs(positions) <= LARGEST).all(axis=2) | ~positions.any(axis=2))
+    beyond: Bools = np.asarray((np.abs(positions) > LARGEST).any(axis=2))
+    absent: Bools = np.asarray(beyond | np.isnan(positions).any(axis=2) | ~positions.any(axis=2))
+    nowhere = int(beyond.sum())
+    said = (f"{counted(nowhere, 'position')} infinite or absurdly far away: taken as missing",) if nowhere else ()
     if state is not None:
         absent |= (state == NOT_TRACKED).all(axis=1)[:, None]
-    return np.where(absent[:, :, None], np.nan, positions)
+    return np.where(absent[:, :, None], np.nan, positions), said
 
 
 def states_of(values: Floats) -> tuple[Bytes, tuple[str, ...]]:

@@ -43,11 +43,10 @@ def read_utdmhad(path: str | os.PathLike[str], fps: float | None = None) -> Post
         raise FileError(f"{path}: wanted {WANTED}, {what}; check the path") from None
     except MatError as why:
         raise FileError(f"{path}: wanted {WANTED}, cannot read it: {why}") from None
-    positions = with_absent(np.atleast_3d(values).transpose(axes).astype(np.float64), None)
+    positions, nowhere = with_absent(np.atleast_3d(values).transpose(axes).astype(np.float64), None)
     times, guesses = even_times(len(positions), fps)
-    return Postures(
-        UTDMHAD20.names, positions, times, source=SensorSource("Kinect v1 joints (UTD-MHAD)"), guesses=guesses
-    )
+    source = SensorSource("Kinect v1 joints (UTD-MHAD)")
+    return Postures(UTDMHAD20.names, positions, times, source=source, guesses=guesses, warnings=nowhere)
 
 
 def _frames_first(shape: tuple[int, ...]) -> tuple[int, int, int] | None:
