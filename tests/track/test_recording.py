@@ -37,7 +37,8 @@ def test_a_recording_is_followed_to_where_the_body_is():
     assert np.linalg.norm(tracked.joints - PLACES, axis=2).mean() < 0.005
     assert np.array_equal(tracked.times, [frame.time for frame in IMAGES])
     assert tracked.std.shape == tracked.held.shape == PLACES.shape[:2]
-    assert len(tracked.poses) == len(tracked.flags) == FRAMES
+    assert len(tracked.poses) == len(tracked.flags) == len(tracked.company) == len(tracked.moved) == FRAMES
+    assert not (tracked.company | tracked.moved).any()
 
 
 @pytest.mark.slow

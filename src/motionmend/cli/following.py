@@ -197,7 +197,6 @@ def _followed(
 ) -> Followed:
     """The recording tracked with a body that is given, or was measured in so many seconds."""
     from ..track.hindsight.backwards import moment
-    from ..track.person.company import is_accompanied
     from ..track.recording import Told
     from ..track.starting.furniture import room_behind
     from ..track.tracker import start, step
@@ -219,8 +218,7 @@ def _followed(
             state, estimate = step(model, settings, state, frame)
             log.spent.append(perf_counter() - there)
             log.returns.append(float(np.mean(np.isfinite(frame.depth))))
-            log.company.append(is_accompanied(state.scene, frame))
-            log.moved.append(state.scene is not None and state.scene.moved == frame.time)
+            log.told.saw(state.scene, frame)
             log.performer = state.performer
             yield moment(state, estimate)
             begin = perf_counter()
@@ -277,8 +275,6 @@ class _Log:
     read: float = 0.0
     spent: "array[float]" = field(default_factory=lambda: array("d"))
     returns: "array[float]" = field(default_factory=lambda: array("d"))
-    company: bytearray = field(default_factory=bytearray)
-    moved: bytearray = field(default_factory=bytearray)
     stages: dict[str, float] = field(default_factory=dict)
     cost: dict[str, float] = field(default_factory=dict)
     iterations: int = 0
@@ -323,7 +319,7 @@ class _Log:
             self.restarts,
             fitted,
             tracked.mistaken,
-            company=np.frombuffer(self.company, np.bool_),
-            moved=np.frombuffer(self.moved, np.bool_),
+            company=tracked.company,
+            moved=tracked.moved,
             doubts=tracked.warnings,
         )

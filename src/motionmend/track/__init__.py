@@ -15,6 +15,7 @@ _HOME = {
     "settings_of": "settings",
     "start": "tracker",
     "step": "tracker",
+    "told_beforehand": "person.company",
 }
 
 __all__ = list(_HOME)

@@ -16,6 +16,8 @@ from .hindsight.smoothing import smoothed
 from .measure.plausible import doubts
 from .model import TrackerModel
 from .outcome import Estimate
+from .person.company import is_accompanied
+from .person.room import Scene
 from .readings.facing import changed_over
 from .settings import TrackSettings, settings_of
 from .starting.furniture import Room, is_furniture, room_behind
@@ -41,6 +43,7 @@ class Tracked:
     flags : (T,) the tracker's words for each frame: tracked, held, recovered, revised, lost, empty.
     seen : (T,) whether the person is in the frame and followed. held : (T, 16) joints of limbs that are out of sight.
     mistaken : (T,) frames in which furniture was followed: nobody is in them.
+    company : (T,) frames in which somebody else is seen, too. moved : (T,) frames in which the camera is elsewhere.
     warnings : what speaks against the body that was followed (`measure.plausible`).
     """
 
@@ -53,6 +56,8 @@ class Tracked:
     seen: Bools
     held: Bools
     mistaken: Bools
+    company: Bools
+    moved: Bools
     warnings: tuple[str, ...] = ()
 
 
@@ -62,6 +67,7 @@ def follow(
     performer: Performer,
     pose: Pose | None = None,
     settings: TrackSettings = DEFAULT,
+    scene: Scene | None = None,
 ) -> Tracked:
     """Follow a body through a recording, as `motionmend track` does.
 
@@ -72,6 +78,7 @@ def follow(
     performer : the person's lengths: measured (`measure_person`), or an average adult's (`anatomy.average`).
     pose : of frame 0 (`pose_from_joints`); the detector finds it when not given.
     settings : of `settings_of`.
+    scene : the room with its furniture and who else is in it (`told_beforehand`); None = nothing is known of it.
 
     Raises
     ------
@@ -86,8 +93,9 @@ def follow(
         state = None
         for frame in frames:
             if state is None:
-                state = start(model, settings, frame, performer, pose)
+                state = start(model, settings, frame, performer, pose, scene)
             state, estimate = step(model, settings, state, frame)
+            told.saw(state.scene, frame)
             times.append(frame.time)
             body = state.performer
             yield moment(state, estimate)
@@ -106,6 +114,13 @@ class Told:
 
     rows: "array[float]" = field(default_factory=lambda: array("d"))  # numbers of one frame after those of another
     flags: list[tuple[str, ...]] = field(default_factory=list)
+    company: bytearray = field(default_factory=bytearray)
+    moved: bytearray = field(default_factory=bytearray)
+
+    def saw(self, scene: Scene | None, frame: DepthFrame) -> None:
+        """What the next frame shows beside the body; `scene` is that after it. The way forward is ahead of `add`."""
+        self.company.append(is_accompanied(scene, frame))
+        self.moved.append(scene is not None and scene.moved == frame.time)
 
     def add(self, estimate: Estimate) -> None:
         """The next frame's."""
@@ -168,6 +183,8 @@ class Told:
             frozen(seen, np.bool_),
             frozen(hidden, np.bool_),
             frozen(mistaken, np.bool_),
+            np.frombuffer(self.company, np.bool_),
+            np.frombuffer(self.moved, np.bool_),
             doubts(performer, wrong[there, 0]),
         )
 

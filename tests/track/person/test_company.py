@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import motionmend as mm
 from drawn_people import CAMERA, PERSON, in_room, picture, random_poses
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import Pose, landmarks, standing
@@ -19,6 +20,7 @@ from motionmend.track.person.foreground import find_person, remember, scene_of
 from motionmend.track.person.pixels import person_of
 from motionmend.track.person.standing import looked_at
 from motionmend.track.settings import settings_of
+from motionmend.track.starting.first_pose import pose_from_joints
 
 FRAMES = 40
 PLACES = (-0.45, 0.45)  # m to the right
@@ -121,6 +123,12 @@ def test_who_is_pointed_at_is_followed_and_the_other_one_named(rng, tmp_path, si
     )
     found = follow(model, settings, recording, PERSON, truth[0])
     assert found.company.all()
+    read = [recording.true_frame(k) for k in range(FRAMES)]
+    scene = told_beforehand(read, truth[0].mean(axis=0))
+    tracked = mm.track.follow(model, read, PERSON, pose_from_joints(PERSON, truth[0])[0], scene=scene)
+    assert tracked.company.all()
+    assert not tracked.moved.any()
+    assert np.linalg.norm(tracked.joints - truth, axis=2).mean() < 0.05
     assert np.linalg.norm(found.postures.positions - truth, axis=2).mean() < 0.05
     task = Follow("default", settings.terms, 0.0)
     (said,) = (one for one in task.warnings(recording, found) if "somebody else" in one)

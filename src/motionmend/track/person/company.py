@@ -9,7 +9,7 @@ from ...arrays import Floats
 from ...bodies.camera import DepthFrame
 from .fineness import evened
 from .room import Scene, scene_of
-from .standing import inner_of, likest, stays_of, sways, with_furniture
+from .standing import inner_of, likest, looked_at, stays_of, sways, with_furniture
 from .surfaces import SOMEBODY, joined, two_bodies
 
 
@@ -20,14 +20,14 @@ def told_beforehand(frames: Sequence[DepthFrame], pointed_at: Floats | None = No
 
     Parameters
     ----------
-    frames : those of `standing.looked_at`, of all of a recording.
+    frames : of all of a recording; two dozen of them are looked at.
     pointed_at : (3,) m, in the middle of the person in the first frame, where that is known: then no furniture is told.
 
     Returns
     -------
     The scene before the first frame; None where nothing is told.
     """
-    even = [evened(frame) for frame in frames]
+    even = [evened(frames[k]) for k in looked_at(len(frames))]
     scene = with_furniture(even) if pointed_at is None else None
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
         return scene
