@@ -1,6 +1,7 @@
 """Laws of a repair by the adaptive method: where, when and in which order does not matter; every sample is told of."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,7 +17,20 @@ from motionmend.denoise.library.local_prior import Prior
 from motionmend.evaluate import compare, corrupt
 from motionmend.io import read
 from motionmend.samples import markers
-from performers import FPS, channels_of, clips, f1, joints_model, markers_model, mend, moved, rms, spoilt, truth
+from performers import (
+    FPS,
+    channels_of,
+    clips,
+    every_other,
+    f1,
+    half_the_markers_model,
+    joints_model,
+    mend,
+    moved,
+    rms,
+    spoilt,
+    truth,
+)
 
 
 def _spoilt(recording, seed=4, **damage):
@@ -32,18 +46,28 @@ def _said_of_all(repaired):
     assert np.isnan(repaired.std[open_]).all()
 
 
+def _cloud(seconds):
+    return every_other(markers(truth("walk", seconds=seconds)))
+
+
+@cache
+def _at_home(kind):
+    """A model, a recording, and its repair where it was recorded."""
+    motion = kind == "motion"
+    clean, model = (truth("walk", seconds=2.0), joints_model()) if motion else (_cloud(2.0), half_the_markers_model())
+    damaged = _spoilt(clean, noise=np.radians(2) if motion else 0.01, outliers=0.05, gaps=0.05)
+    return model, damaged, model.repair(damaged)
+
+
 @pytest.mark.slow
 @given(angle=st.floats(-6, 6), x=st.floats(-9, 9), y=st.floats(-2, 2), z=st.floats(-9, 9))
 @settings(max_examples=2)
 @pytest.mark.parametrize("kind", ["motion", "markers"])
 def test_walking_somewhere_else_is_repaired_the_same(kind, angle, x, y, z):
     """To 1e-6 rad and m, with noise, outliers and gaps."""
-    walk = truth("walk", seconds=3.0)
-    clean, model = (walk, joints_model()) if kind == "motion" else (markers(walk), markers_model())
-    damaged = _spoilt(clean, noise=np.radians(2) if kind == "motion" else 0.01, outliers=0.05, gaps=0.05)
+    model, damaged, at_home = _at_home(kind)
     shift = np.array([x, y, z])
     there = model.repair(moved(damaged, angle, shift))
-    at_home = model.repair(damaged)
     here = moved(at_home.recording, angle, shift)
     if kind == "markers":
         np.testing.assert_array_equal(there.origin, at_home.origin)
@@ -81,10 +105,10 @@ def test_the_order_of_the_models_channels_does_not_matter(seed):
 
 @pytest.mark.slow
 def test_the_order_of_the_recordings_markers_does_not_matter(rng):
-    cloud = _spoilt(markers(truth("walk", seconds=3.0)), noise=0.005, outliers=0.05, gaps=0.05)
+    cloud = _spoilt(_cloud(2.0), noise=0.005, outliers=0.05, gaps=0.05)
     order = rng.permutation(len(cloud.names))
     other = Markers(tuple(cloud.names[i] for i in order), cloud.positions[:, order], cloud.fps, up=cloud.up)
-    one, two = markers_model().repair(cloud), markers_model().repair(other)
+    one, two = (half_the_markers_model().repair(one) for one in (cloud, other))
     np.testing.assert_array_equal(two.recording.positions, one.recording.positions[:, order])
     np.testing.assert_array_equal(two.origin, one.origin[:, order])
     np.testing.assert_array_equal(two.std, one.std[:, order])
@@ -107,15 +131,15 @@ def test_backwards_it_is_repaired_alike(noise, outliers):
 @pytest.mark.slow
 def test_what_hides_under_a_missing_sample_has_no_influence(rng):
     """A marker is missing when one coordinate is: the other two, and its residual, say nothing."""
-    cloud = _spoilt(markers(truth("walk", seconds=3.0)), noise=0.005)
+    cloud = _spoilt(_cloud(2.0), noise=0.005)
     gone = cloud.positions.copy()
     gone[30:40, 8] = np.nan
     hidden = cloud.positions.copy()
     hidden[30:40, 8, 1] = np.nan
     hidden[30:40, 8, [0, 2]] = rng.normal(0, 100.0, (10, 2))
     residuals = np.abs(rng.normal(size=gone.shape[:2]))
-    one = markers_model().repair(cloud.with_positions(gone))
-    two = markers_model().repair(replace(cloud.with_positions(hidden), residuals=residuals))
+    one = half_the_markers_model().repair(cloud.with_positions(gone))
+    two = half_the_markers_model().repair(replace(cloud.with_positions(hidden), residuals=residuals))
     np.testing.assert_array_equal(one.recording.positions, two.recording.positions)
     np.testing.assert_array_equal(one.origin, two.origin)
 
@@ -136,8 +160,8 @@ def test_what_is_repaired_stays_as_it_is(noise):
 @pytest.mark.parametrize("kind", ["motion", "markers"])
 def test_every_sample_is_told_of(kind, seed):
     rng = np.random.default_rng(seed)
-    walk = truth("walk", seconds=2.0)
-    clean, model = (walk, joints_model()) if kind == "motion" else (markers(walk), markers_model())
+    motion = kind == "motion"
+    clean, model = (truth("walk", seconds=1.5), joints_model()) if motion else (_cloud(1.5), half_the_markers_model())
     damaged = _spoilt(clean, seed, noise=0.01, outliers=rng.uniform(0, 0.2), gaps=rng.uniform(0, 0.5))
     repaired = model.repair(damaged)
     _said_of_all(repaired)
@@ -173,9 +197,8 @@ def test_recordings_of_few_frames(frames):
     repaired = joints_model().repair(short)
     _said_of_all(repaired)
     assert compare(short, repaired.recording).rms_deg < 1.0
-    cloud = markers(walk)
-    cloud = cloud.with_positions(cloud.positions[:frames])
-    repaired = markers_model().repair(cloud)
+    cloud = _cloud(3.0).at_frames(slice(0, frames))
+    repaired = half_the_markers_model().repair(cloud)
     _said_of_all(repaired)
     assert np.linalg.norm(repaired.recording.positions - cloud.positions, axis=2).max() < 0.05
 
@@ -206,8 +229,8 @@ def test_a_recording_of_nothing_stays_open(kind):
     if kind == "motion":
         repaired = joints_model().repair(walk.with_q(np.full(walk.q.shape, np.nan)))
     else:
-        cloud = markers(walk)
-        repaired = markers_model().repair(cloud.with_positions(np.full(cloud.positions.shape, np.nan)))
+        cloud = _cloud(1.0)
+        repaired = half_the_markers_model().repair(cloud.with_positions(np.full(cloud.positions.shape, np.nan)))
     assert (repaired.origin == Origin.LEFT_OPEN).all()
     assert any("left open" in w for w in repaired.warnings)
 
@@ -273,9 +296,9 @@ def test_a_stretch_of_nothing_is_bridged_at_its_ends_and_open_within(length):
 
 @pytest.mark.slow
 def test_markers_are_repaired():
-    cloud = markers(truth("walk"))
+    cloud = _cloud(3.0)
     spoiled = corrupt(cloud, noise=0.005, outliers=0.05, gaps=0.05, seed=3)
-    repaired = markers_model().repair(spoiled.recording)
+    repaired = half_the_markers_model().repair(spoiled.recording)
     _said_of_all(repaired)
     assert f1(repaired.origin == Origin.REPAIRED, spoiled.outlier) > 0.9
     away = repaired.recording.positions - cloud.positions
@@ -291,8 +314,8 @@ def test_the_noise_of_a_recording_is_told_in_its_own_unit():
     turns, moves = root_rows(walk.skeleton)
     body = np.setdiff1d(np.arange(62), [*turns, *moves])  # the root's own channels are mixed by its travelling frame
     np.testing.assert_allclose(repaired.noise[body], np.radians(2.0), rtol=0.25)
-    cloud = markers(walk)
-    repaired = markers_model().repair(_spoilt(cloud, noise=0.005, outliers=0.05))
+    cloud = _cloud(5.0)
+    repaired = half_the_markers_model().repair(_spoilt(cloud, noise=0.005, outliers=0.05))
     assert np.median(repaired.noise) == pytest.approx(0.005, rel=0.25)
 
 
@@ -315,7 +338,7 @@ def test_real_walks_are_repaired_better_than_by_any_rival(data):
         return replace(whole.with_q(whole.q[::stride]), fps=whole.fps / stride)
 
     model = Denoiser().fit([at_30(f"16_{n}") for n in (15, 16, 21, 22, 31)])
-    clean = at_30("16_32")
+    clean = at_30("16_32").at_frames(slice(0, 60))  # kalman-data takes seconds for as many
     noisy = _spoilt(clean, noise=np.radians(3), outliers=0.1)
     ours = compare(clean, model.repair(noisy).recording).rms_deg
     rivals = {m: compare(clean, model.repair(noisy, m).recording).rms_deg for m in ("kalman-data", "paper")}
