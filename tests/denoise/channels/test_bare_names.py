@@ -1,6 +1,7 @@
 """Joints called by a namespace before a colon."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from motionmend.denoise.model import DenoiserModel
 from motionmend.errors import MismatchError
 from motionmend.evaluate import corrupt
 from motionmend.samples import markers
-from performers import clips, joints_model, markers_model, truth
+from performers import clips, every_other, half_the_markers_model, joints_model, truth
 
 
 def _of(namespace, motion):
@@ -60,12 +61,23 @@ def test_other_channels_are_still_refused():
         joints_model().repair(other)
 
 
+@cache
+def _gappy():
+    """A second of markers, and their repair by the names of the library."""
+    bad = corrupt(_second_of_markers(), noise=0.002, gaps=0.1, seed=1).recording
+    return bad, half_the_markers_model().repair(bad)
+
+
+def _second_of_markers():
+    return every_other(markers(truth("walk"))).at_frames(slice(0, 30))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("subject", ["Bob_", "Bob Smith-", "Rig|", "take.3/", "a:Bob_"])
 def test_markers_called_by_a_subject_are_those_of_the_library(subject):
-    bad = corrupt(markers(truth("walk")), noise=0.002, gaps=0.1, seed=1).recording
+    bad, plain = _gappy()
     named = replace(bad, names=tuple(subject + name for name in bad.names))
-    plain, repaired = markers_model().repair(bad), markers_model().repair(named)
+    repaired = half_the_markers_model().repair(named)
     np.testing.assert_array_equal(repaired.recording.positions, plain.recording.positions)
     assert repaired.recording.names == named.names
     assert repaired.warnings == plain.warnings
@@ -73,10 +85,12 @@ def test_markers_called_by_a_subject_are_those_of_the_library(subject):
 
 @pytest.mark.slow
 def test_a_library_of_a_subject_knows_others():
-    named = [replace(clip, names=tuple(f"Ann_{name}" for name in clip.names)) for clip in map(markers, clips())]
-    bad = corrupt(markers(truth("walk")), noise=0.002, seed=1).recording
+    taught = [every_other(markers(clip)) for clip in clips()]
+    named = [replace(clip, names=tuple(f"Ann_{name}" for name in clip.names)) for clip in taught]
+    bad = corrupt(_second_of_markers(), noise=0.002, seed=1).recording
     repaired = Denoiser(window=20, fps=30.0).fit(named).repair(bad)
-    np.testing.assert_allclose(repaired.recording.positions, markers_model().repair(bad).recording.positions, atol=1e-6)
+    plain = half_the_markers_model().repair(bad)
+    np.testing.assert_allclose(repaired.recording.positions, plain.recording.positions, atol=1e-6)
 
 
 def test_what_all_markers_share_is_no_subject_where_the_library_says_it_too():
