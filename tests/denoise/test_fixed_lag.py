@@ -65,7 +65,8 @@ def take() -> Motion:
 @pytest.fixture(scope="module")
 def marker_take() -> Markers:
     walk = every_other(markers(clip("walk", seconds=2.0, fps=FPS, seed=9))).at_frames(slice(0, FRAMES))
-    return corrupt(walk, noise=0.005, outliers=0.05, gaps=0.05, seed=4).recording
+    # gaps no longer than a piece: what of a marker none tells is filled from limbs, which takes ten times as long
+    return corrupt(walk, noise=0.005, outliers=0.05, gaps=0.02, seed=4).recording
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ WAYS = {
 def test_a_channel_of_the_root_that_is_missing_throughout_takes_no_other_with_it(way, group):
     motion = truth("reach")
     rows = root_rows(motion.skeleton)[group]
-    q = motion.q[:90] + np.radians(0.5) * np.random.default_rng(1).standard_normal((90, motion.q.shape[1]))
+    q = motion.q[:45] + np.radians(0.5) * np.random.default_rng(1).standard_normal((45, motion.q.shape[1]))
     q[:, rows[1]] = np.nan
     outcome = WAYS[way](motion.with_q(q))
     np.testing.assert_array_equal(outcome.recording.q[:, rows], q[:, rows])

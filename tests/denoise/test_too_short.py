@@ -7,7 +7,7 @@ from motionmend import repair_without_model
 from motionmend.bodies.motion import Markers, Origin
 from motionmend.denoise.too_short import FEWEST_FRAMES
 from motionmend.samples import markers
-from performers import joints_model, markers_model, truth
+from performers import every_other, half_the_markers_model, joints_model, truth
 
 
 def _takes(frames):
@@ -15,7 +15,7 @@ def _takes(frames):
     rng = np.random.default_rng(frames)
     motion = truth("reach")
     q = motion.q[40 : 40 + frames] + np.radians(2.0) * rng.standard_normal((frames, motion.q.shape[1]))
-    places = markers(motion)
+    places = every_other(markers(motion))
     positions = places.positions[40 : 40 + frames] + rng.normal(0.0, 0.005, (frames, *places.positions.shape[1:]))
     q[0, 9] = np.nan
     positions[0, 3] = np.nan
@@ -27,7 +27,7 @@ def _takes(frames):
 @pytest.mark.parametrize("frames", range(1, FEWEST_FRAMES))
 def test_what_nothing_tells_of_is_kept_and_said(frames, taught):
     motion, places = _takes(frames)
-    for take, model in ((motion, joints_model()), (places, markers_model())):
+    for take, model in ((motion, joints_model()), (places, half_the_markers_model())):
         outcome = model.repair(take) if taught else repair_without_model(take)
         there = take.present
         given, out = (one.q if take is motion else one.positions for one in (take, outcome.recording))
@@ -44,9 +44,9 @@ def test_what_nothing_tells_of_is_kept_and_said(frames, taught):
 @pytest.mark.parametrize("taught", [False, True])
 def test_no_frames_are_no_frames(taught):
     motion = truth("reach")
-    places = markers(motion)
-    none = (motion.with_q(motion.q[:0]), joints_model()), (places.with_positions(places.positions[:0]), markers_model())
-    for take, model in none:
+    places = every_other(markers(motion))
+    for take, model in ((motion, joints_model()), (places, half_the_markers_model())):
+        take = take.at_frames(slice(0, 0))
         outcome = model.repair(take) if taught else repair_without_model(take)
         assert outcome.recording.frames == 0
 
