@@ -10,7 +10,7 @@ from motionmend import samples
 from motionmend.bodies.motion import Markers, Motion
 from motionmend.denoise.spoiled_clips import Spoiled, looks_spoiled, told, unspoiled
 from motionmend.io import read
-from performers import truth
+from performers import every_other, truth
 
 
 def _off(one: Motion | Markers, other: Motion | Markers) -> float:
@@ -58,8 +58,8 @@ def test_noise_and_outliers_of_a_clip_go_and_are_told(noise, outliers):
 
 @pytest.mark.slow
 def test_what_is_missing_in_a_clip_is_not_made_up():
-    motion = truth("walk")
-    for clip in (motion, samples.markers(motion)):
+    motion = truth("walk", seconds=3.0)
+    for clip in (motion, every_other(samples.markers(motion))):
         bad = mm.corrupt(clip, noise=np.radians(2.0) if clip is motion else 0.006, gaps=0.2, seed=7).recording
         cleaned, found = unspoiled(bad)
         assert found is not None
@@ -69,9 +69,9 @@ def test_what_is_missing_in_a_clip_is_not_made_up():
 
 @pytest.mark.slow
 def test_a_model_of_spoiled_clips_is_about_as_good_as_one_of_clean_ones():
-    clips = [samples.clip("walk", seconds=4.0, fps=30.0, seed=seed) for seed in range(4)]
+    clips = [samples.clip("walk", seconds=3.0, fps=30.0, seed=seed) for seed in range(2)]
     bad = [mm.corrupt(clip, noise=np.radians(2.0), outliers=0.05, seed=k).recording for k, clip in enumerate(clips)]
-    seen = samples.clip("walk", seconds=4.0, fps=30.0, seed=9)
+    seen = samples.clip("walk", seconds=3.0, fps=30.0, seed=9)
     recording = mm.corrupt(seen, noise=np.radians(1.0), outliers=0.1, seed=11).recording
     clean, spoiled, repaired = (
         _off(mm.Denoiser().fit(some).repair(recording).recording, seen)

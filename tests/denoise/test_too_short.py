@@ -57,7 +57,7 @@ def test_a_few_more_are_repaired_and_as_far_off_as_they_say(frames):
     """Without a library, for which alone the recording speaks."""
     clean = truth("walk")
     near = []
-    for first in range(10, 110, 5):
+    for first in range(10, 110, 10):
         rng = np.random.default_rng(first)
         part = clean.q[first : first + frames]
         outcome = repair_without_model(clean.with_q(part + np.radians(2.0) * rng.standard_normal(part.shape)))

@@ -1,6 +1,7 @@
 """A library that misses a recording, and what the recording shows of itself."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -150,18 +151,24 @@ def test_in_gaps_both_meet_at_the_edges_and_the_surer_counts_for_more(seed):
         np.testing.assert_allclose(getattr(found, name)[:, 1], getattr(a, name)[:, 1])
 
 
+def _rows(motion, joint):
+    return [d for d, name in enumerate(motion.skeleton.dof_names) if name.startswith(joint + ".")]
+
+
 @pytest.mark.slow
 def test_a_leg_that_stands_is_not_filled_by_what_a_library_of_walks_does():
-    there = truth("reach")
+    there = truth("reach").at_frames(slice(0, 100))
     wrong = []
-    for joint in ("lfemur", "ltibia"):
-        rows = [d for d, name in enumerate(there.skeleton.dof_names) if name.startswith(joint + ".")]
-        for start in (20, 45, 70):
-            q = there.q.copy()
-            q[start : start + 20, rows] = np.nan
-            found = joints_model().repair(there.with_q(q))
-            assert any(said.endswith(SAID) for said in found.warnings)
-            wrong.append(np.square(found.recording.q - there.q)[start : start + 20, rows].mean())
+    for starts in ((20, 70), (45, 20), (70, 45)):  # of a gap of the thigh and one of the shank, which do not meet
+        q, gaps = there.q.copy(), np.zeros(there.q.shape, dtype=bool)
+        for joint, start in zip(("lfemur", "ltibia"), starts, strict=True):
+            gaps[start : start + 20, _rows(there, joint)] = True
+        q[gaps] = np.nan
+        found = joints_model().repair(there.with_q(q))
+        assert any(said.endswith(SAID) for said in found.warnings)
+        for joint in ("lfemur", "ltibia"):
+            rows = _rows(there, joint)
+            wrong.append(np.square(found.recording.q - there.q)[:, rows][gaps[:, rows]].mean())
     assert np.degrees(np.sqrt(np.mean(wrong))) < 0.3  # by the library 0.6, by the recording alone 0.1
 
 
@@ -279,8 +286,8 @@ def _part(data, name, first, last):
 @pytest.mark.parametrize(
     ("recorded", "library", "noise", "outliers"),
     [
-        (("hdm05_bd_05-01_01_120", 3000, 3300), ("cmu_05_13", 0, None), 0.001, 0.0),
-        (("sfu_0005_SideSkip001", 0, 300), ("gt_squat", 0, None), 0.01, 0.1),
+        (("hdm05_bd_05-01_01_120", 3000, 3120), ("cmu_05_13", 0, 400), 0.001, 0.0),
+        (("sfu_0005_SideSkip001", 0, 120), ("gt_squat", 0, 400), 0.01, 0.1),
     ],
 )
 def test_real_markers_are_no_worse_for_a_library_of_another_person_and_motion(data, recorded, library, noise, outliers):
@@ -296,18 +303,27 @@ def test_real_markers_are_no_worse_for_a_library_of_another_person_and_motion(da
     assert error(found) < 1.05 * error(alone)
 
 
+@cache
+def _own_patterns():
+    """A walk with a gap of a shank and one of an arm that do not meet, three times: gaps, errors, deviations."""
+    there, each = truth("walk", seconds=4.0, fps=60.0), []
+    for starts in ((40, 90), (90, 150), (150, 40)):
+        gaps = {joint: slice(start, start + 48) for joint, start in zip(("ltibia", "rhumerus"), starts, strict=True)}
+        q = there.q.copy()
+        for joint, gap in gaps.items():
+            q[gap, _rows(there, joint)] = np.nan
+        found = repair_without_model(there.with_q(q))
+        each.append((gaps, found.recording.q - there.q, found.std))
+    return each
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("joint", ["ltibia", "rhumerus"])
 def test_gaps_filled_by_a_recordings_own_patterns_are_as_unsure_as_they_are_wrong(joint):
     """The patterns know of a gap what a first repair put there: elsewhere they know the truth."""
-    there = truth("walk", seconds=4.0, fps=60.0)
-    rows = [d for d, name in enumerate(there.skeleton.dof_names) if name.startswith(joint + ".")]
+    rows = _rows(truth("walk", seconds=4.0, fps=60.0), joint)
     wrong, told = [], []
-    for start in (40, 90, 150):
-        gap = slice(start, start + 48)
-        q = there.q.copy()
-        q[gap, rows] = np.nan
-        found = repair_without_model(there.with_q(q))
-        wrong.append(np.square(found.recording.q - there.q)[gap, rows].mean())
-        told.append(np.square(found.std[gap, rows]).mean())
+    for gaps, away, std in _own_patterns():
+        wrong.append(np.square(away)[gaps[joint], rows].mean())
+        told.append(np.square(std[gaps[joint], rows]).mean())
     assert np.sqrt(np.mean(wrong) / np.mean(told)) < 1.3
