@@ -15,7 +15,7 @@ RWRA = 10
 
 
 def _with_props(*places):
-    """Half of the walk's markers and more at these places (T, 3) m beside the first one, all with a millimetre of noise."""
+    """Half of the walk's markers and more at places (T, 3) m beside the first one, each in a millimetre of noise."""
     clean = every_other(markers(truth("walk"))).at_frames(slice(0, 90))
     props = [clean.positions[:, [0]] + place for place in places]
     positions = np.concatenate([clean.positions, *props], axis=1)
