@@ -130,13 +130,22 @@ def test_a_marker_that_is_in_the_file_twice_is_filled_from_its_double():
     np.testing.assert_allclose(filled.values, truth, atol=1e-6)
 
 
-@pytest.mark.slow
-def test_a_limb_missing_throughout_comes_from_the_library():
-    library = learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP)
-    truth = _body(40)
+LIMB_PEOPLE = range(20, 24)  # four clips of some seconds know the limb as well as more of them
+
+
+@pytest.fixture(scope="module")
+def limb():
+    """Somebody without an arm's hand throughout: a library, how he is, how he is seen and how he is filled."""
+    library = learn_marker_library([(_body(s, 200), FPS) for s in LIMB_PEOPLE], UP)
+    truth = _body(40, 150)
     cut = truth.copy()
     cut[:, 8:] = np.nan
-    found = fill_gaps(cut, FPS, library=library)
+    return library, truth, cut, fill_gaps(cut, FPS, library=library)
+
+
+@pytest.mark.slow
+def test_a_limb_missing_throughout_comes_from_the_library(limb):
+    library, truth, cut, found = limb
     assert found.filled[:, 8:].all()
     middle = library.postures[:, 8:].mean(axis=(0, 1)) - library.postures[:, :8].mean(axis=(0, 1))
     standing = cut[:, :8].mean(axis=1, keepdims=True) + middle
@@ -149,20 +158,17 @@ def test_a_limb_missing_throughout_comes_from_the_library():
 
 
 @pytest.mark.slow
-def test_a_library_with_gaps_of_its_own_knows_a_limb_too(rng):
+def test_a_library_with_gaps_of_its_own_knows_a_limb_too(limb, rng):
     """Hardly an example shows all markers at every moment: those lost most are left out, not the examples."""
     clips = []
-    for seed in range(20, 26):
-        clip = _body(seed)
+    for seed in LIMB_PEOPLE:
+        clip = _body(seed, 200)
         for start in range(0, len(clip), 40):
             clip[start : start + 20, rng.choice([1, 5])] = np.nan
         clips.append((clip, FPS))
-    truth = _body(40)
-    cut = truth.copy()
-    cut[:, 8:] = np.nan
+    _, truth, cut, whole = limb
     gone = ~np.isfinite(cut).all(axis=2)
     found = fill_gaps(cut, FPS, library=learn_marker_library(clips, UP))
-    whole = fill_gaps(cut, FPS, library=learn_marker_library([(_body(s), FPS) for s in range(20, 26)], UP))
     assert found.filled[:, 8:].all()
     assert _rms(found.values, truth, gone) < 1.2 * _rms(whole.values, truth, gone)
 
