@@ -1,6 +1,7 @@
 """Joints that turn in another order than in the library's clips."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -40,6 +41,12 @@ def _all_balls(motion):
         int((skeleton.dof_kind[skeleton.dofs_of(joint)] == ROTATION).sum()) for joint in range(len(skeleton.names))
     ]
     return [joint for joint, count in enumerate(turns) if count == 3]
+
+
+@cache
+def _told_in_the_other_order():
+    """A model of the clips, every ball joint of theirs turned in the other order."""
+    return Denoiser(window=20, fps=30.0).fit([turned_otherwise(clip, _all_balls(clip)) for clip in clips()])
 
 
 def _off(recording, clean):
@@ -85,13 +92,12 @@ def test_a_motion_in_another_order_moves_as_before():
 @pytest.mark.parametrize("gaps", [0.0, 0.1])
 def test_a_library_in_another_order_does_as_well_as_one_in_the_recordings(gaps):
     clean = truth("walk")
-    joints = _all_balls(clean)
-    other = turned_otherwise(clean, joints)
+    other = turned_otherwise(clean, _all_balls(clean))
     bad = corrupt(other, noise=np.radians(2.0), outliers=0.05, gaps=gaps, seed=1).recording
     outcome = joints_model().repair(bad)
     assert outcome.recording.skeleton is other.skeleton
     assert "turn in another order than in the library's clips: these were written in the" in outcome.warnings[0]
-    told = Denoiser(window=20, fps=30.0).fit([turned_otherwise(clip, joints) for clip in clips()]).repair(bad)
+    told = _told_in_the_other_order().repair(bad)
     assert _off(outcome.recording, clean) < 1.1 * _off(told.recording, clean)
     assert np.isfinite(outcome.recording.q).all()
 
@@ -109,11 +115,10 @@ def test_one_clip_and_a_short_window_are_enough(window):
 @pytest.mark.slow
 def test_the_rewritten_library_has_the_bends_of_clips_in_that_order():
     clean = truth("walk")
-    joints = _all_balls(clean)
-    turned = turned_otherwise(clean, joints)
+    turned = turned_otherwise(clean, _all_balls(clean))
     model = joints_model()
     layout, library = rewritten(model.layout, model.library, reordered(turned.skeleton, model.layout.names))
-    told = Denoiser(window=20, fps=30.0).fit([turned_otherwise(clip, joints) for clip in clips()])
+    told = _told_in_the_other_order()
     order = [told.layout.names.index(name) for name in layout.names]
     moving = np.diag(told.library.bends[0]) > 1e-6
     for k in range(len(library.rates)):

@@ -228,7 +228,8 @@ def test_sketches_add_up_to_the_layout_of_all(clips):
 
 @pytest.mark.slow
 def test_one_clip_in_twenty_may_lose_a_marker_for_good():
-    clouds = [markers(clip("walk", seconds=1.0, fps=30.0, seed=k % 3)) for k in range(40)]
+    three = [markers(clip("walk", seconds=1.0, fps=30.0, seed=k)) for k in range(3)]
+    clouds = [three[k % 3] for k in range(40)]
     anchors = learn_layout(clouds).anchors
     assert anchors is not None
     positions = clouds[7].positions.copy()
