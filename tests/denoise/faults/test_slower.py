@@ -46,7 +46,7 @@ def _thinned(recording):
 
 @pytest.fixture
 def light(clean):
-    """As `clean`, for tests that repair it whole."""
+    """As `clean`, where a repair of fewer markers is as far from what the test allows."""
     return clean if isinstance(clean, Motion) else _thinned(clean)
 
 
@@ -107,13 +107,13 @@ def test_few_frames_tell_nothing(clean, frames):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("times", HOLDS)
-def test_what_lies_between_is_put_there_and_said(light, times):
-    held, new = _shown_again(light, times)
+def test_what_lies_between_is_put_there_and_said(clean, times):
+    held, new = _shown_again(clean, times)
     outcome = repair_without_model(held)
-    again = np.setdiff1d(np.arange(light.frames), new)
-    assert outcome.recording.frames == light.frames
-    assert outcome.recording.fps == light.fps
-    assert _off(outcome.recording, light) < 0.4 * _off(held, light)
+    again = np.setdiff1d(np.arange(clean.frames), new)
+    assert outcome.recording.frames == clean.frames
+    assert outcome.recording.fps == clean.fps
+    assert _off(outcome.recording, clean) < 0.4 * _off(held, clean)
     assert (outcome.origin[again] == Origin.REPAIRED).all()
     assert (outcome.origin[new] == Origin.MEASURED).mean() > 0.99
     assert sum(f"each frame is shown {times:.3g} times" in warning for warning in outcome.warnings) == 1
@@ -121,17 +121,17 @@ def test_what_lies_between_is_put_there_and_said(light, times):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("times", [2.0, 2.5])
-def test_noise_that_is_shown_twice_is_no_motion(light, times):
+def test_noise_that_is_shown_twice_is_no_motion(clean, times):
     """It was smoothed hardly at all, and said to be three times as sure as it was."""
     rng = np.random.default_rng(3)
-    noise = np.radians(1.0) if isinstance(light, Motion) else 0.002
-    held, _ = _shown_again(_with(light, _values(light) + noise * rng.standard_normal(_values(light).shape)), times)
+    noise = np.radians(1.0) if isinstance(clean, Motion) else 0.002
+    held, _ = _shown_again(_with(clean, _values(clean) + noise * rng.standard_normal(_values(clean).shape)), times)
     outcome = repair_without_model(held)
-    off, std = _values(outcome.recording) - _values(light), outcome.std.astype(float)
-    if isinstance(light, Markers):
+    off, std = _values(outcome.recording) - _values(clean), outcome.std.astype(float)
+    if isinstance(clean, Markers):
         std = std[..., None]
     else:
-        turns = np.ptp(light.q, axis=0) > np.radians(2.0)
+        turns = np.ptp(clean.q, axis=0) > np.radians(2.0)
         off, std = off[:, turns & (np.arange(off.shape[1]) > 5)], std[:, turns & (np.arange(off.shape[1]) > 5)]
     assert np.sqrt(np.mean(np.square(off))) < 0.75 * noise
     assert 0.6 < (np.abs(off) < std).mean() < 0.85

@@ -106,7 +106,8 @@ def test_few_markers_or_frames_tell_nothing():
 @pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 def test_deviations_of_markers_reach_noise_that_lasts(fps):
-    clean = mm.samples.markers(mm.samples.clip("run", seconds=5, fps=fps, seed=3))
+    every = mm.samples.markers(mm.samples.clip("run", seconds=5, fps=fps, seed=3))
+    clean = mm.Markers(every.names[::2], every.positions[:, ::2], fps, up=every.up)
     noise = 0.003 * lasts(np.random.default_rng(0), clean.positions.shape, 0.9)
     repaired = mm.repair_without_model(mm.Markers(clean.names, clean.positions + noise, fps, up=clean.up))
     off = np.abs(repaired.recording.positions - clean.positions)
