@@ -8,12 +8,18 @@ from commands import Command, Ran
 
 from motionmend import samples
 from motionmend.cli import main
+from motionmend.cli.options import Working
 from motionmend.io import write
 
 
 @pytest.fixture
-def cli(capfd: pytest.CaptureFixture[str]) -> Command:
+def cli(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
     """Runs the command line in this process with one worker, unless `--jobs` is among the arguments."""
+
+    def width(working: Working) -> int:
+        return 1 if working.jobs is None else working.jobs  # a worker's start costs more than most of these do
+
+    monkeypatch.setattr(Working, "width", property(width))
 
     def run(*arguments: str | Path) -> Ran:
         capfd.readouterr()

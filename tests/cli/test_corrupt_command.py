@@ -112,7 +112,7 @@ def test_options_that_suit_some_of_the_inputs_fail_the_others_alone_each_in_its_
     cli: Command, library: Path, tmp_path: Path
 ) -> None:
     given = [library / "clean.amc", tmp_path / "nowhere.c3d", library / "clean.c3d", tmp_path / "gone.c3d"]
-    ran = cli("corrupt", *given, "-o", tmp_path / "out", "--drop", "LFHD", "--json")
+    ran = cli("corrupt", *given, "-o", tmp_path / "out", "--drop", "LFHD", "--json", "--jobs", "2")
     said = [json.loads(line) for line in ran.out.splitlines()]
     assert [one["input"] for one in said] == [str(path) for path in given]
     assert ["error" in one for one in said] == [True, True, False, True]

@@ -13,6 +13,7 @@ import pytest
 from commands import Command, files_below
 
 from motionmend.bodies.motion import Markers, Motion
+from motionmend.cli import main
 from motionmend.io import read, write
 
 AMC = "amc.mend"
@@ -23,6 +24,30 @@ def without_seconds(sidecar: Path) -> dict[str, object]:
     assert list(facts)[-1] == "seconds"
     del facts["seconds"]
     return facts
+
+
+@pytest.fixture(scope="module")
+def mended(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Both takes repaired by their models, as clean.amc and clean.c3d, each in a folder of its kind; look, no more."""
+    folder = tmp_path_factory.mktemp("mended")
+    for kind in ("amc", "c3d"):
+        made = folder / kind / f"clean.{kind}"
+        assert (
+            main(["denoise", str(library / f"take.{kind}"), "-m", str(library / f"{kind}.mend"), "-o", str(made)]) == 0
+        )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def short(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two thirds of a second of both takes, for what is the same of any recording; never write here."""
+    folder = tmp_path_factory.mktemp("short")
+    angles, markers = read(library / "take.amc"), read(library / "take.c3d")
+    assert isinstance(angles, Motion)
+    assert isinstance(markers, Markers)
+    write(folder / "take.amc", replace(angles, q=angles.q[:80]))
+    write(folder / "take.c3d", replace(markers, positions=markers.positions[:80], residuals=None, source=None))
+    return folder
 
 
 @pytest.mark.slow
@@ -36,10 +61,9 @@ def test_rate_frames_and_channels_come_through(cli: Command, library: Path, tmp_
 
 
 @pytest.mark.slow
-def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_path: Path) -> None:
-    cli("denoise", library / "take.c3d", "-m", library / "c3d.mend", "-o", tmp_path / "clean.c3d")
-    facts = without_seconds(tmp_path / "clean.mend.json")
-    taken, mended = read(library / "take.c3d"), read(tmp_path / "clean.c3d")
+def test_the_sidecar_accounts_for_every_sample(library: Path, mended: Path) -> None:
+    facts = without_seconds(mended / "c3d" / "clean.mend.json")
+    taken, made = read(library / "take.c3d"), read(mended / "c3d" / "clean.c3d")
     assert (facts["input"], facts["frames"], facts["fps"]) == ("take.c3d", taken.frames, taken.fps)
     assert facts["model"]["file"] == "c3d.mend"
     assert facts["model"]["sha256"] == hashlib.sha256((library / "c3d.mend").read_bytes()).hexdigest()
@@ -51,17 +75,16 @@ def test_the_sidecar_accounts_for_every_sample(cli: Command, library: Path, tmp_
         for origin, runs in facts["runs"].get(name, {}).items():
             assert sum(frames for _, frames, *_ in runs) == counts[origin]
             assert all(np.size(std) in (1, frames) for _, frames, *std in runs if std)
-        assert int((~mended.present[:, c]).sum()) == counts["left_open"]
+        assert int((~made.present[:, c]).sum()) == counts["left_open"]
         assert facts["std"][name]["unit"] == "m"
     assert facts["counts"]["filled"] > 0
 
 
 @pytest.mark.slow
-def test_the_repair_is_better_than_the_take(cli: Command, library: Path, tmp_path: Path) -> None:
-    cli("denoise", library / "take.amc", "-m", library / AMC, "-o", tmp_path / "clean.amc")
+def test_the_repair_is_better_than_the_take(cli: Command, library: Path, mended: Path) -> None:
     errors = [
         json.loads(cli("compare", library / "clean.amc", other, "--json").out)["rms_deg"]
-        for other in (library / "take.amc", tmp_path / "clean.amc")
+        for other in (library / "take.amc", mended / "amc" / "clean.amc")
     ]
     assert errors[1] < 0.5 * errors[0]
 
@@ -85,10 +108,15 @@ def test_a_folder_in_is_the_same_tree_out_and_a_bad_file_harms_no_other(
 
 
 @pytest.mark.slow
-def test_jobs_do_not_change_a_byte(cli: Command, library: Path, takes: Path, tmp_path: Path) -> None:
+def test_jobs_do_not_change_a_byte(cli: Command, library: Path, short: Path, tmp_path: Path) -> None:
+    for place in (tmp_path / "in" / "day2", tmp_path / "in"):
+        shutil.copytree(short, place, ignore=shutil.ignore_patterns("*.c3d"), dirs_exist_ok=True)
+    given = ["denoise", tmp_path / "in", "-m", library / AMC, "--report", "--json"]
     for jobs in ("1", "2"):
-        ran = cli("denoise", takes, "-m", library / AMC, "-o", tmp_path / jobs, "--report", "--jobs", jobs)
+        ran = cli(*given, "-o", tmp_path / jobs, "--jobs", jobs)
         assert ran.code == 0
+        said = [Path(json.loads(line)["output"]) for line in ran.out.splitlines()]
+        assert said == [tmp_path / jobs / "day2" / "take.amc", tmp_path / jobs / "take.amc"]
     one, two = files_below(tmp_path / "1"), files_below(tmp_path / "2")
     assert one == two
     assert sum(name.endswith(".report.html") for name in one) == 2
@@ -193,9 +221,6 @@ def test_a_model_of_other_channels_is_one_line(cli: Command, library: Path, tmp_
 
 
 def test_markers_of_another_set_are_one_line(cli: Command, library: Path, tmp_path: Path) -> None:
-    from motionmend.bodies.motion import Markers
-    from motionmend.io import write
-
     taken = read(library / "take.c3d")
     assert isinstance(taken, Markers)
     strange = tuple(f"OTHER{m}" for m in range(len(taken.names)))
@@ -273,8 +298,8 @@ def test_a_guess_is_told_and_kept(cli: Command, library: Path, tmp_path: Path) -
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robust", ["tukey", "square"])
-def test_options_stand_in_the_sidecar(cli: Command, library: Path, tmp_path: Path, robust: str) -> None:
-    command = ["denoise", library / "take.amc", "-m", library / AMC, "--robust", robust, "--footskate"]
+def test_options_stand_in_the_sidecar(cli: Command, library: Path, short: Path, tmp_path: Path, robust: str) -> None:
+    command = ["denoise", short / "take.amc", "-m", library / AMC, "--robust", robust, "--footskate"]
     command += ["--max-std", "25"]
     assert cli(*command, "-o", tmp_path / "a.amc").code == 0
     options = without_seconds(tmp_path / "a.mend.json")["options"]
@@ -304,11 +329,11 @@ def test_what_is_filled_but_hardly_known_is_said_unless_a_limit_leaves_it_open(
 
 
 @pytest.mark.slow
-def test_the_default_says_what_it_found_in_the_recording(cli: Command, library: Path, tmp_path: Path) -> None:
+def test_the_default_says_what_it_found_in_the_recording(
+    cli: Command, library: Path, mended: Path, tmp_path: Path
+) -> None:
     for kind, unit, told in (("amc", "deg", 2.0), ("c3d", "m", 0.005)):  # the noise `library` put in
-        out = tmp_path / f"{kind}_clean.{kind}"
-        assert cli("denoise", library / f"take.{kind}", "-m", library / f"{kind}.mend", "-o", out).code == 0
-        facts = without_seconds(tmp_path / f"{kind}_clean.mend.json")
+        facts = without_seconds(mended / kind / "clean.mend.json")
         assert facts["method"] == "adaptive"
         assert list(facts["noise"]) == list(facts["channels"])
         of_kind = [found for found in facts["noise"].values() if found["unit"] == unit]
@@ -331,7 +356,9 @@ def test_without_a_model_a_recording_is_repaired_by_what_it_shows(cli: Command, 
 
 
 @pytest.mark.slow
-def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(cli: Command, library: Path, tmp_path: Path) -> None:
+def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(
+    cli: Command, library: Path, short: Path, tmp_path: Path
+) -> None:
     from motionmend.denoise.fixed_lag import FixedLag, joined
     from motionmend.denoise.fixed_lag import finish as finish_live
     from motionmend.denoise.fixed_lag import start as start_live
@@ -358,7 +385,7 @@ def test_a_lag_gives_what_a_live_repair_gives_and_says_how_late(cli: Command, li
     live = joined(taken, [*pieces, last])
     write(tmp_path / "again.amc", live.recording, repaired=live)
     assert out.read_bytes() == (tmp_path / "again.amc").read_bytes()
-    told = cli("denoise", tmp_path / "take.amc", "-m", library / AMC, "-o", out, "--lag", "0.4", "--force")
+    told = cli("denoise", short / "take.amc", "-m", library / AMC, "-o", out, "--lag", "0.4", "--force")
     assert f"given out {said['latency_s']:.2f} s late" in told.err
 
 
@@ -368,13 +395,13 @@ def test_what_would_be_less_sure_than_the_limit_stays_open(
     cli: Command, library: Path, tmp_path: Path, kind: str, unit: str
 ) -> None:
     taken = read(library / f"take.{kind}")
-    gone = np.s_[len(taken.present) // 3 : len(taken.present) // 3 + int(taken.fps / 2), 6:]  # half a second
+    gone = np.s_[50:110, 6:]  # half of 1.25 seconds
     if isinstance(taken, Markers):
-        positions = taken.positions.copy()
+        positions = taken.positions[:150].copy()
         positions[gone] = np.nan
-        taken = replace(taken, positions=positions, residuals=None)
+        taken = replace(taken, positions=positions, residuals=None, source=None)
     else:
-        q = taken.q.copy()
+        q = taken.q[:150].copy()
         q[gone] = np.nan
         taken = replace(taken, q=q)
     write(tmp_path / f"gone.{kind}", taken)
@@ -457,9 +484,9 @@ def test_seconds_begin_with_the_process(cli: Command, library: Path, tmp_path: P
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["denoise", "corrupt", "pipeline"])
 def test_what_the_output_cannot_hold_is_said_and_by_which_number_frames_are_counted(
-    cli: Command, library: Path, tmp_path: Path, command: str
+    cli: Command, short: Path, tmp_path: Path, command: str
 ) -> None:
-    raw = bytearray((library / "take.c3d").read_bytes())
+    raw = bytearray((short / "take.c3d").read_bytes())
     first, last = struct.unpack_from("<2H", raw, 6)
     struct.pack_into("<2H", raw, 6, first + 500, last + 500)
     (tmp_path / "in.c3d").write_bytes(raw)

@@ -121,7 +121,8 @@ def test_a_bar_on_the_terminal_leaves_the_results_alone(library: Path) -> None:
 
 @pytest.mark.slow
 def test_every_real_recording_can_be_looked_at(cli: Command, data: Path) -> None:
-    ran = cli("inspect", data / "mocap" / "c3d", data / "mocap" / "bvh", data / "mocap" / "amc" / "09", "--json")
+    given = [data / "mocap" / "c3d", data / "mocap" / "bvh", data / "mocap" / "amc" / "09"]
+    ran = cli("inspect", *given, "--json", "--jobs", "2")
     facts = [json.loads(line) for line in ran.out.splitlines()]
     assert len(facts) == 11 + 9 + 11 + 1
     assert not any("error" in one for one in facts)

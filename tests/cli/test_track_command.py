@@ -281,7 +281,8 @@ def test_the_first_recording_with_somebody_in_it_gives_the_body(cli: Command, st
     write_depth_folder(tmp_path / "in" / "a_nobody", nobody, FPS)
     for name in ("b", "c"):
         shutil.copytree(studio / "take", tmp_path / "in" / name)
-    ran = cli("track", tmp_path / "in", "-m", studio / "m.mend", "--body", tmp_path / "b.json", "-o", tmp_path / "out")
+    given = ["track", tmp_path / "in", "-m", studio / "m.mend", "--body", tmp_path / "b.json", "--jobs", "2"]
+    ran = cli(*given, "-o", tmp_path / "out")
     assert ran.code == 1
     assert len(ran.failures) == 1
     read_body(tmp_path / "b.json")
