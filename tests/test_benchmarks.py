@@ -185,7 +185,7 @@ def test_a_ratio_is_the_median_of_the_rounds() -> None:
 @pytest.mark.slow
 def test_peak_memory_sees_a_matrix_that_is_built() -> None:
     """The plain product holds every window; the kernel, a small part of that."""
-    series = data.channels(data.motion(4_000))
+    series = data.channels(data.motion(2_500))
     windows = (len(series) - data.WINDOW + 1) * data.WINDOW * series.shape[1] * 8
     plain, ours = memory.measure("lag-plain", series), memory.measure("lag", series)
     assert plain.data == series.nbytes

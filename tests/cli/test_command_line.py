@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from motionmend import __version__, cli, samples
@@ -318,8 +319,8 @@ def test_a_reader_that_leaves_ends_it_quietly(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
-    for seed in range(4):
-        write(tmp_path / "in" / f"{seed}.bvh", samples.clip("walk", seconds=20.0, seed=seed))
+    for name, seconds in (("0", 1.0), ("1", 20.0)):  # when the first is there, the second has seconds to go
+        write(tmp_path / "in" / f"{name}.bvh", samples.clip("walk", seconds=seconds, seed=1))
     given = ["denoise", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--jobs", "1"]
     running = subprocess.Popen([sys.executable, "-m", "motionmend", *given], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
@@ -332,13 +333,21 @@ def test_a_program_that_is_asked_to_end_clears_away_and_says_so(tmp_path: Path) 
     assert all(not name.startswith(".") for name in (path.name for path in (tmp_path / "out").iterdir()))
 
 
+@pytest.fixture(scope="module")
+def long_take(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording that takes a while to write; never write here."""
+    take = tmp_path_factory.mktemp("long") / "take.bvh"
+    motion = samples.clip("walk", seconds=5.0, seed=1)
+    write(take, motion.with_q(np.tile(motion.q, (8, 1))))
+    return take
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="terminals of Unix")
 @pytest.mark.parametrize("ignored", [False, True])
-def test_a_terminal_that_closes_leaves_nothing_half_written(tmp_path: Path, ignored: bool) -> None:
+def test_a_terminal_that_closes_leaves_nothing_half_written(tmp_path: Path, long_take: Path, ignored: bool) -> None:
     """Unless it is told not to mind, as by nohup."""
-    write(tmp_path / "take.bvh", samples.clip("walk", seconds=60.0, seed=1))
-    given = ["corrupt", str(tmp_path / "take.bvh"), "-o", str(tmp_path / "out" / "o.bvh"), "--noise", "1"]
+    given = ["corrupt", str(long_take), "-o", str(tmp_path / "out" / "o.bvh"), "--noise", "1"]
     running = subprocess.Popen(
         [sys.executable, "-m", "motionmend", *given],
         stderr=subprocess.PIPE,

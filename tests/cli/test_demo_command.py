@@ -41,7 +41,8 @@ def test_the_demo_repairs_what_it_spoils_within_a_minute(tmp_path: Path) -> None
 @pytest.mark.slow
 def test_programs_get_one_object_a_recording(cli: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("motionmend.cli.demo.FORMATS", ("c3d",))
-    monkeypatch.setattr("motionmend.cli.demo.SECONDS", 2.0)
+    monkeypatch.setattr("motionmend.cli.demo.LEARNED", (("walk", 0), ("walk", 1)))
+    monkeypatch.setattr("motionmend.cli.demo.SECONDS", 1.0)
     ran = cli("demo", "--out", tmp_path / "shown", "--json")
     assert ran.code == 0, ran.err
     facts = json.loads(ran.out)

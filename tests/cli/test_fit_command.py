@@ -16,9 +16,8 @@ from motionmend.models import load_model
 
 @pytest.mark.slow
 def test_the_same_clips_give_the_same_bytes(cli: Command, library: Path, tmp_path: Path) -> None:
-    for name, jobs in (("one.mend", "1"), ("two.mend", "2")):
-        assert cli("fit", "denoiser", library / "amc", "-o", tmp_path / name, "--jobs", jobs).code == 0
-    assert (tmp_path / "one.mend").read_bytes() == (tmp_path / "two.mend").read_bytes()
+    assert cli("fit", "denoiser", library / "amc", "-o", tmp_path / "two.mend", "--jobs", "2").code == 0
+    assert (library / "amc.mend").read_bytes() == (tmp_path / "two.mend").read_bytes()  # learned by one process
 
 
 def test_settings_reach_the_model(cli: Command, library: Path, tmp_path: Path) -> None:

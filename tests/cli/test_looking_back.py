@@ -22,7 +22,7 @@ from motionmend.track.model import TrackerModel
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
 
-BODY, CAMERA, DEFAULT = anatomy.average(), Camera(160, 120, 142.8, 142.8, 80.0, 60.0), settings_of("default")
+BODY, CAMERA, DEFAULT = anatomy.average(), Camera(80, 60, 71.4, 71.4, 40.0, 30.0), settings_of("default")
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +42,13 @@ def followed():
     return model, moments
 
 
+@pytest.fixture(scope="module")
+def alone(followed):
+    """What one process says of it in hindsight."""
+    model, moments = followed
+    return list(revised(model, DEFAULT, moments))
+
+
 def same(ones, others):
     assert len(ones) == len(others)
     for one, other in zip(ones, others, strict=True):
@@ -52,7 +59,7 @@ def same(ones, others):
 
 
 @pytest.mark.slow
-def test_a_second_process_says_the_same_in_the_same_order(followed):
+def test_a_second_process_says_the_same_in_the_same_order(followed, alone):
     model, moments = followed
     with second_process(WORTH, idle=True) as other:
         assert other is not None
@@ -64,13 +71,13 @@ def test_a_second_process_says_the_same_in_the_same_order(followed):
                 return asked[-1]
 
         said = list(revised_beside(Heard(), model, DEFAULT, iter(moments)))
-    same(said, list(revised(model, DEFAULT, moments)))
+    same(said, alone)
     assert len(asked) == 2  # the last stretch is looked back at here, the others there
     assert all(future.exception() is None for future in asked)
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_costs_no_frame(followed):
+def test_a_process_that_is_killed_costs_no_frame(followed, alone):
     model, moments = followed
     with second_process(WORTH, idle=True) as other:
 
@@ -82,17 +89,18 @@ def test_a_process_that_is_killed_costs_no_frame(followed):
                 yield one
 
         said = list(revised_beside(other, model, DEFAULT, killing()))
-    same(said, list(revised(model, DEFAULT, moments)))
+    same(said, alone)
 
 
 @pytest.mark.slow
 def test_nobody_looks_back_where_no_processor_is_idle_or_little_is_to_be_done(followed):
     model, moments = followed
+    alone = list(revised(model, DEFAULT, moments[:10]))
     for frames, idle in ((WORTH, False), (WORTH - 1, True)):
         with second_process(frames, idle=idle) as other:
             assert other is None
             said = list(revised_beside(other, model, DEFAULT, iter(moments[:10])))
-        same(said, list(revised(model, DEFAULT, moments[:10])))
+        same(said, alone)
         assert not multiprocessing.active_children()
 
 
