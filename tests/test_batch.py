@@ -9,58 +9,26 @@ from pathlib import Path
 
 import psutil
 import pytest
-from threadpoolctl import threadpool_info
 
+from batch_tasks import (
+    answer_with,
+    blas_threads,
+    die_at_two,
+    first_item_is_slow,
+    ignores_interrupts,
+    interrupted_in_compiled_code,
+    leave_a_mark_and_die_once,
+    mark_and_wait_for_the_first,
+    never_hears_interrupts,
+    own_number,
+    square,
+    square_or_fail,
+    wait_or_die_at_two,
+)
 from motionmend import batch
-from motionmend.errors import FileError, UsageError
+from motionmend.errors import UsageError
 
 PATIENT = "5 minutes"  # Dask's own cluster gives a worker up that is not there 15 s after it died: dead again, say
-
-
-def square(item: int) -> int:
-    return item * item
-
-
-def square_or_fail(item: int) -> int:
-    if item % 3 == 0:
-        raise FileError(f"item {item} is a multiple of three")
-    if item == 4:
-        raise ZeroDivisionError("four\nis bad")
-    return item * item
-
-
-def leave_a_mark_and_die_once(item: tuple[int, Path]) -> int:
-    number, folder = item
-    mark = folder / f"{number}-{time.monotonic_ns()}"
-    mark.touch()
-    if number == 3 and len(list(folder.glob("3-*"))) == 1:
-        os._exit(17)
-    time.sleep(0.05)
-    return number
-
-
-def die_at_two(item: int) -> int:
-    if item == 2:
-        os._exit(17)
-    time.sleep(0.02)
-    return item
-
-
-def wait_or_die_at_two(item: int) -> int:
-    time.sleep(0.3 if item == 2 else 1.0)
-    return die_at_two(item)
-
-
-def first_item_is_slow(item: int) -> int:
-    time.sleep(0.4 if item == 0 else 0.0)
-    return item
-
-
-def blas_threads(_: int) -> set[int]:
-    import scipy.linalg
-
-    scipy.linalg.norm([1.0, 2.0])
-    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
 
 @pytest.mark.slow
@@ -110,18 +78,10 @@ def test_every_task_computes_with_one_blas_thread(jobs: int) -> None:
         assert outcome.value == {1}
 
 
-def ignores_interrupts(_: int) -> bool:
-    return signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-
-
 @pytest.mark.slow
 def test_an_interrupt_reaches_the_parent_alone() -> None:
     assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=2)] == [True, True]
     assert [outcome.value for outcome in batch.run(ignores_interrupts, range(2), jobs=1)] == [False, False]
-
-
-def never_hears_interrupts(_: int) -> bool:
-    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="there are no signal masks here")
@@ -136,10 +96,6 @@ def test_an_item_that_cannot_travel_fails_alone() -> None:
     assert outcomes[0].value == "1"
     assert outcomes[2].value == "3"
     assert outcomes[1].failure is not None
-
-
-def interrupted_in_compiled_code(_: int) -> int:
-    raise SystemError("CPUDispatcher returned a result with an exception set") from KeyboardInterrupt()
 
 
 def test_an_interrupt_that_compiled_code_hands_on_ends_all() -> None:
@@ -223,13 +179,6 @@ def test_a_cluster_that_loses_its_last_worker_is_not_waited_for(monkeypatch: pyt
         assert "no workers any more" in outcome.failure.message
 
 
-def mark_and_wait_for_the_first(item: tuple[int, Path]) -> int:
-    number, folder = item
-    (folder / str(number)).touch()
-    time.sleep(1.0 if number == 0 else 0.0)
-    return number
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_outcomes_come_in_turn_and_few_wait_for_the_first(jobs: int, tmp_path: Path) -> None:
@@ -257,22 +206,6 @@ def test_deaths_during_a_sum_in_turn_leave_its_order(tmp_path: Path) -> None:
     assert taken == [0, 1, None, 3, 4, 5, 6, 7]
 
 
-def large_and_cut_off_once(item: tuple[int, Path]) -> bytes:
-    """Half of its first answer, which does not fit into the line at once, waits there when its process dies."""
-    number, folder = item
-    if number == 1 and not (folder / "cut").exists():
-        (folder / "cut").touch()
-        parent = psutil.Process().parent()
-        assert parent is not None
-        parent.suspend()  # nobody takes what is answered
-        subprocess.Popen(
-            [sys.executable, "-c", "import os,signal,sys,time\ntime.sleep(1)\nfor one in sys.argv[1:]:\n"
-             " os.kill(int(one), signal.SIGKILL if one == sys.argv[1] else signal.SIGCONT)",
-             str(os.getpid()), str(parent.pid)]
-        )  # fmt: skip
-    return bytes([number]) * (20_000_000 if number == 1 else 1000)
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="processes are stopped and killed by signals")
 def test_a_worker_killed_in_the_middle_of_its_answer_costs_nothing(tmp_path: Path) -> None:
@@ -281,7 +214,7 @@ def test_a_worker_killed_in_the_middle_of_its_answer_costs_nothing(tmp_path: Pat
         "import sys\n"
         "from pathlib import Path\n"
         "from motionmend.batch import run\n"
-        "from test_batch import large_and_cut_off_once\n"
+        "from batch_tasks import large_and_cut_off_once\n"
         "if __name__ == '__main__':\n"
         "    for outcome in run(large_and_cut_off_once, [(n, Path(sys.argv[1])) for n in range(4)], jobs=2):\n"
         "        print(len(outcome.value), set(outcome.value))\n"
@@ -299,11 +232,6 @@ def test_a_worker_killed_in_the_middle_of_its_answer_costs_nothing(tmp_path: Pat
     assert (tmp_path / "cut").exists()
 
 
-def own_number(_: int) -> int:
-    time.sleep(0.2)
-    return os.getpid()
-
-
 @pytest.mark.slow
 def test_workers_killed_while_they_wait_are_replaced() -> None:
     taken: list[int] = []
@@ -319,22 +247,6 @@ def test_workers_killed_while_they_wait_are_replaced() -> None:
         batch.in_turn(own_number, range(4), take, staff)
     assert len(taken) == 6
     assert not set(taken[:2]) & set(taken[2:])
-
-
-def answer_with(item: str) -> object:
-    if item == "what cannot travel":
-        return lambda: None
-    if item == "an error that cannot be rebuilt":
-        raise SystemExit(_Unpacked(1, 2))
-    return item
-
-
-class _Unpacked:
-    def __init__(self, one: int, two: int) -> None:
-        self.both = one, two
-
-    def __reduce__(self) -> tuple[type, tuple[int]]:
-        return type(self), (1,)
 
 
 @pytest.mark.slow

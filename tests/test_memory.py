@@ -28,7 +28,7 @@ from motionmend.io import amc, biovision, bvh, read, text, write
 from motionmend.samples import clip
 
 SHORT, LONG = 1_200, 3_000  # frames; blocks of both are alike
-WRITTEN_SHORT, WRITTEN_LONG = 500, 1_500
+WRITTEN_SHORT, WRITTEN_LONG = 250, 750
 
 
 def peak(work: Callable[[], object]) -> int:
@@ -102,10 +102,10 @@ def test_files_are_text_a_piece_at_a_time(
     walk: Motion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
     """The text alone is larger than the values, its words are many times as large."""
-    monkeypatch.setattr(text, "PIECE", 1 << 15)
-    monkeypatch.setattr(put_before, "LOOKED_AT", 60)
+    monkeypatch.setattr(text, "PIECE", 1 << 14)
+    monkeypatch.setattr(put_before, "LOOKED_AT", 30)
     for module, name in ((amc, "WRITTEN"), (bvh, "WRITTEN"), (biovision, "TOGETHER")):
-        monkeypatch.setattr(module, name, 1 << 7)
+        monkeypatch.setattr(module, name, 1 << 6)
     recordings = [_of(frames, walk) for frames in (WRITTEN_SHORT, WRITTEN_LONG)]
     files = {one.frames: tmp_path / str(one.frames) / f"x{ending}" for one in recordings}
     for file in files.values():
