@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,15 +19,21 @@ LONG = "x" * 300 + ".bvh"  # no system holds such a name
 MORE = {"inspect": [], "denoise": ["--method", "gaussian"], "pipeline": []}
 
 
+@contextmanager
+def closed_within(folder: Path) -> Iterator[Path]:
+    for place in ("takes", "takes/closed"):
+        (folder / place).mkdir()
+        write(folder / place / "walk.bvh", samples.clip("walk", seconds=1, seed=1))
+    (folder / "takes/closed").chmod(0)
+    yield folder / "takes"
+    (folder / "takes/closed").chmod(0o755)
+
+
 @pytest.fixture
 def takes(tmp_path: Path) -> Iterator[Path]:
     """A folder with a take, and a folder with another one that nobody may read."""
-    for place in ("takes", "takes/closed"):
-        (tmp_path / place).mkdir()
-        write(tmp_path / place / "walk.bvh", samples.clip("walk", seconds=1, seed=1))
-    (tmp_path / "takes/closed").chmod(0)
-    yield tmp_path / "takes"
-    (tmp_path / "takes/closed").chmod(0o755)
+    with closed_within(tmp_path) as folder:
+        yield folder
 
 
 def no_more_than_others() -> None:
@@ -35,18 +42,42 @@ def no_more_than_others() -> None:
         ctypes.CDLL(None).prctl(24, capability, 0, 0, 0)
 
 
-def as_anybody(*arguments: object) -> Ran:
-    command = [sys.executable, "-m", "motionmend", *map(str, arguments)]
-    found = subprocess.run(command, capture_output=True, text=True, preexec_fn=no_more_than_others, check=False)
-    return Ran(found.returncode, found.stdout, found.stderr)
+ALL = """
+import contextlib, io, json, sys
+from motionmend.cli import main
+for arguments in json.loads(sys.argv[1]):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(arguments)
+    print(json.dumps([code, out.getvalue(), err.getvalue()]))
+"""
+
+
+@pytest.fixture(scope="module")
+def as_anybody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, dict[str, Ran]]]:
+    """A folder of takes, and what commands say of it to whom it is closed; one process gives up its rights for all."""
+    with closed_within(tmp_path_factory.mktemp("anybody")) as takes:
+        (takes / "pairs.csv").write_text("sensor,truth,offset_s\nclosed/a.csv,closed/b.bvh,\n")
+        asked: dict[str, list[object]] = {"fit": ["fit", "corrector", takes / "pairs.csv", "-o", takes / "m.mend"]}
+        for name, more in MORE.items():
+            into = [] if name == "inspect" else ["-o", takes.parent / name]
+            asked[name] = [name, takes, "--json", *more, *into]
+        told = json.dumps([[str(word) for word in words] for words in asked.values()])
+        command = [sys.executable, "-c", ALL, told]
+        found = subprocess.run(command, capture_output=True, text=True, preexec_fn=no_more_than_others, check=False)
+        assert found.returncode == 0, found.stderr
+        lines = (json.loads(line) for line in found.stdout.splitlines())
+        yield takes, {name: Ran(*line) for name, line in zip(asked, lines, strict=True)}
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="gives up rights as Linux has them")
 @pytest.mark.parametrize("command", ["inspect", "denoise", "pipeline"])
-def test_a_folder_that_may_not_be_read_is_a_failure_and_the_others_are_done(takes: Path, command: str) -> None:
-    out = takes.parent / "out"
-    ran = as_anybody(command, takes, "--json", *MORE[command], *([] if command == "inspect" else ["-o", out]))
+def test_a_folder_that_may_not_be_read_is_a_failure_and_the_others_are_done(
+    as_anybody: tuple[Path, dict[str, Ran]], command: str
+) -> None:
+    takes, said = as_anybody
+    out, ran = takes.parent / command, said[command]
     assert ran.code == 1
     assert len(ran.failures) == 1
     assert str(takes / "closed") in ran.failures[0]
@@ -59,9 +90,9 @@ def test_a_folder_that_may_not_be_read_is_a_failure_and_the_others_are_done(take
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="gives up rights as Linux has them")
-def test_a_pair_in_a_closed_folder_is_no_defect_of_the_program(takes: Path) -> None:
-    (takes / "pairs.csv").write_text("sensor,truth,offset_s\nclosed/a.csv,closed/b.bvh,\n")
-    ran = as_anybody("fit", "corrector", takes / "pairs.csv", "-o", takes / "m.mend")
+def test_a_pair_in_a_closed_folder_is_no_defect_of_the_program(as_anybody: tuple[Path, dict[str, Ran]]) -> None:
+    takes, said = as_anybody
+    ran = said["fit"]
     assert ran.code == 1
     assert f"{takes}/closed/a.csv: Permission denied" in ran.err
     assert "unexpected" not in ran.err

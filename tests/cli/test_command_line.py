@@ -409,12 +409,12 @@ def test_streams_that_the_caller_closed_cost_no_output(closed: str, tmp_path: Pa
     takes.mkdir()
     for name in ("a.bvh", "b.bvh"):
         write(takes / name, samples.clip("walk", seconds=0.5))
-    command = f'"{sys.executable}" -m motionmend denoise takes -o out --method gaussian --jobs 2 {closed}'
+    command = f'"{sys.executable}" -m motionmend corrupt takes -o out --noise 1 --jobs 2 {closed}'
     done = subprocess.run(["sh", "-c", command], cwd=tmp_path, timeout=60, check=False)
     assert done.returncode == 0
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
         "a.bvh",
-        "a.mend.json",
+        "a.corrupt.json",
         "b.bvh",
-        "b.mend.json",
+        "b.corrupt.json",
     ]

@@ -322,7 +322,7 @@ def test_a_model_on_the_command_line_goes_before_the_configuration_s_and_that_is
 @pytest.mark.slow
 def test_depth_is_tracked_and_denoised(cli: Command, clip: Motion, tmp_path: Path) -> None:
     write(tmp_path / "clip.amc", clip)
-    assert main(["fit", "tracker", str(tmp_path / "clip.amc"), "-o", str(tmp_path / "t.mend"), "--images", "60"]) == 0
+    assert main(["fit", "tracker", str(tmp_path / "clip.amc"), "-o", str(tmp_path / "t.mend"), "--images", "30"]) == 0
     body = performer_of(clip.skeleton)
     poses = poses_of(Motion(clip.skeleton, clip.q[:40:4], 30.0), body).poses
     up = clip.skeleton.up
