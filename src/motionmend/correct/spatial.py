@@ -232,15 +232,17 @@ def _robust_weights(prior: Floats, cross: Floats, output: Floats, parts: Ints) -
     """Weights (M, 3) of the points by samples (N, M) under Student-t noise, and the variance of a coordinate in samples
     of one part as the other parts teach it."""
     trust = np.ones(len(output))
+    rows = [np.flatnonzero(parts == part) for part in range(SHARES)]
+    shares = [(cross[own], output[own]) for own in rows]
     for _ in range(ROUNDS):
-        normal = [_normal(cross[parts == part], output[parts == part], trust[parts == part]) for part in range(SHARES)]
+        normal = [_normal(*share, trust[own]) for share, own in zip(shares, rows, strict=True)]
         gram, right = np.sum([one for one, _ in normal], axis=0), np.sum([one for _, one in normal], axis=0)
         found = cho_solve(cho_factor(prior + gram, lower=True), right)
         trust = _trust(output - cross @ found)
     rest = np.empty(output.shape)
-    for part, (own_gram, own_right) in enumerate(normal):
+    for (known, told), own, (own_gram, own_right) in zip(shares, rows, normal, strict=True):
         taught = cho_solve(cho_factor(prior + gram - own_gram, lower=True), right - own_right)
-        rest[parts == part] = output[parts == part] - cross[parts == part] @ taught
+        rest[own] = told - known @ taught
     return np.asarray(found), float(np.average((rest**2).sum(axis=1), weights=trust)) / 3.0
 
 
