@@ -1,5 +1,7 @@
 """Synthetic people as a sensor sees them: the samples' performer, 20 joints, a bias that posture tells, some noise."""
 
+from functools import cache
+
 import numpy as np
 
 from motionmend import samples
@@ -15,6 +17,11 @@ _NAMED = {"thorax": "neck_base"}
 
 def truth(action: str, seed: int, seconds: float = 2.0) -> Floats:
     """(T, 20, 3) m at 30 Hz, y up."""
+    return _truth(action, seed, seconds).copy()  # some spoil what they are given
+
+
+@cache
+def _truth(action: str, seed: int, seconds: float) -> Floats:
     clip = samples.clip(action, seconds=seconds, seed=seed)
     where = joint_positions(clip.skeleton, clip.q[:: round(clip.fps / 30)])
     found = correspondence(clip.skeleton.names, NAMES)
@@ -43,8 +50,9 @@ def pair(action: str, seed: int, seconds: float = 2.0) -> Pair:
     return Pair(recording(sensed(true, seed)), recording(true))
 
 
+@cache
 def fitted() -> CorrectorModel:
-    """A corrector that has seen six people walk, reach and jump."""
+    """A corrector that has seen six people walk, reach and jump; one for all files that a process runs."""
     actions = ("walk", "reach", "jump") if {"walk", "reach", "jump"} <= set(samples.ACTIONS) else samples.ACTIONS[:3]
     return Corrector(points=150).fit([pair(action, seed) for seed in range(3) for action in actions])
 
