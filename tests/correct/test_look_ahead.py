@@ -37,9 +37,9 @@ def test_no_look_ahead_is_the_live_correction(model: CorrectorModel) -> None:
 
 @pytest.mark.slow
 def test_what_only_the_next_frame_asks_for_is_not_kept(model: CorrectorModel) -> None:
-    long = recording(sensed(truth("walk", 5, 12.0), 5))
+    long = recording(sensed(truth("walk", 5, 6.0), 5))
     half = until(long, long.frames // 2)
-    model.correct(half, look_ahead=2)  # loads and compiles what it needs
+    model.correct(until(long, 10), look_ahead=2)  # loads and compiles what it needs
     peaks = []
     for one in (half, long):
         tracemalloc.start()
@@ -69,7 +69,7 @@ def test_joints_that_fail_are_nearer_to_the_truth(model: CorrectorModel) -> None
         return float(np.linalg.norm(found - true, axis=2)[where].mean())
 
     for seed in range(4):
-        true = truth("walk", 20 + seed, 3.0)
+        true = truth("walk", 20 + seed)
         failed = fail(recording(sensed(true, seed), state=True), seed=seed)
         for look_ahead in errors:
             found = model.correct(failed.postures, look_ahead=look_ahead).positions
@@ -110,7 +110,7 @@ def test_only_the_default_looks_ahead(model: CorrectorModel) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", ["reach", "walk"])
 def test_later_frames_make_what_is_given_out_steadier_and_nearer(model: CorrectorModel, motion: str) -> None:
-    true = truth(motion, 33, 4.0)
+    true = truth(motion, 33)
     raw = recording(sensed(true, 33))
     off = {n: model.correct(raw, look_ahead=n).positions - true for n in (0, 1, 3)}
     places = [float(np.linalg.norm(off[n], axis=2).mean()) for n in off]
