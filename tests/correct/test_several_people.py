@@ -1,5 +1,8 @@
 """Several people one after another in a recording are corrected each on their own, one person as a whole."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import pytest
 from sensed_people import NAMES, fitted, recording, sensed, truth
@@ -16,29 +19,41 @@ def model() -> CorrectorModel:
     return fitted()
 
 
+@cache
+def alone(of: Callable[[], Floats]) -> Floats:
+    """(T, 20, 3) where somebody is found with nobody before or after."""
+    return fitted().correct(recording(of())).positions
+
+
 def after_each_other(first: Floats, second: Floats, gap: int) -> Postures:
     return recording(np.concatenate([first, np.full((gap, *first.shape[1:]), np.nan), second]))
+
+
+def adult() -> Floats:
+    return sensed(truth("reach", 5, 1.5), 5)
+
+
+def child() -> Floats:
+    walking = sensed(truth("walk", 6, 1.5), 6)
+    return CHILD * (walking - walking[:1, :1]) + adult()[-1:, :1]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gap", [0, 20, 75])
 def test_a_child_after_an_adult_keeps_the_bones_of_a_child(model: CorrectorModel, gap: int) -> None:
-    adult = sensed(truth("reach", 5, 2.0), 5)
-    child = sensed(truth("walk", 6, 2.0), 6)
-    child = CHILD * (child - child[:1, :1]) + adult[-1:, :1]
-    found = model.correct(after_each_other(adult, child, gap))
-    begins = len(adult) + gap
-    for part, whole in ((found.positions[: len(adult)], adult), (found.positions[begins:], child)):
-        alone = model.correct(recording(whole))
-        np.testing.assert_allclose(part, alone.positions, atol=0.003)
-    assert np.isnan(found.positions[len(adult) : begins]).all()
+    left = len(adult())
+    found = model.correct(after_each_other(adult(), child(), gap))
+    begins = left + gap
+    for part, of in ((found.positions[:left], adult), (found.positions[begins:], child)):
+        np.testing.assert_allclose(part, alone(of), atol=0.003)
+    assert np.isnan(found.positions[left:begins]).all()
     assert any("somebody else" in one and f"{begins / 30:.2f} s" in one for one in found.source.warnings)
     assert len(found.source.flags) == found.frames
 
 
 @pytest.mark.slow
 def test_who_comes_back_is_the_same_person_and_that_is_said(model: CorrectorModel) -> None:
-    whole = sensed(truth("walk", 5, 4.0), 5)
+    whole = sensed(truth("walk", 5, 2.5), 5)
     half = len(whole) // 2
     found = model.correct(after_each_other(whole[:half], whole[half:], 90))
     thigh = [NAMES.index("HipLeft"), NAMES.index("KneeLeft")]
@@ -50,5 +65,5 @@ def test_who_comes_back_is_the_same_person_and_that_is_said(model: CorrectorMode
 @pytest.mark.slow
 @pytest.mark.parametrize("action", ["walk", "reach", "jump"])
 def test_one_person_is_one_recording(model: CorrectorModel, action: str) -> None:
-    found = model.correct(recording(sensed(truth(action, 9, 3.0), 9, noise=0.02)))
+    found = model.correct(recording(sensed(truth(action, 9), 9, noise=0.02)))
     assert not any("somebody else" in one for one in found.source.warnings)
