@@ -208,10 +208,11 @@ def _told(state, row, value, var):
     """One coordinate's (mean, covariance) once `row` times its state is told, and the log-likelihood of that."""
     mean, cov = state
     row = np.array(row)
-    spread = row @ cov @ row + var
-    gain = cov @ row / spread
-    score = _normal(value - row @ mean, spread)
-    return (mean + gain * (value - row @ mean), cov - np.outer(gain, row @ cov)), score
+    across = cov @ row
+    spread, off = across @ row + var, value - mean @ row
+    gain = across / spread[..., None]
+    told = mean + gain * off[..., None], cov - gain[..., :, None] * across[..., None, :]
+    return told, _normal(off, spread)
 
 
 def history_turns(case, t, last, after_outlier):
@@ -232,7 +233,8 @@ def history_turns(case, t, last, after_outlier):
 def history_step(case, states, t, last, mode, kind, after_outlier):
     """The states of all coordinates after frame t, by the textbook's Kalman filter, and what the frame adds.
 
-    A state is the mean and covariance of place, speed and how far off the latest outlier was.
+    A state is the mean and covariance of place, speed and how far off the latest outlier was; of many histories that
+    take the same turn their states may be given one behind the other.
     """
     score = 0.0 if t == 0 or case["at_pole"][t] else case["log_modes"][last, mode]
     seen = np.isfinite(case["observed"][t]).all()
@@ -241,7 +243,7 @@ def history_step(case, states, t, last, mode, kind, after_outlier):
         if t > 0:
             moves, step = np.array([[1.0, 1, 0], [0, 1, 0], [0, 0, 1]]), case["step_var"][t, g] * case["factors"][mode]
             pull, shaken = case["pull"][t, g] * np.array([1.0, 1, 0]), np.outer([1.0, 1, 0], [1.0, 1, 0])
-            state = moves @ state[0] + pull, moves @ state[1] @ moves.T + step * shaken
+            state = state[0] @ moves.T + pull, moves @ state[1] @ moves.T + step * shaken
         if np.isfinite(case["hint_var"][t, g]):
             state, gained = _told(state, [1.0, 0, 0], case["hint"][t, g], case["hint_var"][t, g])
             score += gained
@@ -250,10 +252,10 @@ def history_step(case, states, t, last, mode, kind, after_outlier):
             state, gained = _told(state, row, case["observed"][t, g], case["noise_var"][t, g])
             score += gained
         elif seen:  # nothing was known of how far off it is
-            (place, speed, _), cov = state
+            mean, cov = state
             less = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0]])
             noise = np.diag([0.0, 0.0, case["noise_var"][t, g]])
-            state = np.array([place, speed, case["observed"][t, g] - place]), less @ cov @ less.T + noise
+            state = mean @ less.T + [0.0, 0.0, case["observed"][t, g]], less @ cov @ less.T + noise
         after.append(state)
     if seen:
         rate, held = case["outlier_rate"], 0.0
@@ -276,18 +278,33 @@ def history_start(case):
 
 def all_histories(case):
     """(score, modes, rejected) of every history there is."""
-    histories = [(0.0, (), (), history_start(case))]
+    begun = [tuple(one[None] for one in state) for state in history_start(case)]
+    groups = [(np.zeros(1), [()], [()], begun)]  # of histories that may take the same turns
     for t in range(len(case["observed"])):
-        longer = []
-        for score, modes, rejects, states in histories:
-            last = modes[-1] if modes else 0
-            seen = [n for n in range(t) if np.isfinite(case["observed"][n]).all()]
-            after_outlier = rejects[seen[-1]] if seen else None
+        seen = [n for n in range(t) if np.isfinite(case["observed"][n]).all()]
+        longer = {}
+        for scores, modes, rejects, states in groups:
+            last = modes[0][-1] if t else 0
+            after_outlier = rejects[0][seen[-1]] if seen else None
             for mode, kind in history_turns(case, t, last, after_outlier):
                 after, gained = history_step(case, states, t, last, mode, kind, after_outlier)
-                longer.append((score + gained, (*modes, mode), (*rejects, kind != "in"), after))
-        histories = longer
-    return [(score, modes, rejects) for score, modes, rejects, _ in histories]
+                out = kind != "in"
+                latest = (mode, out if np.isfinite(case["observed"][t]).all() else after_outlier)
+                turned = scores + gained, [(*one, mode) for one in modes], [(*one, out) for one in rejects], after
+                longer.setdefault(latest, []).append(turned)
+        groups = [
+            (
+                np.concatenate([one[0] for one in same]),
+                [history for one in same for history in one[1]],
+                [history for one in same for history in one[2]],
+                [
+                    tuple(map(np.concatenate, zip(*of, strict=True)))
+                    for of in zip(*(one[3] for one in same), strict=True)
+                ],
+            )
+            for same in longer.values()
+        ]
+    return [one for scores, modes, rejects, _ in groups for one in zip(scores.tolist(), modes, rejects, strict=True)]
 
 
 def beam_of_histories(case, width, recent):
