@@ -14,30 +14,45 @@ BLUE, VERMILLION = [0, 0x72, 0xB2], [0xD5, 0x5E, 0]
 PLOT = "document.querySelector('[data-part=plot]').toDataURL()"
 
 
+@pytest.fixture(scope="module")
+def tab(browser):
+    """The page in which each test opens its report: making one takes longer than most of what is done in it."""
+    context = browser.new_context()
+    yield context.new_page()
+    context.close()
+
+
 @pytest.fixture
-def player(browser, tmp_path):
+def player(tab, tmp_path):
     """Opens a report of the given recordings; afterwards the console must be clean and nothing asked of a network."""
-    said, asked, contexts = [], [], []
+    said, asked, opened = [], [], []
+    heard = {
+        "console": lambda message: said.append(message.text),
+        "pageerror": lambda error: said.append(str(error)),
+        "request": lambda request: asked.append(request.url),
+    }
+    for event, listener in heard.items():
+        tab.on(event, listener)
 
     def open_report(named, *, width=1280, height=900, scheme="light", **options):
         path = tmp_path / "report.html"
         html_report(path, named, **options)
-        context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda request: asked.append(request.url))
-        page.goto(path.as_uri())
-        page.wait_for_function("() => window.report")
+        opened.append(path)
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.emulate_media(color_scheme=scheme)
+        tab.mouse.move(0, 0)
+        tab.goto(path.as_uri())
+        tab.wait_for_function("() => window.report")
         assert asked == [path.as_uri()]
-        return page
+        return tab
 
     yield open_report
-    for context in contexts:
-        context.close()
+    tab.evaluate("0")  # all that it said until now has been heard
+    for event, listener in heard.items():
+        tab.remove_listener(event, listener)
+    tab.goto("about:blank")
     assert said == []
-    assert len(asked) == len(contexts)
+    assert len(asked) == len(opened)
 
 
 @pytest.fixture
