@@ -10,14 +10,13 @@ from hypothesis import strategies as st
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import LANDMARKS, Pose, landmarks, rotation
 from motionmend.bodies.surface import render
-from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.hindsight.backwards import moment, revised
 from motionmend.track.misread import HELD, OFF, held, misread, odds_misread
 from motionmend.track.readings.facing import about_face
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
-from walkers import BODY, DT, column, library, walk
+from walkers import BODY, DT, as_sensed, column, library, walk
 
 ODDS = st.floats(-30.0, 30.0)
 SURE = 0.05  # m
@@ -46,7 +45,7 @@ def followed(kind):
     poses, settings, model = walk(16, 75.0), settings_of(), library()
     state, moments = None, []
     for k, pose in enumerate(poses):
-        frame = DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
+        frame = DepthFrame(KINECT, as_sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
         if state is None:
             first = pose if kind == "rightly" else twisted(pose)
             state = replace(start(model, settings, frame, BODY, first), wrong=0.2 if kind == "rightly" else 0.4)

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import BONES, LANDMARKS, landmarks
 from motionmend.bodies.surface import render
-from motionmend.evaluate.sensor import sensed
 from motionmend.track.limbs.certainty import NOBODYS, WITHIN, astray, bare_of
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
-from walkers import BODY, DT, library, walk
+from walkers import BODY, DT, as_sensed, library, walk
 
 SHARES = st.floats(0.0, 1.0)
 SHOWN = np.full(len(BONES), 40.0)
@@ -82,7 +81,7 @@ def test_how_deep_a_joint_lies_beneath_the_surface_is_not_known_of_who_is_stoute
     settings, model = settings_of(), library()
     deep, state, off = [LANDMARKS.index(name) for name in WITHIN], None, []
     for k, pose in enumerate(walk(12, heading)):
-        frame = DepthFrame(KINECT, sensed(render(stout, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
+        frame = DepthFrame(KINECT, as_sensed(render(stout, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
         state = start(model, settings, frame, BODY, pose) if state is None else state
         state, estimate = step(model, settings, state, frame)
         off.append((np.linalg.norm(estimate.landmarks - landmarks(stout, pose), axis=1) / estimate.std)[deep])

@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import DOFS, LANDMARKS, Pose, landmarks, standing
 from motionmend.bodies.surface import render
-from motionmend.evaluate.sensor import sensed
 from motionmend.track.database import PoseDatabase
 from motionmend.track.model import TrackerModel
 from motionmend.track.readings.left_right import FOREARMS, changed_over, may_cross
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
-from walkers import BODY, DT, walking
+from walkers import BODY, DT, as_sensed, walking
 
 WRISTS = [LANDMARKS.index(name) for name in ("l_wrist", "r_wrist")]
 # rad, of both arms: crossed before the chest, and what these were taken for
@@ -60,7 +59,7 @@ def test_crossed_arms_are_put_right_within_a_second_and_right_ones_stay(right):
     for k in range(36):
         sway = 0.03 * np.sin(0.15 * k)
         pose = arms(CROSSED, 1.0, sway)
-        depth = sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k)
+        depth = as_sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k)
         frame = DepthFrame(KINECT, depth, None, k * DT)
         if state is None:
             state = start(model, settings, frame, BODY, pose if right else arms(BENT_BACK, 1.0, sway))

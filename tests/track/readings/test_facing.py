@@ -8,7 +8,6 @@ import pytest
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import LANDMARKS, Pose, landmarks, standing
 from motionmend.bodies.surface import render
-from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.neighbors import Neighbors
 from motionmend.track.readings.facing import (
     BENT,
@@ -29,7 +28,7 @@ from motionmend.track.readings.pair import FADES, MOST, Follow
 from motionmend.track.settings import settings_of
 from motionmend.track.state import TrackState
 from motionmend.track.tracker import start, step
-from walkers import BODY, DT, begun_at, finished, followed, library, off, walk, walking
+from walkers import BODY, DT, as_sensed, begun_at, finished, followed, library, off, walk, walking
 
 LEFT_RIGHT = [LANDMARKS.index({"l_": "r_", "r_": "l_"}.get(n[:2], n[:2]) + n[2:]) for n in LANDMARKS]
 
@@ -77,7 +76,7 @@ def test_while_both_readings_stand_the_deviation_is_half_of_how_far_they_are_apa
     model, settings = library(), settings_of()
     state, before = None, None
     for k, pose in enumerate(poses):
-        frame = DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
+        frame = DepthFrame(KINECT, as_sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
         if state is None:
             state = replace(start(model, settings, frame, BODY, poses[0]), facing=doubted(BODY, poses[0], None))
         state, estimate = step(model, settings, state, frame)

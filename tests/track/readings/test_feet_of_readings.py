@@ -8,20 +8,19 @@ import pytest
 from motionmend.bodies.camera import KINECT, DepthFrame
 from motionmend.bodies.performer import BONES, FIRST, LANDMARKS, Pose, landmarks, standing
 from motionmend.bodies.surface import render
-from motionmend.evaluate.sensor import sensed
 from motionmend.track.frame.evidence import evidence_of
 from motionmend.track.frame.observation import Observation
 from motionmend.track.limbs.other_poses import coarse_of
 from motionmend.track.readings.facing import about_face
 from motionmend.track.readings.feet import feet_against
 from motionmend.track.settings import settings_of
-from walkers import BODY, walking
+from walkers import BODY, as_sensed, walking
 
 ANKLE = LANDMARKS.index("l_ankle")
 
 
 def coarse(pose):
-    frame = DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, 0), None, 0.0)
+    frame = DepthFrame(KINECT, as_sensed(render(BODY, pose, KINECT).depth, KINECT, 0, 0), None, 0.0)
     seen = Observation(KINECT, frame.depth, ~np.isfinite(frame.depth), 0.0)
     return coarse_of(evidence_of(seen, settings_of()))
 

@@ -1,6 +1,7 @@
 """A body that was taken up wrongly at the start, and explains the images badly ever since, is looked for anew."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -42,9 +43,10 @@ def twisted(pose, much=1.0):
     return Pose(pose.translation, rotation(np.array([0.0, 1.6 * much, 0.0])) @ pose.root, joints)
 
 
-def seen(poses):
-    for k, pose in enumerate(poses):
-        yield DepthFrame(KINECT, sensed(render(BODY, pose, KINECT).depth, KINECT, 0, k), None, k * DT)
+@cache
+def seen(frames, heading, k):
+    """Frame k of somebody who walks: drawn once for all tests, which takes longer than to follow them."""
+    return DepthFrame(KINECT, sensed(render(BODY, walk(frames, heading)[k], KINECT).depth, KINECT, 0, k), None, k * DT)
 
 
 @pytest.mark.slow
@@ -53,7 +55,8 @@ def test_who_was_taken_up_wrongly_is_found(model, heading):
     """Such a pose is usual by now, and the questions of front and back, and left and right, lead nowhere."""
     poses = walk(40, heading)
     settings, state, errors = settings_of(), None, []
-    for pose, frame in zip(poses, seen(poses), strict=True):
+    for k, pose in enumerate(poses):
+        frame = seen(40, heading, k)
         if state is None:
             begun = start(model, settings, frame, BODY, twisted(about_face(BODY, poses[0])))
             state = replace(begun, wrong=0.4, afresh=Afresh())
@@ -73,7 +76,8 @@ def test_who_may_well_be_followed_wrongly_is_looked_for_as_well(model, heading, 
     """
     poses = walk(40, heading)[:22]
     settings, state, errors = settings_of(), None, []
-    for pose, frame in zip(poses, seen(poses), strict=True):
+    for k, pose in enumerate(poses):
+        frame = seen(40, heading, k)
         if state is None:
             begun = start(model, settings, frame, BODY, twisted(about_face(BODY, poses[0]), much))
             state = replace(begun, wrong=0.2, afresh=Afresh())
@@ -94,7 +98,7 @@ def test_what_was_told_of_front_and_back_goes_on_unless_it_is_another_reading_th
     monkeypatch.setattr(tracker, "taken_up", spied)
     poses, told = walk(20, 75.0), Facing(odds=-40.0, wait=9.0)
     state = None
-    for frame in seen(poses):
+    for frame in (seen(20, 75.0, k) for k in range(20)):
         if state is None:
             begun = start(model, settings_of(), frame, BODY, twisted(about_face(BODY, poses[0])))
             state = replace(begun, wrong=0.4, afresh=Afresh(), facing=told)
@@ -113,7 +117,7 @@ def test_what_was_told_of_front_and_back_goes_on_unless_it_is_another_reading_th
 def test_who_is_followed_rightly_is_never_looked_for(model, is_given):
     poses = walk(20, 30.0)
     state, open_for = None, 0
-    for frame in seen(poses):
+    for frame in (seen(20, 30.0, k) for k in range(20)):
         if state is None:
             state = start(model, settings_of(), frame, BODY, poses[0] if is_given else None)
         state, estimate = step(model, settings_of(), state, frame)
@@ -133,7 +137,7 @@ def test_nobody_is_looked_for_anew_while_measured(model, monkeypatch):
         return step(fitted, settings, state, frame)
 
     monkeypatch.setattr(measure, "step", spied)
-    measure.measure_person(model, settings_of(), list(seen(walk(12, 30.0)))[::3])
+    measure.measure_person(model, settings_of(), [seen(12, 30.0, k) for k in range(0, 12, 3)])
     assert len(before) >= 4
     assert all(state.afresh is None for state in before)
 
@@ -188,15 +192,14 @@ def test_who_is_lost_is_looked_for_in_one_frame_of_four_and_found_when_they_are_
 
     monkeypatch.setattr(tracker, "look_for_body", spied)
     poses = walk(40, 30.0)
-    shown = list(seen(poses))
     rows, columns = np.mgrid[: KINECT.height, : KINECT.width]
     wide = 1.0 - ((columns - KINECT.cx) ** 2 + (rows - KINECT.cy) ** 2) / 80.0**2
     ball = np.where(wide > 0.0, 2.7 - 0.7 * np.sqrt(np.maximum(wide, 0.0)), np.nan).astype(np.float32)
-    state, flags, errors = start(model, settings_of(), shown[0], BODY, poses[0]), [], []
-    for k, frame in enumerate(shown):
+    state, flags, errors = start(model, settings_of(), seen(40, 30.0, 0), BODY, poses[0]), [], []
+    for k in range(len(poses)):
         begun = len(looks)
-        away = 4 <= k < 28
-        state, estimate = step(model, settings_of(), state, replace(frame, depth=ball) if away else frame)
+        frame = DepthFrame(KINECT, ball, None, k * DT) if 4 <= k < 28 else seen(40, 30.0, k)
+        state, estimate = step(model, settings_of(), state, frame)
         assert len(looks) - begun <= 1
         flags.append("lost" in estimate.flags)
         errors.append(off(estimate.pose, poses[k]))
