@@ -1,6 +1,7 @@
 """Real people before a real sensor: strangers come out nearer to the truth, and failing limbs are mended."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ TESTED = ("m01_s03", "m05_s03", "m07_s03")
 LIMBS = ("LForearm", "LHand"), ("RLowerLeg", "RFoot", "RToes")
 
 
+@cache
 def paired(folder: Path, stems: tuple[str, ...]) -> list[Pair]:
     found = []
     for stem in stems:

@@ -1,6 +1,7 @@
 """Two people from the first frame on: one of them is followed, and the other is said to be there."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -35,12 +36,15 @@ def moving(x, t, still=False):
     return Pose(pose.translation, pose.root, joints)
 
 
-def two_people(rng, room, still=False, places=PLACES):
+@cache
+def two_people(room, still=False, places=PLACES):
     """For each frame: who is on the left alone, who is on the right, and what is measured of both."""
+    rng, shown = np.random.default_rng(20121), []
     for t in range(FRAMES):
         left, right = (picture(moving(x, t, still and x > 0.0), rng=rng).depth for x in places)
         both = DepthFrame(CAMERA, np.fmin(left, right), None, t / 30)
-        yield left, right, in_room(both, rng=rng) if room else both
+        shown.append((left, right, in_room(both, rng=rng) if room else both))
+    return shown
 
 
 def beforehand(shown):
@@ -50,8 +54,8 @@ def beforehand(shown):
 
 
 @pytest.mark.parametrize("room", [False, True])
-def test_of_two_people_one_is_somebody_else_from_the_start(rng, room):
-    shown = list(two_people(rng, room))
+def test_of_two_people_one_is_somebody_else_from_the_start(room):
+    shown = two_people(room)
     scene = beforehand(shown)
     left, right, frame = shown[0]
     others = np.isfinite(scene.others)
@@ -63,8 +67,8 @@ def test_of_two_people_one_is_somebody_else_from_the_start(rng, room):
 
 
 @pytest.mark.parametrize("room", [False, True])
-def test_who_moves_beside_the_person_is_never_theirs(rng, room):
-    shown = list(two_people(rng, room))
+def test_who_moves_beside_the_person_is_never_theirs(room):
+    shown = two_people(room)
     scene, last, whose = beforehand(shown), None, None
     for left, right, frame in shown:
         found = find_person(scene, frame, last)
@@ -78,10 +82,10 @@ def test_who_moves_beside_the_person_is_never_theirs(rng, room):
 
 
 @pytest.mark.parametrize("apart", [0.8, 1.0, 1.3])
-def test_without_a_room_two_bodies_side_by_side_are_not_one(rng, apart):
+def test_without_a_room_two_bodies_side_by_side_are_not_one(apart):
     """Nothing of a recording is known but its frames so far."""
     scene, last = None, None
-    for left, right, frame in two_people(rng, False, places=(-apart / 2, apart / 2)):
+    for left, right, frame in two_people(False, places=(-apart / 2, apart / 2)):
         scene = scene_of(frame) if scene is None else scene
         found, scene = person_of(scene, frame, last, 1)
         last = found.place
@@ -104,15 +108,15 @@ def test_who_is_alone_has_no_company_and_stays_whole_behind_a_post(rng):
     assert told_beforehand([frame for *_, frame in shown[:2]]) is None
 
 
-def test_a_dummy_that_never_sways_is_nobody(rng):
-    scene = beforehand(two_people(rng, True, still=True))
+def test_a_dummy_that_never_sways_is_nobody():
+    scene = beforehand(two_people(True, still=True))
     assert scene is None or scene.others is None
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("side", [0, 1])
-def test_who_is_pointed_at_is_followed_and_the_other_one_named(rng, tmp_path, side):
-    frames = [frame for *_, frame in two_people(rng, True)]
+def test_who_is_pointed_at_is_followed_and_the_other_one_named(tmp_path, side):
+    frames = [frame for *_, frame in two_people(True)]
     write_depth_folder(tmp_path / "take", frames, 30.0)
     poses = random_poses(40, 5)
     joints = np.concatenate([poses.joints, [moving(0.0, t).joints for t in range(FRAMES)]])

@@ -13,7 +13,6 @@ from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import DOFS, LANDMARKS, landmarks, standing
 from motionmend.bodies.surface import render
-from motionmend.evaluate.sensor import sensed
 from motionmend.numerics.least_squares import Solution, System
 from motionmend.track.database import PoseDatabase
 from motionmend.track.frame.evidence import evidence_of
@@ -25,6 +24,7 @@ from motionmend.track.settings import settings_of
 from motionmend.track.starting.reach import reach
 from motionmend.track.state import Fit, Hypothesis, Sight, TrackState
 from motionmend.track.terms.objective import fitted, terms_of
+from walkers import as_sensed
 
 BODY = anatomy.average()
 DT = 1.0 / 30.0
@@ -57,8 +57,9 @@ def contest(shown, taken, other, frames, gained=0.0):
     """The pose that is followed after each frame, and the hypotheses, `taken` being what the solution would be."""
     state = TrackState(BODY, None, taken, hypothesis=Hypothesis(other, gained))
     followed, hypotheses = [], []
+    drawn = render(BODY, shown, KINECT).depth
     for t in range(frames):
-        depth = sensed(render(BODY, shown, KINECT).depth, KINECT, 3, t)
+        depth = as_sensed(drawn, KINECT, 3, t)
         sight = sight_of(depth, t * DT)
         fit = contested(sight, fitted(sight, state, state.pose), DT, None)
         assert fit.wrong == disagreement(BODY, fit.pose, sight.coarse)
