@@ -111,19 +111,26 @@ def run_without_writable_folders(tmp_path: Path, temporary: Path) -> subprocess.
     )
 
 
+@pytest.fixture(scope="module")
+def read_only(tmp_path_factory):
+    """The folder of such a copy, and what came of its kernel: to compile it takes two seconds."""
+    folder = tmp_path_factory.mktemp("read-only")
+    (folder / "tmp").mkdir()
+    return folder, run_without_writable_folders(folder, folder / "tmp")
+
+
 @pytest.mark.slow
-def test_numba_itself_refuses_where_nothing_is_writable(tmp_path):
+def test_numba_itself_refuses_where_nothing_is_writable(read_only):
     """Guards the two tests below: without our fallback the decoration fails."""
-    (tmp_path / "tmp").mkdir()
-    before = run_without_writable_folders(tmp_path, tmp_path / "tmp")
+    folder, before = read_only
     assert before.returncode == 0, before.stderr
-    plain = tmp_path / "install" / "motionmend" / "kernels" / "plain.py"
+    plain = folder / "install" / "motionmend" / "kernels" / "plain.py"
     plain.write_text("import numba\n\n@numba.njit(cache=True)\ndef one():\n    return 1\n")
     environment = {
         **os.environ,
-        "PYTHONPATH": str(tmp_path / "install"),
-        "HOME": str(tmp_path / "blocked"),
-        "XDG_CACHE_HOME": str(tmp_path / "blocked"),
+        "PYTHONPATH": str(folder / "install"),
+        "HOME": str(folder / "blocked"),
+        "XDG_CACHE_HOME": str(folder / "blocked"),
     }
     environment.pop("NUMBA_CACHE_DIR", None)
     run = subprocess.run(
@@ -136,10 +143,9 @@ def test_numba_itself_refuses_where_nothing_is_writable(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_read_only_install_caches_in_a_private_folder(tmp_path):
-    temporary = tmp_path / "tmp"
-    temporary.mkdir()
-    run = run_without_writable_folders(tmp_path, temporary)
+def test_a_read_only_install_caches_in_a_private_folder(read_only):
+    folder, run = read_only
+    temporary = folder / "tmp"
     assert run.returncode == 0, run.stderr
     assert run.stdout.startswith("[[[3.0, 1.0, 1.0]]]")
     assert str(temporary) in run.stdout

@@ -308,8 +308,8 @@ def test_what_no_pose_explains_does_not_become_usual():
     rows, columns = np.mgrid[: KINECT.height, : KINECT.width]
     wide = 1.0 - ((columns - KINECT.cx) ** 2 + (rows - KINECT.cy) ** 2) / 80.0**2
     ball = np.where(wide > 0.0, 2.7 - 0.7 * np.sqrt(np.maximum(wide, 0.0)), np.nan).astype(np.float32)
-    for t in range(1, 91):
-        state, estimate = step(model, settings, state, DepthFrame(KINECT, ball, None, t / 30))
+    for t in range(1, 31):
+        state, estimate = step(model, settings, state, DepthFrame(KINECT, ball, None, t / 10))
     assert "lost" in estimate.flags
     assert state.wrong == usual
 
