@@ -103,6 +103,16 @@ def test_markers_too_need_no_future(marker_model, marker_take):
 
 
 @pytest.mark.slow
+def test_a_marker_gone_for_all_that_is_remembered_is_filled_by_the_library(marker_model):
+    clean = every_other(markers(clip("walk", seconds=1.0, fps=FPS, seed=9)))
+    gone = clean.positions.copy()
+    gone[:, 4] = np.nan
+    found = repair_with_lag(marker_model, clean.with_positions(gone), QUICK)
+    assert (found.origin[:, 4] == Origin.FILLED).all()
+    assert np.linalg.norm(found.recording.positions - clean.positions, axis=2)[:, 4].mean() < 0.03
+
+
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(st.lists(st.integers(0, FRAMES), max_size=12).map(sorted))
 def test_how_frames_are_dealt_out_changes_no_byte(model, take, whole, cuts):
