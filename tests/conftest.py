@@ -3,7 +3,6 @@
 import os
 import shutil
 import signal
-from collections import Counter
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers have the cores: threads of theirs wait for each other
@@ -16,12 +15,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in a shell's backgr
     signal.signal(signal.SIGINT, signal.default_int_handler)
 settings.register_profile("motionmend", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("motionmend")
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Kernels first, each compiled by the worker that comes to it and kept for all; then large files before small."""
-    tests = Counter(item.path for item in items)
-    items.sort(key=lambda item: ("kernels" not in item.path.parts, -tests[item.path]))
 
 
 @pytest.fixture(scope="session")
