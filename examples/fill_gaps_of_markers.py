@@ -16,7 +16,7 @@ import motionmend as mm
 
 clips = [mm.samples.markers(clip) for clip in mm.samples.library(["walk", "turn"], range(3), seconds=6, fps=60)]
 model = mm.Denoiser().fit(clips)
-truth = mm.samples.markers(mm.samples.clip("walk", seconds=6, fps=60, seed=9))
+truth = mm.samples.markers(mm.samples.clip("walk", seconds=4, fps=60, seed=9))
 spoiled = mm.corrupt(truth, noise=0.002, outliers=0.01, gaps=0.15, seed=2)
 
 # %%

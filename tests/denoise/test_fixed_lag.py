@@ -107,7 +107,7 @@ def test_a_marker_gone_for_all_that_is_remembered_is_filled_by_the_library(marke
     clean = every_other(markers(clip("walk", seconds=1.0, fps=FPS, seed=9)))
     gone = clean.positions.copy()
     gone[:, 4] = np.nan
-    found = repair_with_lag(marker_model, clean.with_positions(gone), QUICK)
+    found = repair_with_lag(marker_model, clean.with_positions(gone), FixedLag(lag=0.2, memory=0.4, hop=0.8))
     assert (found.origin[:, 4] == Origin.FILLED).all()
     assert np.linalg.norm(found.recording.positions - clean.positions, axis=2)[:, 4].mean() < 0.03
 
