@@ -35,9 +35,14 @@ def _goes_on(left, right, horizons, rest, share, fastest, law):
     velocity = (left[2] + right[2]) / max(sides, 1)
     error = np.linalg.norm(left[1] + velocity * frames - right[1])
     speed = (np.linalg.norm(left[2]) + np.linalg.norm(right[2])) / max(sides, 1)
+    return log_density(error, speed * frames, sides, frames, horizons, rest, share, fastest, law)
+
+
+def log_density(error, way, sides, frames, horizons, rest, share, fastest, law):
+    """Of one step, with a scale that grows with the way and beyond the longest horizon."""
     still = np.exp(np.interp(np.log(frames), np.log(horizons), np.log(rest[sides])))
     part = np.interp(np.log(frames), np.log(horizons), share[sides])
-    scale = np.hypot(still, part * min(speed, fastest) * frames) * max(frames / horizons[-1], 1.0)
+    scale = np.hypot(still, part * min(way, fastest * frames)) * max(frames / horizons[-1], 1.0)
     tail, constant, strange = law
     usual = constant - 3.0 * np.log(scale) - 0.5 * (tail + 3.0) * np.log1p((error / scale) ** 2 / tail)
     return np.logaddexp(usual, strange)

@@ -58,7 +58,7 @@ def likeliest_path(
     hopeless states left out.
     """
     count = len(odds)
-    lines, followed = (frame, place, velocity, moving), (horizons, rest, share, fastest, law)
+    lines, followed = (frame, place, velocity, moving), (np.log(horizons), np.log(rest), share, fastest, law)
     parent, sides = np.zeros((count, kept), dtype=np.int64), np.zeros((count, kept), dtype=np.bool_)
     # a state: swapped or not, and the stretch and label, 2 k + label, under which either track was last seen
     swapped, last, score = np.zeros(kept, dtype=np.bool_), np.full((kept, 2), -1), np.zeros(kept)
@@ -114,6 +114,37 @@ def likeliest_path(
 
 
 @compiled
+def log_densities(
+    error: Floats,
+    way: Floats,
+    sides: Ints,
+    frames: Ints,
+    horizons: Floats,
+    rest: Floats,
+    share: Floats,
+    fastest: float,
+    law: tuple[float, float, float],
+) -> Any:
+    """Log density (per m³) of N steps of a track, and how much of it is lost to the error, <= 0.
+
+    Parameters
+    ----------
+    error : (N,) m, between what both sides say of the middle. way : (N,) m, gone meanwhile.
+    sides : (N,) how many of them have a velocity. frames : (N,) of the steps.
+    horizons, rest, share, fastest, law : as in `likeliest_path`.
+
+    Returns
+    -------
+    density, lost : (N,).
+    """
+    followed = np.log(horizons), np.log(rest), share, fastest, law
+    density, lost = np.empty(len(error)), np.empty(len(error))
+    for n in range(len(error)):
+        density[n], lost[n] = _density(error[n] * error[n], way[n], sides[n], frames[n], followed)
+    return density, lost
+
+
+@compiled
 def _goes_on(
     node: int,
     after: int,
@@ -122,7 +153,6 @@ def _goes_on(
 ) -> float:
     """Log density (per m³) of a track that ends in one stretch under one label and goes on in another."""
     frame, place, velocity, moving = lines
-    horizons, rest, share, fastest, law = followed
     k, label, then, other = node // 2, node % 2, after // 2, after % 2
     frames = frame[0, then, other] - frame[1, k, label]
     sides = int(moving[1, k, label]) + int(moving[0, then, other])
@@ -133,19 +163,32 @@ def _goes_on(
         error += off * off
         left += one * one
         gone += two * two
-    way = min((np.sqrt(left) + np.sqrt(gone)) / max(sides, 1), fastest) * frames
+    way = (np.sqrt(left) + np.sqrt(gone)) / max(sides, 1) * frames
+    return float(_density(error, way, sides, frames, followed)[0])
+
+
+@compiled
+def _density(
+    square: float,
+    way: float,
+    sides: int,
+    frames: int,
+    followed: tuple[Floats, Floats, Floats, float, tuple[float, float, float]],
+) -> tuple[float, float]:
+    """Log density of a step with a squared error in m², and how much of it is lost to that."""
+    horizons, rest, share, fastest, (tail, constant, strange) = followed  # of horizons and rest the logarithms
     at, right = np.log(frames), 0
-    while right < len(horizons) and np.log(horizons[right]) < at:
+    while right < len(horizons) and horizons[right] < at:
         right += 1
     if right == 0 or right == len(horizons):
         edge = min(right, len(horizons) - 1)
-        still, part = rest[sides, edge], share[sides, edge]
+        still, part = np.exp(rest[sides, edge]), share[sides, edge]
     else:
-        begin, end = np.log(horizons[right - 1]), np.log(horizons[right])
-        t = (at - begin) / (end - begin)
-        still = np.exp((1.0 - t) * np.log(rest[sides, right - 1]) + t * np.log(rest[sides, right]))
+        t = (at - horizons[right - 1]) / (horizons[right] - horizons[right - 1])
+        still = np.exp((1.0 - t) * rest[sides, right - 1] + t * rest[sides, right])
         part = (1.0 - t) * share[sides, right - 1] + t * share[sides, right]
-    square = (still * still + part * part * way * way) * max(frames / horizons[-1], 1.0) ** 2
-    tail, constant, strange = law
-    usual = constant - 1.5 * np.log(square) - 0.5 * (tail + 3.0) * np.log1p(error / (tail * square))
-    return float(max(usual, strange) + np.log1p(np.exp(-abs(usual - strange))))
+    moved = part * min(way, fastest * frames)
+    scale = (still * still + moved * moved) * np.exp(2.0 * max(at - horizons[-1], 0.0))
+    lost = -0.5 * (tail + 3.0) * np.log1p(square / (tail * scale))
+    usual = constant - 1.5 * np.log(scale) + lost
+    return max(usual, strange) + np.log1p(np.exp(-abs(usual - strange))), lost

@@ -183,8 +183,8 @@ class Told:
             frozen(seen, np.bool_),
             frozen(hidden, np.bool_),
             frozen(mistaken, np.bool_),
-            np.frombuffer(self.company, np.bool_),
-            np.frombuffer(self.moved, np.bool_),
+            frozen(np.frombuffer(self.company, np.bool_), np.bool_),
+            frozen(np.frombuffer(self.moved, np.bool_), np.bool_),
             doubts(performer, wrong[there, 0]),
         )
 

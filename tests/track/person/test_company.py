@@ -108,6 +108,11 @@ def test_who_is_alone_has_no_company_and_stays_whole_behind_a_post(rng):
     assert told_beforehand([frame for *_, frame in shown[:2]]) is None
 
 
+def test_nothing_is_told_of_no_frames():
+    with pytest.raises(mm.MismatchError, match="came none"):
+        told_beforehand([])
+
+
 def test_a_dummy_that_never_sways_is_nobody():
     scene = beforehand(two_people(True, still=True))
     assert scene is None or scene.others is None

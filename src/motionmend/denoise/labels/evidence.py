@@ -74,20 +74,14 @@ class Continuity:
 
     def log_density(self, left: Ends, right: Ends, frames: Ints) -> tuple[Floats, Floats]:
         """Of N steps of `frames`: their log density (per m³) and how much is lost to the error, <= 0."""
+        from ...kernels.labelling import log_densities
+
         sides = left.moving.astype(np.int64) + right.moving
         error, way = mismatch(left, right, frames)
-        way = np.minimum(way, self.fastest * frames)
-        at, last = np.log(frames), np.log(self.horizons)
-        scale = np.empty(len(frames))
-        for known in range(3):
-            these = sides == known
-            rest = np.exp(np.interp(at[these], last, np.log(self.rest[known])))
-            share = np.interp(at[these], last, self.share[known])
-            scale[these] = np.sqrt(np.square(rest) + np.square(share * way[these]))
-        scale *= np.maximum(frames / self.horizons[-1], 1.0)
-        lost = -0.5 * (TAIL + 3.0) * np.log1p(np.square(error) / (TAIL * np.square(scale)))
-        usual = _T3 - 3.0 * np.log(scale)
-        return np.asarray(np.logaddexp(usual + lost, np.log(_STRANGE))), lost
+        density, lost = log_densities(
+            error, way, sides, frames, self.horizons, self.rest, self.share, self.fastest, STEP_LAW
+        )
+        return np.asarray(density), np.asarray(lost)
 
 
 def mismatch(left: Ends, right: Ends, frames: Ints) -> tuple[Floats, Floats]:

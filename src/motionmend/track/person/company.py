@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import Floats
 from ...bodies.camera import DepthFrame
+from ...errors import MismatchError
 from .fineness import evened
 from .room import Scene, scene_of
 from .standing import inner_of, likest, looked_at, stays_of, sways, with_furniture
@@ -26,7 +27,13 @@ def told_beforehand(frames: Sequence[DepthFrame], pointed_at: Floats | None = No
     Returns
     -------
     The scene before the first frame; None where nothing is told.
+
+    Raises
+    ------
+    MismatchError : no frames.
     """
+    if not frames:
+        raise MismatchError("depth frames were wanted, came none")
     even = [evened(frames[k]) for k in looked_at(len(frames))]
     scene = with_furniture(even) if pointed_at is None else None
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
