@@ -1,5 +1,6 @@
 """Recordings, a model and a way to run commands, for the tests of the command line."""
 
+import os
 import shutil
 from pathlib import Path
 
@@ -8,18 +9,13 @@ from commands import Command, Ran
 
 from motionmend import samples
 from motionmend.cli import main
-from motionmend.cli.options import Working
 from motionmend.io import write
 
 
 @pytest.fixture
 def cli(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
-    """Runs the command line in this process with one worker, unless `--jobs` is among the arguments."""
-
-    def width(working: Working) -> int:
-        return 1 if working.jobs is None else working.jobs  # a worker's start costs more than most of these do
-
-    monkeypatch.setattr(Working, "width", property(width))
+    """Runs the command line in this process as on a machine with one core: one worker, unless `--jobs` says more."""
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)  # a worker's start costs more than most of these do
 
     def run(*arguments: str | Path) -> Ran:
         capfd.readouterr()

@@ -15,6 +15,7 @@ import pytest
 from motionmend import __version__, cli, samples
 from motionmend.cli import COMMANDS as KNOWN
 from motionmend.cli import main
+from motionmend.cli.options import Working
 from motionmend.io import write
 
 COMMANDS = ("demo", "inspect", "denoise", "corrupt", "compare", "report", "reproduce", "fit", "fit denoiser")
@@ -24,6 +25,14 @@ def run(capsys: pytest.CaptureFixture[str], words: str) -> tuple[int, str, str]:
     code = main(words.split())
     said = capsys.readouterr()
     return code, said.out, said.err
+
+
+@pytest.mark.parametrize(("asked", "cores", "width"), [(None, 6, 6), (None, None, 1), (3, 6, 3)])
+def test_as_many_processes_as_cores_unless_asked_otherwise(
+    monkeypatch: pytest.MonkeyPatch, asked: int | None, cores: int | None, width: int
+) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    assert Working(jobs=asked).width == width
 
 
 @pytest.mark.parametrize(
