@@ -31,12 +31,12 @@ def run(plan: Plan) -> list[Metric]:
 
 def _lag(series: Floats, rounds: int, target: float | None) -> list[Metric]:
     key = f"fit.lag_products.{len(series)}"
-    ours = lagged.lag_products(series[:500], data.WINDOW)
+    ours = lagged.lag_products([series[:500]], data.WINDOW)
     if not np.allclose(ours, twins.lag_products(series[:500], data.WINDOW), rtol=1e-9, atol=1e-6):
         raise AssertionError(f"{key}: ours and the plain product disagree, their times cannot be compared")
     times = race(
         {
-            "ours": lambda: lagged.lag_products(series, data.WINDOW),
+            "ours": lambda: lagged.lag_products([series], data.WINDOW),
             "covariance": lambda: lag_covariance(series, data.WINDOW),
             "plain": lambda: twins.lag_products(series, data.WINDOW),
         },

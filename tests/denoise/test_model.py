@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.motion import Markers, Motion, Origin
 from motionmend.denoise import METHODS, Denoiser, DenoiserModel, repair_without_model
 from motionmend.denoise.channels.joints import joint_rotation, root_rows
-from motionmend.denoise.library.learning import examples, without_glitches
+from motionmend.denoise.library.learning import examples, glitches
 from motionmend.errors import MismatchError, UsageError
 from motionmend.evaluate import compare, corrupt
 from motionmend.io import read
@@ -244,17 +244,17 @@ def test_gaps_in_clips_are_bridged_or_cut_and_said():
     assert np.isnan(series[50:70]).any()
 
 
-def test_joints_that_fall_to_zeros_do_not_teach(walk):
+def test_joints_that_fall_to_zeros_do_not_teach(joints_model, walk):
     q = walk.q.copy()
     humerus = [i for i, n in enumerate(walk.channels) if n.startswith("lhumerus")]
     q[:4, humerus] = 0.0
-    cleaned, lost = without_glitches(walk.with_q(q))
-    assert lost == 4 * len(humerus)
-    assert np.isnan(cleaned.q[:4, humerus]).all()
-    assert np.isfinite(cleaned.q[4:]).all()
+    (found,) = glitches(walk.with_q(q))
+    assert found.rows.tolist() == humerus
+    assert (found.start, found.stop) == (0, 4)
+    assert next(examples(walk.with_q(q), joints_model.layout, tail=0.0)).lost == 4 * len(humerus)
     held = walk.q.copy()
     held[:, humerus] = 0.0
-    assert without_glitches(walk.with_q(held))[1] == 0
+    assert glitches(walk.with_q(held)) == []
 
 
 def test_calls_that_make_no_sense_say_so(joints_model, walk):

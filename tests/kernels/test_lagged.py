@@ -26,7 +26,7 @@ def _case(shape):
 def test_lag_products_equal_those_of_the_trajectory_matrix(shape):
     series, window, _, _ = _case(shape)
     rows = naive.trajectory_matrix(series, window)
-    np.testing.assert_allclose(lagged.lag_products(series, window), rows.T @ rows, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(lagged.lag_products([series], window), rows.T @ rows, rtol=1e-9, atol=1e-9)
 
 
 @given(SHAPES)
@@ -66,7 +66,7 @@ def test_blocks_do_not_change_the_result(monkeypatch, rng):
     series = rng.normal(size=(200, 4))
     bases = rng.normal(size=(5, 10, 4))
     starts = np.arange(191)
-    whole = lagged.project(series, bases, starts), lagged.lag_products(series, 10)
+    whole = lagged.project(series, bases, starts), lagged.lag_products([series], 10)
     monkeypatch.setattr(lagged, "BLOCK_BYTES", 2000)
     np.testing.assert_allclose(lagged.project(series, bases, starts), whole[0], rtol=1e-12)
-    np.testing.assert_allclose(lagged.lag_products(series, 10), whole[1], rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(lagged.lag_products([series], 10), whole[1], rtol=1e-10, atol=1e-10)

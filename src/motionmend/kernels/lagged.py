@@ -33,23 +33,10 @@ def _blocks(count: int, row_bytes: int) -> list[slice]:
     return [slice(i, min(i + size, count)) for i in range(0, count, size)]
 
 
-def lag_products(series: Floats, window: int) -> Floats:
+def lag_products(stretches: Sequence[Floats], window: int) -> Floats:
     """Sum over all windows of the outer product of the window with itself: D^T D of eq. 2.3.
 
-    Parameters
-    ----------
-    series : (T, C) C-contiguous, finite, T >= window.
-    window : M, frames per window.
-
-    Returns
-    -------
-    (M * C, M * C) symmetric.
-    """
-    return lag_products_of([series], window)
-
-
-def lag_products_of(stretches: Sequence[Floats], window: int) -> Floats:
-    """The same summed over several series, none of whose windows reaches into another.
+    Of several series no window reaches into another.
 
     Neighbouring windows share all but two frames, so block (j+1, j'+1) is block (j, j') less one outer product
     of frames at the head of the series and plus another of frames at its tail; only the first block row needs the

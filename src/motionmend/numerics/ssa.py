@@ -76,7 +76,7 @@ def lag_covariance(series: Floats | Sequence[Floats], window: int) -> LagCovaria
     ------
     Section 2.2.1, eq. 2.1-2.5.
     """
-    from ..kernels.lagged import lag_products_of
+    from ..kernels.lagged import lag_products
 
     several = [series] if isinstance(series, np.ndarray) else list(series)
     channels = several[0].shape[1]
@@ -93,7 +93,7 @@ def lag_covariance(series: Floats | Sequence[Floats], window: int) -> LagCovaria
             stretches.append(stretch)
     count = sum(len(stretch) - window + 1 for stretch in stretches)
     # a window longer than every clip would take (M C)^2 numbers to say nothing: 30 GB for 1,000 frames of 62 channels
-    products = lag_products_of(stretches, window) if stretches else np.zeros((0, 0))
+    products = lag_products(stretches, window) if stretches else np.zeros((0, 0))
     return LagCovariance(window, channels, count, total, products)
 
 

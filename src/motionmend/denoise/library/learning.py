@@ -74,18 +74,6 @@ def examples(recording: Motion | Markers, layout: Layout, tail: float) -> Iterat
         )
 
 
-def without_glitches(motion: Motion) -> tuple[Motion, int]:
-    """The motion with every joint missing where it drops to exact zeros by a jump, and how many samples that is.
-
-    Capture software writes zeros for a joint it could not solve. A joint that is zero throughout, or that comes
-    to zero smoothly, is left alone.
-    """
-    found = glitches(motion)
-    cleaned = _piece(motion, 0, motion.frames, found)
-    assert isinstance(cleaned, Motion)
-    return cleaned, sum(len(glitch.rows) * (glitch.stop - glitch.start) for glitch in found)
-
-
 @dataclass(frozen=True, eq=False)
 class Glitch:
     """Rows of a joint's angles that are lost from frame `start` to before frame `stop`."""
@@ -96,7 +84,11 @@ class Glitch:
 
 
 def glitches(motion: Motion) -> list[Glitch]:
-    """Where joints drop to exact zeros by a jump (see `without_glitches`), and a rest pose put before the clip."""
+    """Where joints drop to exact zeros by a jump, and a rest pose put before the clip.
+
+    Capture software writes zeros for a joint it could not solve. A joint that is zero throughout, or that comes
+    to zero smoothly, is left alone.
+    """
     skeleton, q = motion.skeleton, motion.q
     rested = rest_frames(motion)
     found = [Glitch(np.arange(q.shape[1]), 0, rested)] if rested else []
