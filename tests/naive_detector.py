@@ -157,7 +157,7 @@ def farthest(depth, seen, person, near, steep, background):
 
 
 def gaps(depth, person, free, reach, lost=2):
-    """Narrow gaps between the person and something farther, but for their first pixels."""
+    """Narrow gaps between the person and something farther."""
     rim = np.zeros(depth.shape, bool)
     for turn in range(4):  # each way is to the right in an image turned so often
         d, p, f = (np.rot90(image, turn) for image in (depth, person, free))
@@ -168,6 +168,6 @@ def gaps(depth, person, free, reach, lost=2):
                 continue
             near, far, count = float(p[r, c]), float(d[r, c + 1 + ends[0]]), int(ends[0])
             widest = lost + (reach * (1 / near - 1 / far) if turn % 2 == 0 else 0.0)
-            if far >= near and lost <= count <= widest:
-                m[r, c + 2 : c + 1 + count] = True
+            if far >= near and count <= widest:
+                m[r, c + 1 : c + 1 + count] = True
     return rim

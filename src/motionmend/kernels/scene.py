@@ -106,7 +106,7 @@ def farthest(depth: Singles, seen: Bools, person: Singles, near: float, steep: f
 
 @compiled
 def gaps(depth: Singles, person: Singles, free: Bools, reach: float, rim: Bools) -> None:
-    """Narrow gaps between the person and something farther: but for their first pixel they are nobody's.
+    """Narrow gaps between the person and something farther: they are nobody's.
 
     At a step a depth camera loses a pixel or so on either side, and along rows the near side hides the far one from
     the projector: a step from z to z' casts a shadow of reach (1 / z - 1 / z') px. Wider gaps tell nothing.
@@ -132,11 +132,11 @@ def gaps(depth: Singles, person: Singles, free: Bools, reach: float, rim: Bools)
                     if count > LOST + shadow / near:
                         break
                     count, i, j = count + 1, i + down, j + across
-                if count < LOST or i < 0 or j < 0 or i >= height or j >= width or not free[i, j]:
+                if count == 0 or i < 0 or j < 0 or i >= height or j >= width or not free[i, j]:
                     continue
                 far = np.float64(depth[i, j])
                 # A far side that is missing is no end of a gap either.
                 if not far >= near or count > LOST + shadow * (1.0 / near - 1.0 / far):
                     continue
-                for k in range(2, count + 1):
+                for k in range(1, count + 1):
                     rim[r + k * down, c + k * across] = True

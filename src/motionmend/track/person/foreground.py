@@ -52,10 +52,11 @@ class Foreground:
     found : False for a frame with nobody in it; `depth` is then NaN throughout.
     place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
     free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
-        recording whose background was taken away, nothing is. Dropout in a room is neither person nor free, and so is
-        what stands in the room nearer than the person, for they may be behind it.
-    rim : (H, W) True where nothing is measured either, but so narrowly between the person and something farther that
-        it is a camera's loss at a step in depth: the person ends before it. None = nowhere.
+        recording whose background was taken away, nothing is. Dropout in a room is neither person nor free but at
+        their rim, and so is what stands in the room nearer than the person, for they may be behind it, and what is
+        narrower than `CLOSING` amid them.
+    rim : (H, W) True where nothing is measured, but so narrowly between the person and something farther that it is a
+        camera's loss at a step in depth: the person ends before it. None = nowhere.
     others : (H, W) m, who else is there, NaN beside; None = nobody (`passers`).
     stirred : share of the person's pixels with the room seen behind them before.
     window : the part of the images in which anything is measured, where the background was taken away; else None.
@@ -196,6 +197,8 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     kernels.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
     kernels.gaps(depth, person, free, BASELINE * numbers[0], rim)
+    # Between limbs dropout is as narrow as such gaps are, and what shows of the room may be beside its pixel.
+    free = (free | rim) & beside(np.isfinite(person))
     return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]), window)
 
 
