@@ -1,15 +1,18 @@
 """A recording through the library's one call: the same as step by step, as the command has it, and NaN for nobody."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import motionmend as mm
 from motionmend.bodies import anatomy
-from motionmend.bodies.camera import KINECT, DepthFrame
+from motionmend.bodies.camera import KINECT, Camera, DepthFrame
 from motionmend.bodies.performer import DOFS, advance, landmarks, standing
 from motionmend.bodies.surface import render
 from motionmend.track.database import PoseDatabase
 from motionmend.track.hindsight.backwards import moment, revised
+from motionmend.track.person.room import scene_of
 from motionmend.track.recording import UNSURE, Told, follow
 from motionmend.track.settings import settings_of
 from motionmend.track.tracker import start, step
@@ -39,6 +42,16 @@ def test_a_recording_is_followed_to_where_the_body_is():
     assert tracked.std.shape == tracked.held.shape == PLACES.shape[:2]
     assert len(tracked.poses) == len(tracked.flags) == len(tracked.company) == len(tracked.moved) == FRAMES
     assert not (tracked.company | tracked.moved).any()
+
+
+def test_numbers_of_time_and_camera_may_be_numpys_own():
+    """As of `np.arange(60) / 30` and a matrix of a calibration; somebody else is seen, too."""
+    camera = Camera(KINECT.width, KINECT.height, *np.array([KINECT.fx, KINECT.fy, KINECT.cx, KINECT.cy]))
+    frame = DepthFrame(camera, IMAGES[0].depth, None, np.float64(0.0))
+    told = Told()
+    told.saw(replace(scene_of(frame), others=frame.depth), frame)
+    assert list(told.company) == [True]
+    assert list(told.moved) == [False]
 
 
 @pytest.mark.slow

@@ -120,7 +120,7 @@ class Told:
     def saw(self, scene: Scene | None, frame: DepthFrame) -> None:
         """What the next frame shows beside the body; `scene` is that after it. The way forward is ahead of `add`."""
         self.company.append(is_accompanied(scene, frame))
-        self.moved.append(scene is not None and scene.moved == frame.time)
+        self.moved.append(scene is not None and bool(scene.moved == frame.time))  # a time may be numpy's own
 
     def add(self, estimate: Estimate) -> None:
         """The next frame's."""

@@ -68,4 +68,4 @@ def is_accompanied(scene: Scene | None, frame: DepthFrame) -> bool:
         return False
     fineness = scene.others.size / frame.depth.size
     squares = float(np.nansum(np.square(scene.others, dtype=np.float64)))
-    return squares / (fineness * frame.camera.fx * frame.camera.fy) > SOMEBODY
+    return bool(squares / (fineness * frame.camera.fx * frame.camera.fy) > SOMEBODY)
