@@ -105,6 +105,31 @@ def test_who_stays_while_the_person_leaves_is_taken_up(rng):
     assert last[0] > 0.7
 
 
+def door_at(x, camera, away=3.0):
+    """A flat door, 0.8 m wide and as high as a room's, whose edge is `x` m beside the camera's axis."""
+    v, u = np.mgrid[: camera.height, : camera.width]
+    right, down = (u - camera.cx) / camera.fx * away, (v - camera.cy) / camera.fy * away
+    there = (right > x) & (right < x + 0.8) & (down > -0.9) & (down < 1.0)
+    return np.where(there, np.float32(away), np.float32(np.nan))
+
+
+def test_who_is_touched_by_a_door_is_still_the_person(rng):
+    """It comes up to them, both are one surface for a second, and it goes away again: they are all that is followed."""
+    scene, last = None, None
+    way = [*np.linspace(1.0, 0.25, 20), *[0.25] * 30, *np.linspace(0.25, 1.0, 20)]
+    for t, x in enumerate(way):
+        own, door = picture(swaying(t), HALF).depth, door_at(x, HALF)
+        frame = in_room(DepthFrame(HALF, np.fmin(own, door), None, t / 30), wall=5.2, rng=rng)
+        scene = replace(scene_of(frame), vouched=True) if scene is None else scene
+        found = find_person(scene, frame, last)
+        scene = remember(scene, frame, found)
+        last = found.place
+        seen = np.isfinite(found.depth)
+        assert found.found, t
+        assert seen[np.isfinite(own)].mean() > 0.85, t
+        assert (seen & np.isnan(own)).sum() < 0.25 * np.isfinite(own).sum(), t
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("towards", [-1, 1])
 def test_the_tracker_keeps_to_the_person_while_somebody_walks_through(towards, rng):

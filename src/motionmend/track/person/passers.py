@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Singles
 from .room import Scene
-from .surfaces import Surfaces, hidden, joined
+from .surfaces import Surfaces, hidden, joined, two_bodies
 
 SOME = 0.1  # share of a piece of a passer that was there a moment ago; who comes out from behind one was not
 APART = 0.7  # m, from the person's middle; what comes into view farther away is not theirs
@@ -31,6 +31,8 @@ def passers(seen: Surfaces, scene: Scene, depth: Singles, last: Floats | None) -
     # Beside furniture whoever comes may be the person, and so may who comes out from behind a passer.
     if new and scene.alive and not hidden(depth, scene.person):
         found[new] = True
+    if scene.vouched:  # of who is lost nothing says which of the two they are
+        found[_bodies_beside(seen, found)] = True
     for s in [s for s in seen.likeness if found[s]]:
         found[joined(s, seen, ~found & (theirs | (seen.elsewhere < SOME)))] = True
     return np.asarray(found)
@@ -40,6 +42,17 @@ def _comes_beside(seen: Surfaces, s: int, last: Floats) -> bool:
     """Whether a surface could be somebody who moves, was not the person's, and is away from where they were."""
     moves = seen.likeness[s] > 0.0 and seen.measures[s, 11] > 0.5 >= seen.known[s]
     return bool(moves and np.linalg.norm(seen.clouds[s] - last, axis=1).min() > APART)
+
+
+def _bodies_beside(seen: Surfaces, strange: Bools) -> list[int]:
+    """Surfaces that move beside the person and are no part of them, for each of the two is a body: a door, say, which
+    passed for a limb while it was seen from its edge."""
+    sizes = np.where(strange, 0.0, seen.known * seen.measures[:, 0])
+    main = int(np.argmax(sizes)) if len(sizes) else -1
+    if main < 0 or seen.known[main] <= 0.5:
+        return []
+    moving = [s for s in seen.likeness if s != main and seen.measures[s, 11] > 0.5]
+    return [s for s in moving if two_bodies(seen.measures[main], seen.measures[s])]
 
 
 def passers_pixels(seen: Surfaces, depth: Singles, strange: Bools, kept: list[int]) -> Singles | None:

@@ -27,6 +27,7 @@ BOTH, EACH, HIGH = 0.6, 0.2, 0.9  # m² of two people beside each other, m² of 
 _REACH = 0.35  # m, between two pieces of one body
 _ARM = 0.5  # m, between a body and a forearm that moves, the upper arm being hidden
 _HIDES = 0.15  # m, nearer than the person was
+_IN_SIGHT = 0.5  # share of the person's pixels that a surface which they are one with a passer in has at least
 _COVERED = 0.5  # share of the person's pixels with something nearer before them, from which on they are hidden
 # Of normal noise |z - 2 z' + z''| is the standard deviation times this on average; half as much again for what
 # neighbours share.
@@ -75,6 +76,7 @@ def surfaces_of(scene: Scene, depth: Singles, before: Bools, intrinsics: Floats)
 
     labels = np.empty(depth.shape, np.int32)
     count = regions.surfaces(depth, before, JUMP_NEAR, JUMP_STEEP, labels)
+    count = _parted(depth, labels, count, scene, intrinsics)
     measures = np.empty((count, 14))
     # Where the background was taken away there is no furniture either.
     moved = (before if scene.window is not None else before & np.isfinite(scene.background)).view(np.uint8)
@@ -223,6 +225,50 @@ def box_of(inside: Bools, shape: tuple[int, ...], margin: int) -> tuple[slice, s
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     box = (rows[0], rows[-1], columns[0], columns[-1]) if len(rows) else (0, -1, 0, -1)
     return about(np.array(box), shape, margin)
+
+
+def _parted(depth: Singles, labels: Labels, count: int, scene: Scene, intrinsics: Floats) -> int:
+    """Give what was a passer's a moment ago, or a door's, a number of its own where it touches the person.
+
+    All of such a surface passed for the passer's, and nobody was followed, or for the person's, whose body explains no
+    two. How many surfaces there are then; `labels`, of `count` of them, is written.
+    """
+    if scene.person is None or scene.others is None or not (scene.vouched and count):
+        return count
+    with np.errstate(invalid="ignore"):
+        theirs = (labels >= 0) & (np.abs(depth - scene.others) < STEP)
+        # Who is hidden was last seen some time ago; passers are those of the last frame.
+        own = (labels >= 0) & (np.abs(depth - scene.person) < STEP) & ~theirs
+    shown = np.bincount(labels[own], minlength=count)
+    main = int(np.argmax(shown))
+    box = box_of(labels == main, labels.shape, 0)
+    inside = labels[box] == main
+    theirs, own, part = theirs[box] & inside, own[box] & inside, depth[box]
+    area = float(np.square(part[theirs], dtype=np.float64).sum() / (intrinsics[0] * intrinsics[1]))
+    if area < SOMEBODY or shown[main] < _IN_SIGHT * np.count_nonzero(np.isfinite(scene.person)):
+        return count
+    labels[box][inside & _nearer(part, theirs, own, float(intrinsics[0]))] = count
+    return count + 1
+
+
+def _nearer(depth: Singles, to: Bools, than: Bools, focal: float) -> Bools:
+    """(h, w) which pixels of (h, w) m are nearer to some of them than to others, by the nearest in the image of each.
+
+    Parameters
+    ----------
+    to, than : (h, w) True on some, neither empty. focal : px.
+    """
+    import cv2
+
+    apart = []
+    for some in (to, than):
+        away, nearest = cv2.distanceTransformWithLabels(
+            (~some).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        deep = np.zeros(int(nearest.max()) + 1, np.float32)
+        deep[nearest[some]] = depth[some]
+        apart.append(np.hypot(away * depth / focal, depth - deep[nearest]))
+    return np.asarray(apart[0] < apart[1])
 
 
 def _clouds(
