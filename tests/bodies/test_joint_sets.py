@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from motionmend.arrays import Ints
 from motionmend.bodies.joint_sets import (
+    AZURE32,
     JOINT_SETS,
     KINECT25,
     TRACKER16,
@@ -98,10 +99,38 @@ def test_all_of_the_trackers_joints_are_found_in_the_second_kinect() -> None:
         ("root lfemur ltibia lfoot ltoes rhumerus rradius", "pelvis l_hip l_knee l_ankle l_foot r_shoulder r_elbow"),
         ("Hip Neck Head RShoulder", "pelvis neck_base head r_shoulder"),
         ("mixamorig:LeftForeArm hand_l tool", "l_elbow l_wrist -"),
+        (
+            "pelvis spine_01 spine_02 spine_03 neck_01 head clavicle_l upperarm_l lowerarm_l thigh_r calf_r foot_r "
+            "ball_r",
+            "pelvis spine - chest neck head l_clavicle l_shoulder l_elbow r_hip r_knee r_ankle r_foot",
+        ),
+        (
+            "shoulder.L upper_arm.L forearm.L hand.L shin.R foot.R",
+            "l_clavicle l_shoulder l_elbow l_wrist r_knee r_ankle",
+        ),
+        ("Bip01_L_Clavicle Bip01_L_UpperArm Bip01_L_Foot Bip01_L_Toe0", "l_clavicle l_shoulder l_ankle l_foot"),
+        ("RightShoulder RightUpperArm", "r_clavicle r_shoulder"),
+        ("NAVAL_SPINE CHEST_SPINE NECK", "spine chest neck"),
+        ("XN_SKEL_TORSO XN_SKEL_LEFT_KNEE", "spine l_knee"),
+        ("NUI_SKELETON_POSITION_HIP_CENTER NUI_SKELETON_POSITION_FOOT_LEFT", "pelvis l_ankle"),
+        ("hand_ball ball", "- -"),
     ],
 )
 def test_names_of_other_makers_are_understood(names: str, wanted: str) -> None:
     assert meanings(names.split()) == tuple("" if one == "-" else one for one in wanted.split())
+
+
+@pytest.mark.parametrize("prefix", ["mixamorig:", "mixamorig1:", "mixamorig_", "Bip01 ", "Skeleton_"])
+def test_what_a_maker_puts_before_all_names_does_not_change_what_one_means_beside_the_others(prefix: str) -> None:
+    names = ["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"]
+    limbs = ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
+    names += [f"{side}{limb}" for side in ("Left", "Right") for limb in limbs]
+    assert {"l_clavicle", "r_shoulder", "l_wrist", "r_ankle", "l_foot"} <= set(meanings(names))
+    assert meanings([f"{prefix}{name}" for name in names]) == meanings(names)
+
+
+def test_enumerators_of_the_azure_kinect_are_its_joint_set() -> None:
+    assert known_set([f"K4ABT_JOINT_{name}" for name in AZURE32.names]) is AZURE32
 
 
 def test_case_and_punctuation_do_not_count_but_order_does() -> None:

@@ -147,13 +147,14 @@ TRACKER16 = _joint_set(
 )
 JOINT_SETS = {one.key: one for one in (KINECT20, KINECT25, AZURE32, UIPRMD22, UTDMHAD20, MEDIAPIPE33, TRACKER16)}
 
-# What joints and bones are called elsewhere (Pose2Sim, OpenPose, HALPE, Acclaim, BVH), without their side.
+# What joints and bones are called elsewhere (Pose2Sim, OpenPose, HALPE, Acclaim, BVH, Unity, Unreal, Blender), without
+# their side.
 _MIDDLE = {
     "pelvis": "pelvis hip hips hipcenter midhip root waist spinebase hipscenter centerhip chip pelvisroot cmidhip",
-    "spine": "spine spinemid spinenavel spinenaval spine1 lowerback torso abdomen",
-    "chest": "chest spinechest spine2 upperback spine3",
+    "spine": "spine spinemid spinenavel navelspine spine1 spine01 lowerback torso abdomen",
+    "chest": "chest spinechest chestspine spine2 upperback spine3 spine03",
     "neck_base": "neckbase shouldercenter spineshoulder cshoulder midshoulder c7",
-    "neck": "neck lowerneck neck1",
+    "neck": "neck lowerneck neck1 neck01",
     "head": "head upperneck",
     "head_top": "headtip headtop headend topofhead headsite",
     "nose": "nose",
@@ -172,7 +173,7 @@ _SIDED = {
     "knee": "knee lowerleg leg shin calf tibia",
     "ankle": "ankle",
     "heel": "heel",
-    "foot": "foot toe toes toebase bigtoe footindex",
+    "foot": "foot toe toes toe0 toebase ball bigtoe footindex",
     "toe_tip": "toetip toeend toebaseend",
 }
 # What else is on a body (skin, fingers, faces), and the joint that it is at: the first of these words in its name.
@@ -195,6 +196,8 @@ _NEAR = {
     "c7": "neck_base",
     **dict.fromkeys(("sacr", "pelvi"), "pelvis"),
 }
+# What makers put before all of their names (Mixamo, Biped, Nuitrack, the SDKs of Kinects and OpenNI).
+_BEFORE = re.compile(r"^(mixamorig\d*|skeleton|bip0*1|joint(type)?|k4abtjoint|nuiskeletonposition|xnskel)(?=[a-z])")
 _MIDDLE_NAMES = {alias: meaning for meaning, aliases in _MIDDLE.items() for alias in aliases.split()}
 _SIDED_NAMES = {alias: meaning for meaning, aliases in _SIDED.items() for alias in aliases.split()}
 
@@ -228,17 +231,17 @@ def meanings(names: Sequence[str]) -> tuple[str, ...]:
         table = {_plain(name): meaning for name, meaning in zip(whole.names, whole.meanings, strict=True)}
         found = [table[_plain(name)] for name in names]
     else:
+        parted = [_parted(name) for name in names]
         found = [_meaning(name) for name in names]
-        plain = {_plain(name) for name in names}
-        if plain & {"leftarm", "larm", "leftupperarm", "lupperarm", "lhumerus"}:  # then a "shoulder" is the collar's
+        if {stem for side, stem in parted if side} & {"arm", "upperarm", "humerus"}:  # a "shoulder" is the collar's
             found = [
-                f"{one[0]}_clavicle" if one.endswith("_shoulder") and "shoulder" in _plain(name) else one
-                for one, name in zip(found, names, strict=True)
+                f"{side}_clavicle" if side and stem == "shoulder" else one
+                for one, (side, stem) in zip(found, parted, strict=True)
             ]
         if not any(one.endswith("_ankle") for one in found):  # a "foot" beside "toes" starts at the ankle
             found = [
-                f"{one[0]}_ankle" if one.endswith("_foot") and _bare(name) == "foot" else one
-                for one, name in zip(found, names, strict=True)
+                f"{side}_ankle" if side and stem == "foot" else one
+                for one, (side, stem) in zip(found, parted, strict=True)
             ]
         if not any(one.endswith("_wrist") for one in found):  # a "hand" starts at the wrist
             found = [f"{one[0]}_wrist" if one.endswith("_hand") else one for one in found]
@@ -339,15 +342,29 @@ def _set_holding(names: Sequence[str]) -> JointSet | None:
 
 @lru_cache(maxsize=4096)  # asked of all names of all sets for every recording
 def _plain(name: str) -> str:
-    """A name in lower case without punctuation, or Nuitrack's `JOINT_` or the SDK's `JointType_` before it; Azure's
-    recorder once spelt the navel another way."""
-    plain = re.sub(r"[^a-z0-9]", "", name.lower()).replace("naval", "navel")
-    return re.sub(r"^joint(type)?(?=[a-z])", "", plain)
+    """A name in lower case without punctuation, whose it is, or what its maker puts before all names; Azure's recorder
+    once spelt the navel another way."""
+    return _BEFORE.sub("", re.sub(r"[^a-z0-9]", "", name.split(":")[-1].lower()).replace("naval", "navel"))
 
 
-def _bare(name: str) -> str:
-    """A plain name without its side."""
-    return re.sub(r"^(left|right|l|r)|(left|right)$", "", _plain(name))
+def _parted(name: str) -> tuple[str, str]:
+    """The side that a name says ("l", "r", "" for the middle) and the rest of it as `_MIDDLE` or `_SIDED` has it;
+    two times "" where they do not."""
+    plain = _plain(name)
+    if plain in _MIDDLE_NAMES:
+        return "", plain
+    for pattern in (
+        r"^(?P<side>left|right)(?P<stem>.+)$",
+        r"^(?P<stem>.+?)(?P<side>left|right)$",
+        r"^(?P<side>[lr])(?P<stem>.+)$",
+    ):
+        match = re.match(pattern, plain)
+        if match and match["stem"] in _SIDED_NAMES:
+            return match["side"][0], match["stem"]
+    behind = re.match(r"^(.+)[._]([lr])$", name.lower())
+    if behind and _plain(behind[1]) in _SIDED_NAMES:
+        return behind[2], _plain(behind[1])
+    return "", ""
 
 
 def _near(name: str) -> str:
@@ -365,18 +382,5 @@ def _near(name: str) -> str:
 
 
 def _meaning(name: str) -> str:
-    plain = re.sub(r"^(mixamorig|skeleton|bip01|bip001)", "", _plain(name.split(":")[-1]))
-    if plain in _MIDDLE_NAMES:
-        return _MIDDLE_NAMES[plain]
-    for pattern in (
-        r"^(?P<side>left|right)(?P<stem>.+)$",
-        r"^(?P<stem>.+?)(?P<side>left|right)$",
-        r"^(?P<side>[lr])(?P<stem>.+)$",
-    ):
-        match = re.match(pattern, plain)
-        if match and match["stem"] in _SIDED_NAMES:
-            return f"{match['side'][0]}_{_SIDED_NAMES[match['stem']]}"
-    match = re.match(r"^(.+)_([lr])$", name.lower())
-    if match and _plain(match[1]) in _SIDED_NAMES:
-        return f"{match[2]}_{_SIDED_NAMES[_plain(match[1])]}"
-    return ""
+    side, stem = _parted(name)
+    return f"{side}_{_SIDED_NAMES[stem]}" if side else _MIDDLE_NAMES.get(stem, "")
