@@ -458,6 +458,23 @@ def test_times_that_are_no_seconds_are_said(model, unit, told):
     assert ["clock" in one["flags"] for one in answers] == [told and k >= 3 for k in range(12)]
 
 
+@pytest.mark.parametrize(
+    ("stamp", "told"),
+    [
+        (lambda k: float(np.float32(1.76e9 + k / 30.0)), True),  # a float of 32 bits has steps of two minutes there
+        (lambda k: 7.0 + k, True),  # frames counted
+        (lambda k: k // 2 / 15.0, False),  # twice each
+        (lambda k: 0.5 * k, False),  # a slow client
+    ],
+)
+def test_a_clock_that_stands_still_or_counts_frames_is_said(model, stamp, told):
+    positions = moving(KINECT20, 12)
+    with running(model) as live, client(live.url) as connection:
+        answers = [ask(connection, frame(k, one, stamp(k))) for k, one in enumerate(positions)]
+        again = [ask(connection, frame(k, positions[-1], stamp(11))) for k in range(12, 18)]  # that is no new frame
+    assert ["clock" in one["flags"] for one in (*answers, *again)] == [told and 3 <= k < 12 for k in range(18)]
+
+
 def test_a_clock_that_goes_back_gets_what_was_owed_first(model):
     positions = moving(KINECT20, 6)
     with running(model, look_ahead=0.1) as live, client(live.url) as connection:

@@ -4,6 +4,8 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, final
 
+import numpy as np
+
 from .messages import (
     Answer,
     Frame,
@@ -26,7 +28,9 @@ BACK = 1.0  # s; a clock that goes back farther starts a recording anew
 HASTE = (
     300.0  # times as long as the hello's rate has it: steps between frames in other units than s are a thousand or more
 )
-HASTY = 3  # such steps on end
+SLOW = 5.0  # Hz; a hello of less promises frames that are as far apart as their numbers
+COUNTED = 1.0  # s; steps of whole numbers by just that count frames
+STRANGE = 3  # steps on end that no clock in s makes
 STILL = 1e-6  # s; the least step between two frames
 NO_HELLO = "a hello {v, skeleton, fps, units} was wanted before the first frame"
 _EPOCH = time.time() - time.perf_counter()
@@ -44,7 +48,7 @@ class Session:
 
     `online` says whether the corrector learns from the client's frames, `look_ahead` for how many s of frames an answer
     waits, and `latency_ms` how long that is in whole frames; `owed` are the frames not answered yet, the oldest first;
-    `hasty` counts the steps on end that are as long as if times were in other units than s.
+    `strange` counts the steps on end that no clock in s makes, up to the frame `before`.
     """
 
     hello: Hello
@@ -54,7 +58,8 @@ class Session:
     look_ahead: float = 0.0
     latency_ms: float = 0.0
     owed: tuple["Owed", ...] = ()
-    hasty: int = 0
+    strange: int = 0
+    before: Frame | None = None
 
 
 @final
@@ -182,7 +187,7 @@ def answered(
     Frames at the same time, or a little before the last, are taken as the next instant. A clock that goes back by more
     than a second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`. What
     was owed until then is answered first. Times that contradict the hello's rate frame after frame, as milliseconds
-    do, are flagged `clock`.
+    do, stand still or count frames are flagged `clock`.
 
     Parameters
     ----------
@@ -198,16 +203,25 @@ def answered(
         _, answers = rested(model, session)
         session = opened(model, session.hello, session.online, session.look_ahead)
         flags = (*flags, "restarted")
-    step = 0.0 if session.last is None else frame.t - session.last
-    hasty = session.hasty + 1 if step * session.hello.fps > HASTE else 0
-    flags = (*flags, "clock") if hasty >= HASTY else flags
+    strange = session.strange + 1 if _no_clock(session.before, frame, session.hello.fps) else 0
+    flags = (*flags, "clock") if strange >= STRANGE else flags
     time_of = frame.t if session.last is None else max(frame.t, session.last + STILL)
     state, corrected = model.feed(session.state, frame.joints, frame.state, time_of)
     owed = (*session.owed, Owed(frame, t_in, flags))
     if corrected is not None:
         answers.append(_answer(session, owed[0], corrected))
         owed = owed[1:]
-    return replace(session, state=state, last=time_of, owed=owed, hasty=hasty), answers
+    return replace(session, state=state, last=time_of, owed=owed, strange=strange, before=frame), answers
+
+
+def _no_clock(before: Frame | None, frame: Frame, fps: float) -> bool:
+    """Whether no clock in s steps so: as far as in other units, not at all while joints move, or to the next number."""
+    if before is None:
+        return False
+    step = frame.t - before.t
+    if step == 0.0:
+        return not np.array_equal(frame.joints, before.joints, equal_nan=True)
+    return step * fps > HASTE or (step == COUNTED and frame.t.is_integer() and fps > SLOW)
 
 
 def rested(model: "CorrectorModel", session: Session) -> tuple[Session, list[tuple[Frame, Answer]]]:
