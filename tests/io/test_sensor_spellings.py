@@ -11,6 +11,7 @@ from sensor_files import azure, standing, table
 
 from motionmend.bodies.joint_sets import AZURE32, KINECT20, KINECT25, UTDMHAD20
 from motionmend.errors import FileError
+from motionmend.io.clock_times import clock_seconds
 from motionmend.io.sensor import looks_like_sensor, read_postures
 
 PLACES = standing(KINECT25, 8).round(6)
@@ -332,3 +333,67 @@ def test_times_may_be_of_a_longer_unit_than_a_second(tmp_path: Path, unit: float
     found = read_postures(tmp_path / "take.csv")
     np.testing.assert_allclose(np.diff(found.times), np.diff(TIMES), atol=1e-4)
     assert any(f"times were taken as {name}: 25 Hz" in one for one in found.guesses)
+
+
+@pytest.mark.parametrize("first", ["time", "Timestamp"])
+@pytest.mark.parametrize(
+    "written",
+    ["23:59:59.{:02.0f}", "2024-02-29T23:59:59.{:02.0f}", "2024-02-29 23:59:59.{:02.0f}Z", "23:59:59:{:02.0f}"],
+)
+def test_times_may_be_written_as_a_clock_shows_them(tmp_path: Path, first: str, written: str) -> None:
+    path = tmp_path / "take.csv"
+    rows = told(path, first=first).splitlines()
+    stamps = [written.format(100.0 * t) for t in TIMES]
+    path.write_text(
+        "\n".join([rows[0], *(a + "," + r.partition(",")[2] for a, r in zip(stamps, rows[1:], strict=True))]) + "\n"
+    )
+    found = read_postures(path)
+    np.testing.assert_allclose(found.times, 86399.0 + TIMES, atol=1e-6)
+    np.testing.assert_allclose(found.positions, PLACES, atol=1e-9)
+    assert found.guesses == ("times are those of a clock: taken as seconds since midnight",)
+
+
+def test_a_clock_that_passes_midnight_goes_on() -> None:
+    assert clock_seconds(["23:59:59.5", "0:00:00.5", "00:00:01"]) == [86399.5, 86400.5, 86401.0]
+    assert clock_seconds(["2023-12-31 23:59:59.5", "2024-01-01 00:00:00.5"]) == [86399.5, 86400.5]
+    assert clock_seconds(["12:00:00", "noon"]) is clock_seconds(["2023-02-31 12:00:00"]) is clock_seconds([]) is None
+
+
+@pytest.mark.parametrize(
+    ("title", "words"),
+    [("Exercise", "squat"), ("label", "2"), ("Date", "2024-05-01"), ("HandLeftState", "Open"), ("IsTracked", "True")],
+)
+@pytest.mark.parametrize("behind", [True, False])
+def test_words_in_columns_of_no_joint_are_passed_over(tmp_path: Path, title: str, words: str, behind: bool) -> None:
+    path = tmp_path / "take.csv"
+    rows = [row.split(",") for row in told(path, state="TrackingState").splitlines()]
+    rows = [[cell for cell, name in zip(row, rows[0], strict=True) if "Tracking" not in name] for row in rows]
+    for k, row in enumerate(rows):
+        row.insert(len(row) if behind else 0, words if k else title)
+    path.write_text("\n".join(",".join(row) for row in rows) + "\n")
+    found = read_postures(path)
+    assert found.names == KINECT25.names
+    assert found.state is None
+    np.testing.assert_allclose(found.positions, PLACES, atol=1e-9)
+    np.testing.assert_allclose(found.times, TIMES, atol=1e-9)
+
+
+def test_words_among_coordinates_are_still_refused(tmp_path: Path) -> None:
+    path = tmp_path / "take.csv"
+    lines = told(path, first="Timestamp").splitlines()
+    path.write_text("\n".join([*lines[:3], lines[3].replace(lines[3].split(",")[5], "squat"), *lines[4:]]) + "\n")
+    with pytest.raises(FileError, match="'squat' in line 4 is no number"):
+        read_postures(path)
+
+
+@pytest.mark.parametrize("first", ["time", "Timestamp"])
+def test_times_that_count_frames_are_a_warning(tmp_path: Path, first: str) -> None:
+    path = tmp_path / "take.csv"
+    lines = told(path, first=first).splitlines()
+    counted = [f"{k}," + line.partition(",")[2] for k, line in enumerate(lines[1:], 1)]
+    path.write_text("\n".join([lines[0], *counted]) + "\n")
+    found = read_postures(path)
+    np.testing.assert_array_equal(found.times, np.arange(1.0, 9.0))
+    assert any("do they count frames?" in one for one in found.warnings)
+    told(path, first=first)
+    assert not any("count" in one for one in read_postures(path).warnings)

@@ -16,9 +16,10 @@ from ..arrays import Floats
 from ..bodies.postures import TRACKED, Postures
 from ..errors import FileError
 from .atomic import atomic
+from .clock_times import SAID, clock_seconds
 from .columns import cells_of, read_lines, read_rows, unended
 from .kinect_table import not_in_metres
-from .sensor_source import seconds_of
+from .sensor_source import counted_as_seconds, seconds_of
 
 _WANTED = "a table with time,<joint>_x,<joint>_y,<joint>_z,..."
 _AXES = ("x", "y", "z")
@@ -46,7 +47,12 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     lines = read_lines(path, _WANTED)
     titles = [title.strip() for title in next(csv.reader([lines[0]]))]
     places = _places(titles, name)
-    rows = read_rows([line.replace('"', "") for line in lines[1:]], ",", len(titles), 2, name)
+    plain = [line.replace('"', "") for line in lines[1:]]
+    stamps = clock_seconds([line.partition(",")[0] for line in plain if line.strip()])
+    if stamps is not None:
+        left = iter(stamps)
+        plain = [f"{next(left)!r},{line.partition(',')[2]}" if line.strip() else line for line in plain]
+    rows = read_rows(plain, ",", len(titles), 2, name)
     times = rows[:, 0]
     if np.isnan(times).any():
         row = int(np.flatnonzero(np.isnan(times))[0]) + 2
@@ -57,7 +63,8 @@ def read_joint_table(path: str | os.PathLike[str]) -> Postures:
     _check(beside, name)
     state = beside["state"]
     warnings = (*unended(lines), *not_in_metres(tuple(places), xyz))
-    times, guesses = _in_seconds(times)
+    times, guesses = (times, (SAID,)) if stamps is not None else _in_seconds(times)
+    warnings += counted_as_seconds(times)
     falling = int((np.diff(times) < 0).sum())
     if falling:
         warnings += (f"the time goes back {falling} times: rows are kept in the order of the file",)

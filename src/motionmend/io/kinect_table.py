@@ -15,9 +15,18 @@ from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.joint_sets import AZURE32, meanings, parents
 from ..bodies.postures import NOT_TRACKED, TRACKED, Postures
 from ..errors import FileError
-from .kinect_titles import SDK, Columns, columns_of, columns_without_titles, whose_of
+from .clock_times import SAID
+from .kinect_titles import SDK, Columns, beside, columns_of, columns_without_titles
 from .number_rows import NumberRows, read_number_rows
-from .sensor_source import SensorSource, even_times, seconds_of, states_of, with_absent
+from .sensor_source import (
+    SensorSource,
+    counted_as_seconds,
+    counts_frames,
+    even_times,
+    seconds_of,
+    states_of,
+    with_absent,
+)
 from .several_bodies import Body, one_person
 
 WANTED = "a table of Kinect joints with x, y, z and state"
@@ -45,7 +54,7 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     ------
     FileError : not there, not such a table, or damaged.
     """
-    table = read_number_rows(path, WANTED, whose_of)
+    table = read_number_rows(path, WANTED, beside)
     columns = columns_of(table.titles) if table.titles else columns_without_titles(table.rows.shape[1])
     if columns is None:
         raise FileError(
@@ -60,11 +69,13 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
     if columns.others:
         named = (*named, f"left out, as no joint of a body is called so: {', '.join(columns.others)}")
     warnings: tuple[str, ...] = ()
-    if not table.titles and columns.time >= 0 and _counts_frames(rows[:, columns.time]):
+    if not table.titles and columns.time >= 0 and counts_frames(rows[:, columns.time]):
         times, guesses = even_times(len(rows), fps, why="the first column counts frames")
         times = (rows[:, columns.time] - rows[0, columns.time]) * times[1]
     elif columns.time >= 0:
-        times, guesses, warnings = seconds_of(rows[:, columns.time])
+        times, guesses, warnings = seconds_of(rows[:, columns.time], "seconds" if table.clock else None)
+        guesses += (SAID,) if table.clock else ()
+        warnings += counted_as_seconds(times)
     else:
         times, guesses = even_times(len(rows), fps)
     kind = _KIND.get(len(names), f"{len(names)} joints") if _of_sdk(names) else "table of joints"
@@ -77,13 +88,6 @@ def read_kinect_table(path: str | os.PathLike[str], fps: float | None = None) ->
         guesses=(*guesses, *named, *measured, *several),
         warnings=(*table.warnings, *state_warning, *nowhere, *warnings),
     )
-
-
-def _counts_frames(stamps: Floats) -> bool:
-    """Whether a column counts 0, 1, 2, perhaps with some left out: as seconds no sensor is so slow, as milliseconds
-    none so fast."""
-    steps = np.diff(stamps)
-    return len(steps) > 0 and bool(np.median(steps) == 1.0 and (steps >= 1.0).all() and (stamps % 1.0 == 0.0).all())
 
 
 def _of_one_person(table: NumberRows, columns: Columns, fps: float | None) -> tuple[Floats, tuple[str, ...]]:
@@ -106,7 +110,8 @@ def _of_one_person(table: NumberRows, columns: Columns, fps: float | None) -> tu
     seen: Bools = np.asarray(np.isfinite(positions).any(axis=(1, 2)))
     frames = [[k for k in range(first, end) if seen[k]] for first, end in pairwise((*starts, len(rows)))]
     stamps = rows[starts, columns.time] if columns.time >= 0 else None
-    times = even_times(len(starts), fps)[0] if stamps is None else seconds_of(stamps)[0]
+    unit = "seconds" if table.clock else None
+    times = even_times(len(starts), fps)[0] if stamps is None else seconds_of(stamps, unit)[0]
     chosen, said = one_person([[Body(whose[k], positions[k]) for k in frame] for frame in frames], times)
     found = np.full((len(starts), rows.shape[1]), np.nan)
     for t, (first, frame, which) in enumerate(zip(starts, frames, chosen.tolist(), strict=True)):

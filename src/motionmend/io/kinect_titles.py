@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Ints
 from ..bodies.joint_sets import AZURE32, KINECT20, KINECT25, meanings, parents
+from .number_rows import Beside
 
 SDK = {20: KINECT20, 25: KINECT25, 32: AZURE32}
 FEWEST = 4  # joints whose names say what they are, in a table of another number
@@ -106,8 +107,22 @@ def whose_of(titles: Sequence[str]) -> int:
     return next((k for k, title in enumerate(titles) if _WHOSE.match(title.strip())), -1)
 
 
+def beside(titles: Sequence[str]) -> Beside:
+    """The columns of a table of joints in which words may stand: what holds nothing of a joint, nor when or of whom a
+    row is, is free: a label, an exercise, whether a hand is open."""
+    whose, columns = whose_of(titles), columns_of(titles)
+    if columns is None:
+        return Beside(whose)
+    states = [] if columns.state is None else columns.state.tolist()
+    asked = {*columns.xyz.ravel().tolist(), *states, columns.time, columns.frame, whose}
+    return Beside(whose, columns.time, frozenset(range(len(titles))) - asked)
+
+
 def _states(titles: Sequence[str], names: Sequence[str], xyz: Ints) -> Ints | None:
-    """(J,) columns of tracking states, right behind a joint's coordinates or under its name; None without any."""
+    """(J,) columns of tracking states, right behind a joint's coordinates or under its name; None without any.
+
+    Where few joints have one it is something else: whether a hand is open, or somebody is there.
+    """
     stated = {k: match["joint"].lower() for k, title in enumerate(titles) if (match := _STATE.match(title.strip()))}
     by_name, plain = {joint: k for k, joint in stated.items()}, [name.lower() for name in names]
     behind = [int(one.max()) + 1 for one in xyz]
@@ -115,4 +130,4 @@ def _states(titles: Sequence[str], names: Sequence[str], xyz: Ints) -> Ints | No
         k if k in stated and (stated[k] == name or stated[k] not in plain) else by_name.get(name, -1)
         for k, name in zip(behind, plain, strict=True)
     ]
-    return np.array(found, dtype=np.int64) if max(found) >= 0 else None
+    return np.array(found, dtype=np.int64) if 2 * sum(k >= 0 for k in found) >= len(found) else None

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..errors import FileError
+from .clock_times import clock_seconds
 from .columns import lines_of, with_points
 from .text import ABSURD, shown
 
@@ -23,12 +24,24 @@ _NO_NUMBER = re.compile(r"^[-+]?(?:nan(?:\(.*\))?|inf(?:inity)?|1\.#\w+|null|non
 @dataclass(frozen=True, eq=False)
 class NumberRows:
     """Titles (empty when there are none), rows (T, columns) with NaN for what is no number, what is wrong, and the
-    cells (T,) of the column of names as they are written, where there is one."""
+    cells (T,) of the column of names as they are written, where there is one. `clock` says that times were written as
+    a clock shows them, and are s."""
 
     titles: tuple[str, ...]
     rows: Floats
     warnings: tuple[str, ...]
     named: tuple[str, ...] = ()
+    clock: bool = False
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Columns whose cells need be no numbers: `whose` names somebody, who may have more digits than a number keeps;
+    `time` may be written as a clock shows it; in `free` ones nothing is looked for. -1 for none."""
+
+    whose: int = -1
+    time: int = -1
+    free: frozenset[int] = frozenset()
 
 
 def unpacked(path: str | os.PathLike[str], wanted: str) -> bytes:
@@ -56,7 +69,7 @@ def unpacked(path: str | os.PathLike[str], wanted: str) -> bytes:
 
 
 def read_number_rows(
-    path: str | os.PathLike[str], wanted: str, naming: Callable[[Sequence[str]], int] | None = None
+    path: str | os.PathLike[str], wanted: str, beside: Callable[[Sequence[str]], Beside] | None = None
 ) -> NumberRows:
     """Read a text of numbers; see `number_rows`.
 
@@ -64,11 +77,11 @@ def read_number_rows(
     ------
     FileError : as `unpacked` and `number_rows`.
     """
-    return number_rows(lines_of(unpacked(path, wanted), str(path), wanted), str(path), wanted, naming)
+    return number_rows(lines_of(unpacked(path, wanted), str(path), wanted), str(path), wanted, beside)
 
 
 def number_rows(
-    lines: Sequence[str], name: str, wanted: str, naming: Callable[[Sequence[str]], int] | None = None
+    lines: Sequence[str], name: str, wanted: str, beside: Callable[[Sequence[str]], Beside] | None = None
 ) -> NumberRows:
     """The rows of a text.
 
@@ -80,8 +93,7 @@ def number_rows(
         part them they may stand for decimal points. The words for tracking states are 2, 1 and 0.
     name : of the file, for messages.
     wanted : what it should be, for messages.
-    naming : of the titles, the column whose cells are names and need be no numbers, -1 for none: what names somebody
-        may have more digits than a number keeps.
+    beside : of the titles, the columns whose cells need be no numbers.
 
     Raises
     ------
@@ -112,15 +124,19 @@ def number_rows(
             f"the file is cut off or damaged"
         )
     rows = np.empty((len(split), columns))
-    column = naming(titles) if naming is not None and titles else -1
-    named = tuple(cells[column].strip() for cells in split if len(cells) == columns) if column >= 0 else ()
+    words = beside(titles) if beside is not None and titles else Beside()
+    named = _column(split, columns, words.whose)
+    passed = [*words.free, *([words.whose] if words.whose >= 0 else [])]
+    stamps = clock_seconds(_column(split, columns, words.time))
     for k, cells in enumerate(split):
         if len(cells) != columns:
             raise FileError(
                 f"{name}: wanted {columns} numbers in line {used[k][0]}, came {len(cells)}; the file is damaged"
             )
-        if column >= 0:
+        for column in passed:
             cells[column] = "nan"
+        if stamps is not None:
+            cells[words.time] = repr(stamps[k])
         try:
             if "_" in used[k][1]:  # which Python would take for part of a number
                 raise ValueError
@@ -128,7 +144,12 @@ def number_rows(
         except ValueError:
             rows[k] = [_told_number(cell, used[k][0], name) for cell in cells]
     rows[np.abs(rows) > ABSURD] = np.nan
-    return NumberRows(titles, rows, tuple(warnings), named)
+    return NumberRows(titles, rows, tuple(warnings), named, stamps is not None)
+
+
+def _column(split: Sequence[Sequence[str]], columns: int, column: int) -> tuple[str, ...]:
+    """The cells of a column, of rows that are whole; none of a column that is not there."""
+    return tuple(cells[column].strip() for cells in split if len(cells) == columns) if column >= 0 else ()
 
 
 def split_cells(line: str) -> list[str]:

@@ -12,6 +12,7 @@ from .text import LARGEST
 USUAL_FPS = 30.0  # of every depth sensor read here, Hz
 _UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "100 ns ticks": 1e-7, "nanoseconds": 1e-9}
 _LONG_UNITS = {"seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}  # as spreadsheets and MATLAB count
+COUNTED = "times go from number to number and count as seconds, 1 Hz: do they count frames? Then call the column frame"
 _QUICKEST = 1e-3  # from one frame to the next; what is less is of a unit longer than a second
 
 
@@ -60,6 +61,18 @@ def seconds_of(stamps: Floats, told: str | None = None) -> tuple[Floats, tuple[s
     unit = min(units, key=lambda name: abs(np.log(step * units[name] * USUAL_FPS)))
     guessed = () if unit == "seconds" else (f"times were taken as {unit}: {1 / (step * units[unit]):.3g} Hz",)
     return stamps * units[unit], guessed, tuple(warnings)
+
+
+def counts_frames(stamps: Floats) -> bool:
+    """Whether a column counts 0, 1, 2, perhaps with some left out: as seconds no sensor is so slow, as milliseconds
+    none so fast."""
+    steps = np.diff(stamps)
+    return len(steps) > 0 and bool(np.median(steps) == 1.0 and (steps >= 1.0).all() and (stamps % 1.0 == 0.0).all())
+
+
+def counted_as_seconds(times: Floats) -> tuple[str, ...]:
+    """A sentence about times that were taken as seconds and may be the frames' numbers."""
+    return (COUNTED,) if counts_frames(times) else ()
 
 
 def even_times(frames: int, fps: float | None, why: str = "the file has no times") -> tuple[Floats, tuple[str, ...]]:
