@@ -397,3 +397,35 @@ def test_times_that_count_frames_are_a_warning(tmp_path: Path, first: str) -> No
     assert any("do they count frames?" in one for one in found.warnings)
     told(path, first=first)
     assert not any("count" in one for one in read_postures(path).warnings)
+
+
+@pytest.mark.parametrize(
+    "axes", ["{1}_{0}", "pos{1}_{0}", "{0}[{1}]", "{0} ({1})", "{0}_{1}_m", "{0}:{1}", "Position {1} {0}"]
+)
+def test_an_axis_may_stand_before_its_joint_or_in_brackets(tmp_path: Path, axes: str) -> None:
+    path = tmp_path / "take.csv"
+    rows = told(path, axes="|{}").splitlines()
+    titles = [axes.format(*one.split("|")) if "|" in one else one for one in rows[0].split(",")]
+    path.write_text("\n".join([",".join(titles), *rows[1:]]) + "\n")
+    is_whole(path)
+    assert not read_postures(path).guesses
+
+
+@pytest.mark.parametrize("number", ["joint{0}_{1}", "Joint {0} {1}", "J{0}_{1}"])
+def test_numbered_joints_stand_in_the_order_of_the_sensors_sdk_and_it_is_said(tmp_path: Path, number: str) -> None:
+    path = tmp_path / "take.csv"
+    rows = [row.split(",")[:76] for row in told(path).splitlines()]
+    rows[0][1:] = [number.format(k, axis) for k in range(25) for axis in "xyz"]
+    path.write_text("\n".join(",".join(row) for row in rows) + "\n")
+    found = read_postures(path)
+    assert found.names == KINECT25.names
+    np.testing.assert_allclose(found.positions, PLACES, atol=1e-9)
+    assert any("took the order of the sensor's SDK" in one for one in found.guesses)
+
+
+def test_numbered_points_are_not_taken_for_joints(tmp_path: Path) -> None:
+    path = tmp_path / "markers.csv"
+    rows = [row.split(",")[:76] for row in told(path).splitlines()]
+    rows[0][1:] = [f"{axis}{k}" for k in range(25) for axis in "XYZ"]
+    path.write_text("\n".join(",".join(row) for row in rows) + "\n")
+    assert not looks_like_sensor(path)

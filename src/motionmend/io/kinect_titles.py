@@ -1,7 +1,8 @@
 """What the columns of a table of joints hold: by their titles as recorders spell them, or by how many there are.
 
-`Head_x`, `HeadX`, `Head.Position.X`, `Head pos z [mm]` are coordinates of one joint; its tracking state stands right
-behind them or under its name anywhere. Columns of turns, speeds, pixels and of the floor are passed over.
+`Head_x`, `HeadX`, `Head.Position.X`, `Head pos z [mm]`, `x_Head`, `Head (x)` are coordinates of one joint; its tracking
+state stands right behind them or under its name anywhere. Columns of turns, speeds, pixels and of the floor are passed
+over.
 """
 
 import re
@@ -18,8 +19,12 @@ SDK = {20: KINECT20, 25: KINECT25, 32: AZURE32}
 FEWEST = 4  # joints whose names say what they are, in a table of another number
 _LAYOUTS = (4, 0, 0), (4, 1, 0), (3, 0, 0), (3, 1, 0), (4, 1, 4), (4, 0, 4), (4, 2, 0), (4, 2, 4)  # the likeliest first
 _COORDINATE = re.compile(
-    r"^(?P<joint>.+?)[\s._\-]*(?:pos(?:ition)?)?[\s._\-]*(?P<axis>[xyz])(?:\s*[\[(]\s*[cm]?m\s*[\])])?$", re.IGNORECASE
+    r"^(?P<joint>.+?)[\s._\-:]*(?:pos(?:ition)?)?[\s._\-:\[(]*(?P<axis>[xyz])[\])]?"
+    r"(?:\s*[\[(]\s*[cm]?m\s*[\])]|[\s_]+[cm]?m)?$",
+    re.IGNORECASE,
 )
+_AXIS_FIRST = re.compile(r"^(?:pos(?:ition)?)?[\s._\-]*(?P<axis>[xyz])[\s._\-]+(?P<joint>[^\W\d_].*)$", re.IGNORECASE)
+_NUMBERED = re.compile(r"(?:joint|j)[\s._\-]*\d+", re.IGNORECASE)  # a bare number may be a marker's
 _STATE = re.compile(r"^(?P<joint>.*?)[\s._\-]*(?:tracking)?[\s._\-]*(?:state|status|tracked)$", re.IGNORECASE)
 _WHOSE = re.compile(
     r"^(?:(?:body|person|player|user|skeleton)[\s._\-]*(?:id|index|idx|number|no|nr)?"
@@ -75,7 +80,7 @@ def columns_of(titles: Sequence[str]) -> Columns | None:
     found: list[tuple[str, dict[str, int]]] = []
     latest: dict[str, dict[str, int]] = {}
     for column, title in enumerate(titles):
-        match = _COORDINATE.match(title.strip())
+        match = _COORDINATE.match(title.strip()) or _AXIS_FIRST.match(title.strip())
         if match is None or _OTHERS.search(match["joint"]):
             continue
         joint, axis = match["joint"], match["axis"].lower()
@@ -100,6 +105,12 @@ def columns_of(titles: Sequence[str]) -> Columns | None:
     time = next((k for k, title in enumerate(before) if "time" in title.lower()), -1)
     frame = next((k for k, title in enumerate(before) if _FRAME.match(title)), -1)
     return Columns(time, xyz, _states(titles, names, xyz), names, others, frame)
+
+
+def are_numbered(titles: Sequence[str]) -> bool:
+    """Whether a table's joints have numbers for names, as many as a sensor has."""
+    columns = columns_of(titles)
+    return columns is not None and len(columns.titles) in SDK and all(map(_NUMBERED.fullmatch, columns.titles))
 
 
 def whose_of(titles: Sequence[str]) -> int:

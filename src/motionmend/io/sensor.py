@@ -12,7 +12,7 @@ import numpy as np
 
 from ..bodies.postures import Postures
 from ..errors import FileError, UsageError, counted
-from .kinect_titles import columns_of, columns_without_titles
+from .kinect_titles import are_numbered, columns_of, columns_without_titles
 from .number_rows import numbers_of, split_cells
 from .sensor_source import SensorSource, even_times, with_absent
 
@@ -232,7 +232,7 @@ def _of_text(file: Path, head: str) -> str:
     cells = split_cells(lines[0])
     if numbers_of(cells) is None:
         if starts_as_joint_table(file):
-            return "joints"
+            return "table" if are_numbered(cells) else "joints"
         if any(line.lower().startswith("frame#") for line in lines[:20]):
             return "trc"
         return "table" if columns_of(cells) else "markers" if cells[0].lower() in ("field", "time") else ""
