@@ -3,6 +3,7 @@
 import numpy as np
 
 import naive_one_side
+from motionmend.kernels import origins
 
 # ---- kernels/mixture.py ----------------------------------------------------------
 
@@ -281,10 +282,23 @@ def follow(
 # ---- kernels/sighting.py ---------------------------------------------------------
 
 
+def origin_of(posture):
+    """The joint from which all others are given, -1 for none."""
+    zero = np.flatnonzero(~posture.any(axis=1))
+    others = posture[posture.any(axis=1) & np.isfinite(posture).all(axis=1)]
+    if len(zero) != 1 or len(others) < 3:
+        return -1
+    size = np.ptp(others, axis=0).max()
+    near = np.linalg.norm(others, axis=1) < origins.NEAR * size
+    return zero[0] if near.sum() > 1 and np.linalg.norm(others.mean(axis=0)) < origins.ABOUT * size else -1
+
+
 def believable(positions, far, point):
     """NaN where no person can be."""
     there = (np.abs(positions) < far).all(axis=-1) & positions.any(axis=-1)
     for t, some in enumerate(there):
+        if origin_of(positions[t]) >= 0:
+            some[origin_of(positions[t])] = True
         if some.sum() > 2 and (np.ptp(positions[t, some], axis=0) < point).all():
             there[t] = False
     return np.where(there[..., None], positions, np.nan)

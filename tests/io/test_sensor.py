@@ -285,6 +285,23 @@ def test_times_of_a_table_that_do_not_rise_are_told(
     assert warned == () if said is None else any(said in one for one in warned)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+def test_the_joint_from_which_all_others_are_given_is_there(tmp_path: Path, unit: float) -> None:
+    """Skeletons are often given from the pelvis; a sensor stands nowhere inside of a body."""
+    places = standing(KINECT25, 4)
+    places -= places[:, :1]
+    path = tmp_path / "a.csv"
+    titles = ["Timestamp", *(f"{name}_{axis}" for name in KINECT25.names for axis in "XYZ")]
+    rows = np.column_stack([np.arange(4) / 30.0, unit * places.reshape(4, -1)])
+    np.savetxt(path, rows, "%.6f", delimiter=",", header=",".join(titles), comments="")
+    found = read_postures(path)
+    assert found.present.all()
+    np.testing.assert_allclose(found.positions, places, atol=1e-6)
+    plain = read_postures(joints_over_time(path, [0.0, 0.1, 0.2, 0.3], places))
+    assert plain.present.all()
+    assert not plain.guesses
+
+
 def test_joints_of_a_table_that_are_at_the_sensor_are_missing(tmp_path: Path) -> None:
     places = standing(KINECT25, 4)
     places[1:3, 5] = 0.0

@@ -10,7 +10,7 @@ import naive_offsets
 from motionmend.arrays import frozen
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy, following
-from motionmend.kernels import bones, hops, one_side, proportions, shaking, shapes, sighting, steadying
+from motionmend.kernels import bones, hops, one_side, origins, proportions, shaking, shapes, sighting, steadying
 from motionmend.kernels import following as kernel
 from motionmend.kernels import learning as gp
 from motionmend.numerics.local_gp import Hyper, covariance, factor
@@ -135,6 +135,18 @@ def test_only_what_can_be_a_person_is_believed_as_by_the_twin() -> None:
     np.testing.assert_array_equal(got, naive.believable(postures, 100.0, 1e-3))
     assert np.isnan(got[3]).all()
     assert np.isfinite(got[4, :2]).all()
+
+
+@given(st.integers(0, 10_000), st.integers(0, JOINTS - 1), st.floats(0.0, 1.0), st.integers(0, 4))
+@settings(max_examples=60, deadline=None)
+def test_the_joint_from_which_others_are_given_is_told_as_by_the_twin(seed: int, j: int, off: float, gone: int) -> None:
+    rng = np.random.default_rng(seed)
+    posture = some_posture(rng, gone)
+    posture -= np.nan_to_num(posture[j]) + off * rng.normal(size=3)
+    posture[j] = 0.0
+    assert origins.origin_of(posture) == naive.origin_of(posture)
+    posture[(j + 1) % JOINTS] = 0.0
+    assert origins.origin_of(posture) == -1
 
 
 @pytest.mark.slow

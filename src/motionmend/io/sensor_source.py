@@ -89,8 +89,9 @@ def even_times(frames: int, fps: float | None, why: str = "the file has no times
 
 
 def with_absent(positions: Floats, state: Bytes | None) -> tuple[Floats, tuple[str, ...]]:
-    """(T, J, 3) with NaN where a joint has no position: it is not finite, at exactly (0, 0, 0), or not tracked in a
-    frame in which no joint is, which recorders write when nobody is there. Of those that are nowhere it is said.
+    """(T, J, 3) with NaN where a joint has no position: it is not finite, at exactly (0, 0, 0) where that is not the
+    joint from which all others are given, or not tracked in a frame in which no joint is, which recorders write when
+    nobody is there. Of those that are nowhere it is said.
 
     Parameters
     ----------
@@ -98,7 +99,14 @@ def with_absent(positions: Floats, state: Bytes | None) -> tuple[Floats, tuple[s
     state : (T, J) or None.
     """
     beyond: Bools = np.asarray((np.abs(positions) > LARGEST).any(axis=2))
-    absent: Bools = np.asarray(beyond | np.isnan(positions).any(axis=2) | ~positions.any(axis=2))
+    zero: Bools = np.asarray(~positions.any(axis=2))
+    alone = np.flatnonzero(zero.sum(axis=1) == 1)
+    if len(alone):
+        from ..kernels.origins import origin_of  # compiled code, which few files need
+
+        roots = [origin_of(np.ascontiguousarray(positions[t], dtype=np.float64)) for t in alone]
+        zero[alone] &= np.not_equal.outer(roots, np.arange(zero.shape[1]))
+    absent: Bools = np.asarray(beyond | np.isnan(positions).any(axis=2) | zero)
     nowhere = int(beyond.sum())
     said = (f"{counted(nowhere, 'position')} infinite or absurdly far away: taken as missing",) if nowhere else ()
     if state is not None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Bytes, Floats, Ints
-from . import one_side, proportions, rising
+from . import one_side, origins, proportions, rising
 from .compile import compiled
 
 LENGTHS_OFF = 50.0  # z-score of a bone's length beyond which it says nothing more
@@ -26,6 +26,7 @@ CAP = 60.0  # squared Mahalanobis distance beyond which distance says nothing mo
 
 _insert, _middle = rising.insert, rising.middle
 _by_one_side = one_side.facing
+_origin_of = origins.origin_of
 _length, _met, _usual_lengths = proportions.length, proportions.met, proportions.usual_lengths
 
 
@@ -35,17 +36,18 @@ def believable(positions: Floats, far: float, point: float) -> Floats:
 
     Parameters
     ----------
-    far : m from the sensor; what is farther, not finite or at the sensor itself is no person.
+    far : m from the sensor; what is farther, not finite or at the sensor itself is no person, but for a joint from
+        which all others are given.
     point : m; more than two joints that are all within this are no person either.
     """
     found = np.full(positions.shape, np.nan)
     low, high = np.empty(3), np.empty(3)
     for t in range(positions.shape[0]):
         low[:], high[:] = np.inf, -np.inf
-        there = 0
+        there, root = 0, _origin_of(positions[t])
         for j in range(positions.shape[1]):
             x, y, z = positions[t, j, 0], positions[t, j, 1], positions[t, j, 2]
-            if abs(x) < far and abs(y) < far and abs(z) < far and (x != 0.0 or y != 0.0 or z != 0.0):
+            if abs(x) < far and abs(y) < far and abs(z) < far and (x != 0.0 or y != 0.0 or z != 0.0 or j == root):
                 there += 1
                 for d in range(3):
                     found[t, j, d] = positions[t, j, d]
