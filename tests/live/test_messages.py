@@ -177,12 +177,16 @@ def test_a_hello_that_cannot_be_is_refused_by_the_field(changes, word):
         ({"state": bytes(19)}, "state: 20 bytes"),
         ({"state": bytes([3] * 20)}, "state: 2 tracked"),
         ({"joints": np.full(60, 1800.0, "<f4").tobytes()}, "millimetres"),
+        (
+            {"joints": [0.5] * 60, "state": [None] * 20},
+            "state: 2 tracked, 1 inferred or 0 not tracked was wanted, came nan",
+        ),
     ],
 )
 def test_a_frame_that_cannot_be_is_refused_by_the_field(changes, word):
     fields = frame_fields(**changes)
     text = "bytes" not in word and not isinstance(fields["joints"], bytes)
-    if text:
+    if text and "state" not in changes:
         fields["state"] = [2] * 20
     with pytest.raises(MessageError, match=word) as caught:
         read_frame(fields, HELLO, text)

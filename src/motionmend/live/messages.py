@@ -207,7 +207,8 @@ def _frame(fields: Fields, hello: Hello, text: bool, seq: int) -> Frame:
     state = None
     if fields.get("state") is not None:
         codes, _ = _numbers("state", fields["state"], _CODE, count, text)
-        state = codes.astype(np.uint8)
+        with np.errstate(invalid="ignore"):  # null is none of the three, and said below
+            state = codes.astype(np.uint8)
         if np.count_nonzero(codes > 2) or np.count_nonzero(state != codes):
             raise MessageError(f"state: 2 tracked, 1 inferred or 0 not tracked was wanted, came {codes.max():g}")
     if np.vdot(joints, joints) <= FARTHEST**2:  # then none is farther, and all are finite
