@@ -54,7 +54,8 @@ def test_a_live_frame_of_another_shape_or_without_a_time_is_refused(model: Corre
 def test_a_pelvis_from_which_all_else_is_given_is_not_missing(model: CorrectorModel, look_ahead: int | None) -> None:
     raw = recording(sensed(truth("walk", 7), 7)[:40])
     rooted = raw.with_positions(raw.positions - raw.positions[:, :1])
-    aside = raw.with_positions(rooted.positions + [0.0, 0.0, 2.0])
+    away = np.array([0.0, 0.0, 2.0])
+    aside = raw.with_positions(rooted.positions + away)
     found, wanted = (model.correct(one, look_ahead=look_ahead) for one in (rooted, aside))
-    np.testing.assert_allclose(found.positions + [0.0, 0.0, 2.0], wanted.positions, atol=0.002)
+    np.testing.assert_allclose(found.positions + away, wanted.positions, atol=0.002)
     np.testing.assert_allclose(found.std, wanted.std, rtol=0.05)
