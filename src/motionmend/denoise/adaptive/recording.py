@@ -16,9 +16,10 @@ from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
 from ..channels.root_deviations import root_deviations
+from ..faults.contradicted import contradicted
 from ..faults.displaced import displaced, lasting
 from ..faults.fallen import but_for_fallen
-from ..faults.held import SAID, for_long, held, in_noise, told, without
+from ..faults.held import SAID, for_long, held, in_noise, recorded_but_lost, told, without
 from ..faults.lost_capture import kept_where_open
 from ..faults.slid import said_of_sliding
 from ..faults.stood_joint import stood_joints
@@ -155,13 +156,14 @@ def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]
     outcome = _mended_once(without(recording, wrong) if wrong.any() else recording, known)
     still = in_noise(held(recording), outcome, recording) & ~wrong
     away = leapt if isinstance(recording, Motion) else _elsewhere(recording, outcome) & ~still & ~wrong
-    lost = still | away | stood
+    beside = contradicted(recording, outcome)
+    lost = still | away | stood | beside.beside | beside.drawn
     if (lost != wrong).any():
         del outcome  # of a long recording only one is held at once
         outcome = _mended_once(without(recording, lost), known)
     if not lost.any():
         return outcome
-    outcome = told(outcome, still, away, stood)
+    outcome = recorded_but_lost(told(outcome, still, away, stood), lost, beside.said(recording))
     if isinstance(recording, Motion) and isinstance(outcome.recording, Motion):
         return kept_where_open(outcome, recording, for_long(still, recording.fps), lost)
     return outcome
