@@ -20,6 +20,7 @@ from ..faults.contradicted import contradicted
 from ..faults.displaced import displaced, lasting
 from ..faults.fallen import but_for_fallen
 from ..faults.held import SAID, for_long, held, in_noise, recorded_but_lost, told, without
+from ..faults.leapt_back import leapt_back
 from ..faults.lost_capture import kept_where_open
 from ..faults.slid import said_of_sliding
 from ..faults.stood_joint import stood_joints
@@ -149,13 +150,14 @@ def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
 def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]:
     """The repair, with what was held still or leapt away for a while taken as missing."""
     # leaps and stands show in what was recorded; markers' places, and whether what is held is noisy, in a repair
-    nothing = np.zeros(recording.present.shape, np.bool_)
-    leapt = thrown(recording) if isinstance(recording, Motion) else nothing
+    leapt = thrown(recording) if isinstance(recording, Motion) else leapt_back(recording)
     stood = stood_joints(recording) if isinstance(recording, Motion) else stood_still(recording)
     wrong = leapt | stood
     outcome = _mended_once(without(recording, wrong) if wrong.any() else recording, known)
     still = in_noise(held(recording), outcome, recording) & ~wrong
-    away = leapt if isinstance(recording, Motion) else _elsewhere(recording, outcome) & ~still & ~wrong
+    away = leapt
+    if isinstance(recording, Markers):
+        away = leapt | (_elsewhere(recording, outcome) & ~still & ~wrong)
     beside = contradicted(recording, outcome)
     lost = still | away | stood | beside.beside | beside.drawn
     if (lost != wrong).any():
