@@ -21,10 +21,10 @@ class Contradicted:
     def said(self, recording: Motion | Markers) -> tuple[str, ...]:
         """A sentence for each kind that there is."""
         of_kinds = (
-            (self.beside, "that stray beside a gap from where the markers about them have them"),
+            (self.beside, "stray beside a gap from where the markers about them have them"),
             (
                 self.drawn,
-                "that lie on straight lines, as programs fill gaps, and not where the markers about them have them",
+                "lie on straight lines, as programs fill gaps, and not where the markers about them have them",
             ),
         )
         return tuple(
