@@ -19,6 +19,7 @@ SHORTEST = 0.03  # s; a gap no longer is bridged by how the marker moves
 SEEN = 3.0  # times as many frames have to be seen on end beside a gap, or none of them is asked
 SURE, BEGINS = 4.0, 2.0  # deviations: who is farther has strayed, and began to where it was as far as that
 LEAST = 0.004  # m; skin moves as far
+AT_LEAST = 2  # frames; one alone is found among outliers, or hardly matters
 
 
 def strayed(positions: Floats, std: Floats, missing: Bools, fps: float) -> Bools:
@@ -69,7 +70,8 @@ def _strayed(positions: Floats, std: Floats, missing: Bools, fps: float) -> Bool
     far = away > np.maximum(SURE * doubt, LEAST)
     for marker, frames in edges:
         here = np.array(frames)[np.logical_and.accumulate(off[frames, marker])]
-        if len(here) < len(frames) and far[here, marker].any():  # all of them: the marker may be at home there
+        # all of them: the marker may be at home there
+        if AT_LEAST <= len(here) < len(frames) and far[here, marker].any():
             found[here, marker] = True
     return found
 
