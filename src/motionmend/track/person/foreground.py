@@ -173,7 +173,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     kept = joined(main, seen, np.zeros_like(strange) if strange[main] else strange)
     mask = seen.pixels_of(kept)
     mask |= _enclosed(depth, mask, scene, frame.camera)
-    box, person = box_of(mask, mask.shape, radius + 1), np.full(depth.shape, np.nan, np.float32)
+    box, person = box_of(mask, mask.shape, radius + CLOSING), np.full(depth.shape, np.nan, np.float32)
     person[box] = part = mended(np.where(mask[box], depth[box], np.float32(np.nan)), radius)
     rows, columns = np.nonzero(np.isfinite(part))
     some = slice(None, None, 1 + len(rows) // 2000)
@@ -198,7 +198,8 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     rim = np.zeros(depth.shape, np.bool_)
     kernels.gaps(depth, person, free, BASELINE * numbers[0], rim)
     # Between limbs dropout is as narrow as such gaps are, and what shows of the room may be beside its pixel.
-    free = (free | rim) & beside(np.isfinite(person))
+    free |= rim
+    free[box] &= beside(np.isfinite(part))
     return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]), window)
 
 
