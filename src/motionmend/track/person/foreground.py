@@ -53,7 +53,7 @@ class Foreground:
     place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
     free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
         recording whose background was taken away, nothing is. Dropout in a room is neither person nor free but at
-        their rim, and so is what stands in the room nearer than the person, for they may be behind it, and what is
+        their rim while nobody else is in view, and so is what stands in the room nearer than the person, for they may be behind it, and what is
         narrower than `CLOSING` amid them.
     rim : (H, W) True where nothing is measured, but so narrowly between the person and something farther that it is a
         camera's loss at a step in depth: the person ends before it. None = nowhere.
@@ -197,8 +197,9 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     kernels.hiding(depth, numbers, scene.planes, NOISE_NEAR, NOISE_STEEP, float(middle[2]) - _NEARER, free)
     rim = np.zeros(depth.shape, np.bool_)
     kernels.gaps(depth, person, free, BASELINE * numbers[0], rim)
+    if others is None:  # in whose shadow a limb may be
+        free |= rim
     # Between limbs dropout is as narrow as such gaps are, and what shows of the room may be beside its pixel.
-    free |= rim
     free[box] &= beside(np.isfinite(part))
     return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]), window)
 
