@@ -53,8 +53,8 @@ class Foreground:
     place : (3,) m, middle of the person's visible surface in camera axes, NaN when nobody is there.
     free : (H, W) True where the person surely is not: something farther or the room itself is seen there, or, in a
         recording whose background was taken away, nothing is. Dropout in a room is neither person nor free but at
-        their rim while nobody else is in view, and so is what stands in the room nearer than the person, for they may be behind it, and what is
-        narrower than `CLOSING` amid them.
+        their rim while nobody else is in view; nor is what stands in the room nearer than the person, for they may be
+        behind it, or what is narrower than `CLOSING` amid them.
     rim : (H, W) True where nothing is measured, but so narrowly between the person and something farther that it is a
         camera's loss at a step in depth: the person ends before it. None = nowhere.
     others : (H, W) m, who else is there, NaN beside; None = nobody (`passers`).
