@@ -64,14 +64,14 @@ def seconds_of(stamps: Floats, told: str | None = None) -> tuple[Floats, tuple[s
 
 
 def counts_frames(stamps: Floats) -> bool:
-    """Whether a column counts 0, 1, 2, perhaps with some left out: as seconds no sensor is so slow, as milliseconds
-    none so fast."""
+    """Whether a column (T,) counts 0, 1, 2, perhaps with some left out: as seconds no sensor is so slow, as
+    milliseconds none so fast."""
     steps = np.diff(stamps)
     return len(steps) > 0 and bool(np.median(steps) == 1.0 and (steps >= 1.0).all() and (stamps % 1.0 == 0.0).all())
 
 
 def counted_as_seconds(times: Floats) -> tuple[str, ...]:
-    """A sentence about times that were taken as seconds and may be the frames' numbers."""
+    """A sentence about times (T,) that were taken as s and may be the frames' numbers; none where they are not."""
     return (COUNTED,) if counts_frames(times) else ()
 
 

@@ -19,7 +19,7 @@ class Contradicted:
     drawn: Bools
 
     def said(self, recording: Motion | Markers) -> tuple[str, ...]:
-        """A sentence for each kind that there is."""
+        """A sentence for each kind that there is, with the markers of the recording."""
         of_kinds = (
             (self.beside, "stray beside a gap from where the markers about them have them"),
             (
@@ -35,7 +35,12 @@ class Contradicted:
 
 
 def contradicted(recording: Motion | Markers, outcome: Repaired[Motion] | Repaired[Markers]) -> Contradicted:
-    """Samples that are not where a first repair of the recording has their neighbours have them; none of angles."""
+    """Samples that are not where a first repair of the recording has their neighbours have them; none of angles.
+
+    Parameters
+    ----------
+    recording : T frames, as recorded. outcome : of its first repair.
+    """
     nothing = np.zeros(recording.present.shape, dtype=np.bool_)
     if not isinstance(recording, Markers) or not isinstance(outcome.recording, Markers):
         return Contradicted(nothing, nothing)

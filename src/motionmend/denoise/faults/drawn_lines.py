@@ -29,6 +29,10 @@ def drawn_lines(recording: Markers, repaired: Floats, std: Floats) -> Bools:
     recording : T frames of M markers.
     repaired : (T, M, 3) m, NaN = missing or not believed.
     std : (T, M) m per coordinate.
+
+    Returns
+    -------
+    (T, M) True between the ends of such a line.
     """
     found = np.zeros(recording.present.shape, dtype=np.bool_)
     on_lines = _on_lines(recording)

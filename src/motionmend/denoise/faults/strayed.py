@@ -46,9 +46,17 @@ def strayed(positions: Floats, std: Floats, missing: Bools, fps: float) -> Bools
 
 
 def away_and_doubt(positions: Floats, std: Floats, asked: Bools, fps: float) -> tuple[Floats, Floats]:
-    """(T, M) m how far samples that are asked are from where the markers about them have them, and its deviation.
+    """How far samples are from where the markers about them have them, and the standard deviation of that.
 
-    NaN where nothing tells, or nothing is asked.
+    Parameters
+    ----------
+    positions, std : (T, M, 3) m, NaN = missing or not believed, and (T, M) m per coordinate.
+    asked : (T, M) which samples; all of them are hidden at once.
+    fps : Hz.
+
+    Returns
+    -------
+    (T, M) and (T, M) m; NaN where nothing tells, or nothing is asked.
     """
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
     filled = fill_gaps(np.where((asked | ~seen)[..., None], np.nan, positions), fps)

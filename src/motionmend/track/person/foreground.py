@@ -182,13 +182,15 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     y = (rows[some] + box[0].start - numbers[3]) * z / numbers[1]
     middle = np.array([np.median(x), np.median(y), np.median(z)])
     others = passers_pixels(seen, depth, strange, kept)
+    apart = beside(np.isfinite(part))
     window, somebody = None, mask
     if scene.bare:
         somebody = mask | seen.pixels_of([s for s, like in seen.likeness.items() if like > 0.0 or strange[s]])
     if np.count_nonzero(np.isfinite(depth) & ~somebody) > ROOM * depth.size:
         free = np.isfinite(depth) & ~before & ~np.isfinite(person)
     else:  # the background was taken away
-        free = beside(np.isfinite(person))
+        free = np.ones(depth.shape, np.bool_)
+        free[box] = apart
         if scene.bare:
             lines = lines_of(depth, frame.camera)
             window = reached(scene.window, lines)
@@ -200,7 +202,7 @@ def find_person(scene: Scene, frame: DepthFrame, last: Floats | None = None, rad
     if others is None:  # in whose shadow a limb may be
         free |= rim
     # Between limbs dropout is as narrow as such gaps are, and what shows of the room may be beside its pixel.
-    free[box] &= beside(np.isfinite(part))
+    free[box] &= apart
     return Foreground(person, True, middle, free, rim, others, float(seen.measures[main, 11]), window)
 
 
