@@ -111,6 +111,21 @@ def test_filling_commutes_with_moving_and_turning_the_recording(rng):
     np.testing.assert_allclose(other.values, back, atol=1e-4)
 
 
+def test_gaps_that_are_asked_for_come_out_as_with_the_others_which_stay_open(rng):
+    gappy = _body(3, 150)
+    gaps = {2: slice(20, 50), 5: slice(60, 90), 9: slice(100, 130)}
+    for marker, gap in gaps.items():
+        gappy[gap, marker] = np.nan
+    asked = np.zeros(gappy.shape[:2], dtype=bool)
+    asked[44, 2] = asked[70, 7] = True  # amid one gap, and where nothing is missing
+    some, whole = fill_gaps(gappy, FPS, asked=asked), fill_gaps(gappy, FPS)
+    assert np.array_equal(np.argwhere(some.filled.any(axis=0)).ravel(), [2])
+    assert some.filled[gaps[2], 2].all()
+    assert np.abs(some.values - whole.values)[gaps[2], 2].max() < 1e-9
+    assert np.isnan(some.values[gaps[5], 5]).all()
+    assert np.isnan(some.values[gaps[9], 9]).all()
+
+
 def test_noise_and_a_stray_sample_do_not_explode(rng):
     truth = _body(6)
     gappy = _gappy(rng, truth + rng.normal(0, 0.01, truth.shape), gaps=10)

@@ -76,10 +76,11 @@ def _displaced(positions: Floats, fps: float) -> Bools:
     if not stretches:
         return found
     hidden: Bools = np.asarray(np.isnan(bridged).any(axis=2))
+    asked = np.zeros(seen.shape, dtype=bool)
     for one in stretches:
         start, stop = _with_gaps_beside(one, seen)  # lines across a leap are no places
-        hidden[start:stop, one.marker] = True
-    filled = fill_gaps(np.where(hidden[..., None], np.nan, bridged), fps)
+        hidden[start:stop, one.marker] = asked[start:stop, one.marker] = True
+    filled = fill_gaps(np.where(hidden[..., None], np.nan, bridged), fps, asked=asked)
     noise = np.fmax.reduce(np.where(hidden, np.nan, filled.std), axis=0)
     away = np.where(seen & filled.filled, np.square(positions - filled.values).sum(axis=2), np.nan)
     doubt = 3.0 * (np.square(filled.std) + np.square(noise))

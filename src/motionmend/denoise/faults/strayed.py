@@ -59,7 +59,7 @@ def away_and_doubt(positions: Floats, std: Floats, asked: Bools, fps: float) -> 
     (T, M) and (T, M) m; NaN where nothing tells, or nothing is asked.
     """
     seen: Bools = np.asarray(np.isfinite(positions).all(axis=2))
-    filled = fill_gaps(np.where((asked | ~seen)[..., None], np.nan, positions), fps)
+    filled = fill_gaps(np.where((asked | ~seen)[..., None], np.nan, positions), fps, asked=asked)
     told = asked & seen & filled.filled
     away = np.where(told, np.sqrt(np.square(positions - filled.values).sum(axis=2)), np.nan)
     return away, np.where(told, np.sqrt(3.0 * (np.square(filled.std) + np.square(std))), np.nan)

@@ -51,7 +51,9 @@ _EDGE = np.unique(np.round(np.concatenate([np.arange(6), 6 * 1.35 ** np.arange(1
 _JOINT = np.array([0, 1, 2, 3, 6, 10, 16, 25, 40])
 
 
-def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = None) -> Filtered:
+def fill_gaps(
+    positions: Floats, fps: float, *, library: MarkerLibrary | None = None, asked: Bools | None = None
+) -> Filtered:
     """Fill missing markers; measured samples stay as they are.
 
     Parameters
@@ -60,6 +62,7 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
     fps : Hz.
     library : of clean clips of the same marker set, this or other people; without it the recording teaches itself.
         Markers that are missing throughout need it.
+    asked : (T, M) missing samples; gaps without one of them are left open. All are filled if it is None.
 
     Returns
     -------
@@ -85,10 +88,11 @@ def fill_gaps(positions: Floats, fps: float, *, library: MarkerLibrary | None = 
         return Filtered(positions, std, np.zeros(seen.shape, dtype=bool))
     with threadpool_limits(1, user_api="blas"):  # many small products: threads would wait for each other
         work = _work(positions, seen, fps, library)
-        for marker in np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0)):
+        wanted = ~seen if asked is None else ~seen & asked
+        for marker in np.flatnonzero(wanted.any(axis=0) & seen.any(axis=0)):
             longest = _longest(work, int(marker))
             for start, stop in runs(~seen[:, marker]):
-                if stop - start <= longest:
+                if stop - start <= longest and wanted[start:stop, marker].any():
                     _fill_gap(work, int(marker), start, stop)
         _calibrate(work)
         work.places, work.std = hedged(work.places, work.std, positions)
