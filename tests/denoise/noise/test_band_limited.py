@@ -48,6 +48,37 @@ def test_motion_noise_that_is_new_in_every_frame_and_what_is_too_faint_or_short_
     assert band_limited_noise(np.full((FRAMES, CHANNELS), np.nan), fps) is None
 
 
+def tremble(rng, fps, channels=CHANNELS):
+    """(T, C) degrees: a tremor of about 5 Hz that comes and goes, as Parkinson's does."""
+    pace = 5.0 + 0.3 * np.cumsum(rng.standard_normal((FRAMES, 1)), axis=0) / np.sqrt(FRAMES)
+    size = 1.0 + 0.4 * np.sin(2.0 * np.pi * np.arange(FRAMES)[:, None] / fps / 3.0)
+    return 3.0 * size * np.sin(2.0 * np.pi * np.cumsum(pace, axis=0) / fps + rng.uniform(0.0, 6.0, channels))
+
+
+@pytest.mark.parametrize("fps", [60.0, 120.0])
+def test_who_trembles_is_no_noise(fps):
+    rng = np.random.default_rng(2)
+    body = motion(rng, fps)
+    everybody = body + tremble(rng, fps)
+    for measured in (everybody, everybody + smoothed(rng, body.shape, fps)):
+        assert band_limited_noise(measured, fps) is None
+    body[:, 4:] = 0.0  # as where only an arm is measured
+    body[:, :4] += tremble(rng, fps, 4)
+    assert band_limited_noise(body, fps) is None
+
+
+@pytest.mark.parametrize("fps", [60.0, 120.0])
+def test_a_limb_that_trembles_in_noise_is_as_noisy_as_the_others(fps):
+    rng = np.random.default_rng(2)
+    measured = motion(rng, fps) + 2.0 * smoothed(rng, (FRAMES, CHANNELS), fps)
+    measured[:, :4] += 1.5 * tremble(rng, fps, 4)
+    measured[200:230, 1] = np.nan
+    found = band_limited_noise(measured, fps)
+    assert found is not None
+    assert (np.sqrt(found.variance[:4]) < 2.5).all()  # with the tremble it looks like 3 to 5
+    assert np.sqrt(np.median(found.variance[4:])) == pytest.approx(2.0, rel=0.2)
+
+
 @pytest.mark.slow
 def test_noise_that_was_smoothed_is_lessened_and_deviations_reach_it():
     clean = mm.samples.clip("walk", seconds=3, fps=120.0, seed=3)

@@ -1,14 +1,18 @@
 """Noise that another program has smoothed: new samples hardly differ from those before, and it passes for motion.
 
 Up to the frequency down to which it was smoothed it is as strong as white noise, above there is none. Differences of
-motion grow the more the longer the lag; those of such noise grow fast at first, and then no more.
+motion grow the more the longer the lag; those of such noise grow fast at first, and then no more. So do those of a
+tremble, which is motion, but it is stronger about its own frequency than below; noise and motion beside it never are.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import dct
+from scipy.special import fdtrc
 
-from ...arrays import Floats
+from ...arrays import Bools, Floats
+from ..bases.support import interpolated
 from .lasting import FEWEST_FRAMES, OF_CORRELATIONS, fourth_by_lag
 
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: at least, before, and at
@@ -17,7 +21,12 @@ ROSE, FLAT = 2.0, 1.2
 LONGEST = 0.2  # s; noise smoothed to 6 Hz is flat from then on
 ABOUT = 2  # lags before that one that tell to what frequency it was smoothed; shorter ones show what came upon it later
 USUAL, LEAST = 0.35, 0.3  # degrees of such noise that clean recordings show as well, and of what is followed at least
+# Times as strong in a band as in one below it, half of the channels or one alone: a tremble. Bands are half an octave
+# wide, from the edge down to `SLOWEST` Hz; of one channel they may be so by chance.
+TREMBLES, BY_CHANCE = (1.5, 2.0), 1e-3
+BAND, SLOWEST, FEWEST_COSINES = np.sqrt(0.5), 1.0, 6
 _EDGES = np.pi * np.geomspace(0.03, 0.95, 80)
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +68,7 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
 
     Returns
     -------
-    None where there is none, or motion hides it.
+    None where there is none, or motion hides it. A channel that trembles is as noisy as the others usually are.
     """
     if len(measured) < FEWEST_FRAMES:
         return None
@@ -81,4 +90,33 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
     variance[asked] = np.maximum(found[at, asked] / expected[best, -1] - USUAL**2, 0.0)
     if np.median(variance[asked]) < LEAST**2:
         return None
-    return BandLimited(variance, float(_EDGES[best]))
+    edge = float(_EDGES[best])
+    most, each = _trembling(measured[:, asked], edge, fps)
+    if most:
+        return None
+    trembles = np.zeros(len(asked), dtype=np.bool_)
+    trembles[asked] = each
+    if not trembles[asked].all():
+        variance[trembles] = np.minimum(variance[trembles], np.median(variance[asked & ~trembles]))
+    return BandLimited(variance, edge)
+
+
+def _trembling(measured: Floats, edge: float, fps: float) -> tuple[bool, Bools]:
+    """Whether changes of samples (T, C) are stronger in a band below the edge (radians a frame) than further below, as
+    neither noise that was smoothed nor motion is: of most channels, and (C,) of each."""
+    known = interpolated(measured)
+    power = np.square(dct(known - known.mean(axis=0), axis=0, norm="ortho"))
+    bands: list[Floats] = []
+    counts: list[int] = []
+    most, each = False, np.zeros(measured.shape[1], dtype=np.bool_)
+    upper = edge * len(measured) / np.pi  # a cosine of index k makes k half turns in T frames
+    while upper * BAND >= 2.0 * SLOWEST * len(measured) / fps and upper * (1.0 - BAND) >= FEWEST_COSINES:
+        here = power[round(upper * BAND) + 1 : round(upper) + 1]
+        for above, count in zip(bands, counts, strict=True):
+            stronger = above / np.maximum(here.mean(axis=0), _NOTHING)
+            most |= bool(np.median(stronger) > TREMBLES[0])
+            each |= (stronger > TREMBLES[1]) & (fdtrc(count, len(here), stronger) < BY_CHANCE)
+        bands.append(here.mean(axis=0))
+        counts.append(len(here))
+        upper *= BAND
+    return most, each
