@@ -52,6 +52,13 @@ def test_what_clean_recordings_show_as_well_is_taken_off():
     assert found is None or not found.variance.any()
 
 
+def test_lively_channels_of_a_clean_recording_are_not_noise_for_how_all_others_wander():
+    rng = np.random.default_rng(2)
+    wanders = np.where(np.arange(CHANNELS) < 4, 2.0, 0.2)  # degrees a frame, as toes that snap do, and the others
+    measured = motion(rng) + np.cumsum(wanders * rng.standard_normal((FRAMES, CHANNELS)), axis=0)
+    assert lasting_noise(measured, FPS, USUAL_OF_ANGLES) is None  # before: 20 degrees of noise in the four
+
+
 def test_gaps_and_channels_that_never_move_are_borne():
     rng = np.random.default_rng(2)
     measured = motion(rng) + 2.0 * lasts(rng, (FRAMES, CHANNELS), 0.9)

@@ -20,7 +20,7 @@ LONGEST = 0.15  # s, lag beyond which motion is sure to show
 LEAST_GROWTH, MOST_GROWTH, RISES = 0.6, 1.6, 0.3
 # Degrees or cm, squared, a second, by which clean recordings wander as if by such noise.
 USUAL_OF_ANGLES, USUAL_OF_MARKERS = 10.0, 0.2
-FEWEST_FRAMES, FEWEST_LAGS = 64, 3
+FEWEST_FRAMES, FEWEST_LAGS, MOST = 64, 3, 0.5
 # Distances between markers: cm squared a second by which they wander in clean recordings; growth between which they
 # show noise, for skin gives way but does not move on; and the most that is kept: how long noise lasts skin hides.
 USUAL_OF_DISTANCES, BETWEEN, MOST_KEPT = 0.2, (0.4, 1.7), 0.9
@@ -111,7 +111,7 @@ def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
 
     Returns
     -------
-    None where noise is new in every frame, or motion hides it.
+    None where noise is new in every frame, motion hides it, or most channels show no more than clean recordings do.
 
     Notes
     -----
@@ -178,6 +178,9 @@ def _lasting(
     variance[asked] = found[0, asked] / expected[best, 0]
     wanders = found[0] * _OF_WHITE / 20.0 * fps
     variance *= np.where(asked, np.clip(1.0 - usual / np.maximum(wanders, _NOTHING), 0.0, None), 0.0)
+    # where most wander as clean recordings do, how much stays was told by these, and the others are lively
+    if (variance > 0).sum() < MOST * asked.sum():
+        return None
     lowest = np.pi / lags[told - 1]
     return Lasting(variance, float(stays[best]), lowest, min(lowest, 2.0 * np.pi * FLAT / fps))
 
