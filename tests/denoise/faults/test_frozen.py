@@ -67,6 +67,20 @@ def test_what_freezes_is_found_and_nothing_else(clean, length):
     np.testing.assert_array_equal(frozen(spoilt), still)
 
 
+def test_lost_frames_are_found_in_a_little_noise_and_frames_that_were_put_in_are_left(clean):
+    """None of the steps leaps by itself there, beside what noise changes from one to the next."""
+    values = _values(clean)
+    noise = np.random.default_rng(0).normal(scale=np.radians(0.3), size=values.shape)  # rad, or m of markers: less
+    noisy = values + np.where(values == values[:1], 0.0, noise if isinstance(clean, Motion) else 0.2 * noise)
+    lost, twice = np.arange(25, clean.frames - 5, 20), np.arange(clean.frames)
+    twice[lost] -= 1
+    found = frozen(_with(clean, noisy[twice]))[:, _moves(clean)]
+    assert found[lost].mean() > 0.7  # before, of angles: 0.33
+    assert not np.delete(found, lost, axis=0).any()
+    put_in = np.sort(np.append(np.arange(clean.frames), lost))
+    assert frozen(_with(clean, noisy[put_in])).any(axis=1).sum() <= 1
+
+
 def test_some_markers_that_freeze_together_are_found():
     spoilt, still = _freezing(markers(truth("walk")), 60, 75, slice(3, 9))
     np.testing.assert_array_equal(frozen(spoilt), still)

@@ -5,7 +5,7 @@ long as they like. But rests begin and end alone, and nobody leaves one by a lea
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -24,6 +24,9 @@ BEYOND = 0.5  # of the step after the leap; what is kicked, or runs at an even p
 ROUNDED = 3.0  # steps of the digits
 FINEST = 1e-6  # degrees or cm; single precision is as coarse
 OFTEN = 0.3  # runs for each step that moves: who repeats itself so often is drawn so, or slower than the recording
+# Of all parts, that repeat themselves in the same frames: then it is enough if their steps after it are on the whole
+# nearer to those that make up for it than to those beside it. In calm motion, or a little noise, none leaps by itself.
+ALL = 0.9
 RESTS = 0.2  # s; who rests for as long without a leap may have rested here, too
 FAST, AT_MOST = 0.99, 2.0  # of its steps, and times as fast, on the whole way from where it froze to where it goes on
 
@@ -36,12 +39,15 @@ class Repeats:
     ----------
     start, stop : (N,).
     into, out : (N,) how far the steps before and after leap, in median changes of a step to the next; 0 = not at all.
+    step, beside : (N,) the step after, and those before and after both on average, in the same unit; 0 = not known.
     """
 
     start: Ints
     stop: Ints
     into: Floats
     out: Floats
+    step: Floats
+    beside: Floats
 
 
 def frozen(recording: Motion | Markers) -> Bools:
@@ -60,8 +66,8 @@ def frozen(recording: Motion | Markers) -> Bools:
     parts = [(columns, repeats(values, step, recording.fps)) for columns, values, step in parts_of(recording)]
     if not parts:
         return found
-    start, stop, into, out = (
-        np.concatenate([getattr(of_part, name) for _, of_part in parts]) for name in ("start", "stop", "into", "out")
+    start, stop, into, out, step_out, beside = (
+        np.concatenate([getattr(of_part, field.name) for _, of_part in parts]) for field in fields(Repeats)
     )
     part = np.arange(len(parts)).repeat([len(of_part.start) for _, of_part in parts])
     by_chance = len(start) / max(recording.frames, 1)  # parts that begin to repeat themselves in one frame
@@ -74,6 +80,9 @@ def frozen(recording: Motion | Markers) -> Bools:
         goes_on = max(LEAPS * np.sqrt(TOGETHER / len(together)), LEAST_LEAPS)
         leaves, comes = (into[together] > LEAPS).sum() >= fewest, (out[together] > goes_on).sum() >= fewest
         begins, ends = int(start[together[0]]), int(stop[together[0]])
+        makes_up = (1.0 + 0.5 * (ends - begins)) * beside[together].sum()
+        if not leaves and len(together) >= fewest and 0.0 < makes_up < step_out[together].sum():
+            comes |= ((start <= begins) & (stop >= ends)).sum() >= ALL * len(parts)
         if leaves or comes:
             # who rested as it froze, or rests on, repeats itself for longer than the others
             covering = (start <= begins) & (stop >= ends)
@@ -150,7 +159,7 @@ def repeats(values: Floats, coarse: float, fps: float) -> Repeats:
     if repeats_throughout(same, moving) or not honest.any():
         start = stop = start[:0]
     if not len(start):
-        return Repeats(start, stop, np.empty(0), np.empty(0))
+        return Repeats(start, stop, *np.empty((4, 0)))
     changes = np.sqrt(np.square(np.diff(steps, axis=0)).sum(axis=1))
     usual = max(float(np.median(changes[honest])), FINEST)
     fastest = AT_MOST * float(np.quantile(far[moving], FAST))
@@ -167,7 +176,10 @@ def repeats(values: Floats, coarse: float, fps: float) -> Repeats:
     closes = np.linalg.norm(values[after] - values[before], axis=1) <= fastest * (after - before)
     rested = (np.maximum(into, out) * closes < LEAST_LEAPS) & (stop - start >= RESTS * fps)
     told = closes & (stop - start > (stop - start)[rested].max(initial=0))
-    return Repeats(start, stop, into * told, out * told)
+    on = np.minimum(stop + 1, len(far) - 1)
+    shown = told & moving[start - 1] & moving[stop] & moving[on]
+    step, beside = (np.where(shown, one / usual, 0.0) for one in (far[stop], 0.5 * (far[start - 1] + far[on])))
+    return Repeats(start, stop, into * told, out * told, step, beside)
 
 
 def repeats_throughout(same: Bools, moving: Bools) -> bool:
