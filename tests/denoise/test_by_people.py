@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionmend.bodies.motion import Markers
-from motionmend.denoise.several_people import people_in
+from motionmend.bodies.motion import Markers, Origin
+from motionmend.denoise import repair_without_model
+from motionmend.denoise.several_people import by_people, people_in
 from motionmend.errors import MismatchError
 from motionmend.evaluate import corrupt
 from motionmend.samples import markers
@@ -101,3 +102,31 @@ def test_whoever_wears_the_library_s_markers_is_found_in_any_order(subjects, bet
 def test_a_library_of_two_people_sees_no_crowd_in_its_own():
     taught = ("ANN:LFHD", "ANN:C7", "BOB:LFHD", "BOB:C7")
     assert len(people_in(taught, taught)) == 1
+
+
+@pytest.mark.parametrize("which", [np.s_[:5], np.s_[:]])
+def test_labels_that_two_people_bear_of_each_other_are_given_back_and_it_is_said(which):
+    ann, bob = (every_other(markers(truth(action, fps=60.0))).at_frames(slice(0, 90)) for action in ("walk", "jump"))
+    bob = replace(bob, positions=bob.positions + np.array([0.8, 0.0, 0.0]), up=ann.up)
+    clean = _side_by_side(_called(ann, "Ann:"), _called(bob, "Bob:"))
+    count = len(ann.names)
+    theirs = np.arange(count)[which]
+    positions = clean.positions.copy()
+    positions[30:60, theirs], positions[30:60, theirs + count] = (
+        clean.positions[30:60, theirs + count],
+        clean.positions[30:60, theirs],
+    )
+    spoilt = clean.with_positions(positions)
+
+    def as_it_is(one):
+        return repair_without_model(one, "linear")
+
+    outcome = by_people(as_it_is, spoilt, ann.names, labels=True)
+    np.testing.assert_array_equal(outcome.recording.positions, clean.positions)
+    wrong = (positions != clean.positions).any(axis=2)
+    np.testing.assert_array_equal(outcome.origin, np.where(wrong, Origin.REPAIRED, Origin.MEASURED))
+    assert sum("labels were swapped in frames 30 to 59 and are put right" in said for said in outcome.warnings) == len(
+        theirs
+    )
+    np.testing.assert_array_equal(by_people(as_it_is, spoilt, ann.names).recording.positions, positions)
+    assert by_people(as_it_is, clean, ann.names, labels=True).warnings[1:] == ()

@@ -186,7 +186,7 @@ class DenoiserModel:
         else:
             with threadpool_limits(1, user_api="blas"):
                 taught = partial(self._taught, method=method, robust=robust, whole=whole)
-                outcome = by_people(taught, recording, self.layout.names)
+                outcome = by_people(taught, recording, self.layout.names, labels=method == "adaptive")
         if max_std is not None:
             outcome = opened_where_unsure(outcome, max_std)
         return _without_footskate(outcome) if footskate else outcome

@@ -9,14 +9,22 @@ import numpy as np
 from ..bodies.motion import Markers, Recording, Repaired
 from ..errors import few
 from .channels.bare_names import SEPARATORS, by_bare_names, without_subject
-from .channels.recording import LEAST_SHARED
+from .channels.layout import own_layout
+from .channels.recording import LEAST_SHARED, Channels, to_channels
+from .faults.takes import first_frames
+from .labels.relabelling import relabelled_origin, right_at_first_sight, swaps_told
+from .labels.swaps import Swap
 from .outcome import left_open
 
 NOBODY = "the unnamed"  # whose markers have no subject before their names
 
 
 def by_people(
-    repair: Callable[[Recording], Repaired[Recording]], recording: Recording, taught: Sequence[str]
+    repair: Callable[[Recording], Repaired[Recording]],
+    recording: Recording,
+    taught: Sequence[str],
+    *,
+    labels: bool = False,
 ) -> Repaired[Recording]:
     """Repair a recording by a library of one person, everybody in it on their own.
 
@@ -25,6 +33,7 @@ def by_people(
     repair : by that library.
     recording : markers of several people begin with a subject each, before a colon or any of `SEPARATORS`.
     taught : the library's names.
+    labels : whether those that two people's markers bear of each other are given back first; alone nobody can tell.
 
     Returns
     -------
@@ -36,8 +45,13 @@ def by_people(
     """
     if not isinstance(recording, Markers) or len(people := people_in(recording.names, taught)) < 2:
         return by_bare_names(repair, recording, taught)
-    outcomes: dict[str, Repaired[Markers]] = {who: repair(_alone(recording, of)) for who, of in people.items()}
-    return _together(recording, people, outcomes)
+    channels = to_channels(recording, own_layout(recording))
+    right, swaps = _labels_among(recording, channels, people) if labels else (recording, ())
+    outcomes: dict[str, Repaired[Markers]] = {who: repair(_alone(right, of)) for who, of in people.items()}
+    everybody: Repaired[Recording] = _together(right, people, outcomes)
+    told = swaps_told(swaps, right, channels, taught=False)
+    origin = relabelled_origin(everybody.origin, channels, swaps)
+    return replace(everybody, origin=origin, warnings=(*everybody.warnings, *told))
 
 
 def people_in(names: Sequence[str], taught: Sequence[str]) -> Mapping[str, Mapping[int, str]]:
@@ -75,6 +89,21 @@ def _subject(name: str, known: Mapping[str, str]) -> tuple[str, str | None]:
         if called is not None:
             return name[:begin], called
     return "", None
+
+
+def _labels_among(
+    recording: Markers, channels: Channels, people: Mapping[str, Mapping[int, str]]
+) -> tuple[Markers, tuple[Swap, ...]]:
+    """The recording with labels given back, and the swaps: none unless people's markers bear one another's.
+
+    What is swapped within a person is told when they are repaired, unless it is swapped with another's besides.
+    """
+    if len(first_frames(recording)):  # labels are compared within a take
+        return recording, ()
+    right, swaps = right_at_first_sight(recording, channels)
+    whose = {m: who for who, of in people.items() for m in of}
+    among = any(len({whose[int(channels.columns[m])] for m in swap.markers}) > 1 for swap in swaps)
+    return (right, swaps) if among else (recording, ())
 
 
 def _alone(recording: Markers, called: Mapping[int, str]) -> Markers:

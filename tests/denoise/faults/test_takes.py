@@ -149,3 +149,26 @@ def test_what_rattles_near_the_root_throws_half_of_the_body_and_is_no_other_take
         first = int(rng.integers(30, 160))
         q[first : first + 40, channel] += np.radians(45.0) * rng.choice([-1.0, 1.0], 40)
     assert not len(first_frames(clean.with_q(q)))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+@pytest.mark.parametrize("last", [170, 300])
+def test_limbs_and_people_that_change_their_labels_are_no_other_take(noise, last):
+    clean = corrupt(markers(truth("walk", fps=60.0)), noise=noise, seed=1).recording
+    left = [k for k, name in enumerate(clean.names) if "L" + name[1:] == name and "R" + name[1:] in clean.names]
+    right = [clean.names.index("R" + clean.names[k][1:]) for k in left]
+    limbs = replace(
+        clean, names=tuple(clean.names[k] for k in left + right), positions=clean.positions[:, left + right]
+    )
+    two = replace(
+        clean,
+        names=tuple(f"{who}:{name}" for who in ("Ann", "Bob") for name in clean.names),
+        positions=np.concatenate([clean.positions, clean.positions[::-1] + np.array([0.7, 0.0, 0.3])], axis=1),
+    )
+    for recording in (limbs, two):
+        assert not len(first_frames(recording))
+        positions = recording.positions.copy()
+        positions[100:last] = np.roll(positions[100:last], len(recording.names) // 2, axis=1)
+        assert not len(first_frames(recording.with_positions(positions)))
+    # ... but both of them put elsewhere are, whoever stands where the other stood
+    assert first_frames(_moved(two, 100, two.frames, np.array([0.7, 0.0, 0.3]))).tolist() == [100]

@@ -1,6 +1,5 @@
 """A whole recording repaired by the adaptive method: joint angles, or markers with their gaps and labels."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -33,10 +32,10 @@ from ..gaps.likeliest import Process
 from ..gaps.markers import fill_gaps
 from ..gaps.unseen_frames import as_unsure_as_it_moves, made_up_beyond
 from ..labels.relabelling import (
-    but_for_spikes,
     but_for_throughout,
     relabelled,
     relabelled_origin,
+    right_at_first_sight,
     swaps_of,
     swaps_seen,
     swaps_told,
@@ -72,7 +71,6 @@ from .untaught import with_untaught
 OWN_RATE, OWN_WINDOW = 30.0, 20  # Hz and frames of a recording's own patterns, as the dissertation has them
 OWN_ENERGY = 0.9  # of the variance: what is left is as likely noise
 LONG = 1 << 16  # frames of a recording whose patterns are learned at once
-AT_FIRST_SIGHT = 25.0  # log odds of a swap in what was measured; true ones have 40 to 130, pairs of outliers up to 11
 MUCH_LESS = 0.1  # of the variance of second differences that a first repair shows: that less is no chance
 OWN_WINDOWS = 3  # whole windows a recording needs to have patterns of its own
 
@@ -248,7 +246,7 @@ def _with_labels(
             return swaps
         return swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
 
-    recording, at_first = _right_at_first_sight(recording, known.layout, those_asked)
+    recording, at_first = right_at_first_sight(recording, to_channels(recording, known.layout), those_asked)
     channels, mended = repaired(recording)
     swaps = swaps_seen(_cleaned(mended, recording, known.layout), recording.fps, known.postures)
     swaps = those_asked(swaps, channels)
@@ -262,21 +260,6 @@ def _with_labels(
         swaps, right = certain, relabelled(recording, channels, certain)
         channels, mended = repaired(right)
     return right, channels, mended, (*at_first, *swaps)
-
-
-def _right_at_first_sight(
-    recording: Markers, layout: Layout, those_asked: Callable[[tuple[Swap, ...], Channels], tuple[Swap, ...]]
-) -> tuple[Markers, tuple[Swap, ...]]:
-    """The recording with those labels given back that are swapped beyond doubt as it is, and which these are.
-
-    A repair draws what leaps to where a library has it, and smooths or replaces the very leaps by which a whole limb's
-    swapped labels are told.
-    """
-    channels = to_channels(recording, layout)
-    positions = in_metres(channels.values)
-    seen = swaps_seen(but_for_spikes(positions), recording.fps, None)
-    certain = those_asked(tuple(swap for swap in seen if swap.put_right and swap.log_odds >= AT_FIRST_SIGHT), channels)
-    return relabelled(recording, channels, certain), tuple(swap for swap in certain if swap.put_right)
 
 
 def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> tuple[Repaired[Motion], Floats]:

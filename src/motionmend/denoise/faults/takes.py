@@ -1,5 +1,7 @@
 """Takes that were spliced, or a scene that was put elsewhere: from one frame to the next everything leaps, and stays.
 
+Where the markers of two limbs or of two people change their labels most may leap, too, but each to another's place.
+
 No smoother may look across: it would take one side for outliers of the other. Each side is repaired on its own.
 """
 
@@ -9,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...arrays import Floats, Ints
+from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers, Motion, Recording, Repaired
 from ...bodies.skeleton import positions
 from ...numerics.quantiles import quantile_of_known
@@ -21,6 +23,7 @@ LEAST, LEAPS = 0.3, 6.0  # m and times the usual surprise from frame to frame; w
 SHORTEST = 0.25  # s of a take; what is elsewhere for less is a burst of outliers
 LASTS = 0.5  # of the leap, by which what comes before and after it must fail to meet
 ONCE = 0.6  # of the leap; where takes are joined nothing leaps so far just before or after, as what rattles does
+EXCHANGED = 0.2  # of the way between two markers, within which each takes the other's place when they change labels
 SEEN = 3  # markers or joints that are seen on both sides
 
 
@@ -143,8 +146,26 @@ def _stays_away(recording: Motion | Markers, cut: int, reach: int, least: float)
         there[seen] = quantile_of_known(side[:, seen] - pace * (np.arange(len(side)) + 0.5)[:, None, None], 0.5)
         ends.append(there)
     apart = np.linalg.norm(ends[1] - ends[0], axis=1)
+    if isinstance(recording, Markers):
+        apart = np.where(_exchanged(ends[0], ends[1], apart), 0.0, apart)
     apart = apart[np.isfinite(apart)]
     return len(apart) >= SEEN and bool(np.median(apart) > least)
+
+
+def _exchanged(before: Floats, after: Floats, apart: Floats) -> Bools:
+    """(M,) whether a marker is where another one was and that one where it was: labels change hands there, of limbs or
+    of whole people, but what is seen stays. Who is put elsewhere never is: two of theirs would have to go both ways.
+
+    Parameters
+    ----------
+    before, after : (M, 3) m, places on either side of a frame; NaN = not seen.
+    apart : (M,) m between them.
+    """
+    way = np.linalg.norm(before[:, None] - after[None], axis=2)
+    way = np.where(np.isfinite(way), way, np.inf)
+    with_another = np.maximum(way, way.T)
+    np.fill_diagonal(with_another, np.inf)
+    return np.asarray(with_another.min(axis=1, initial=np.inf) < EXCHANGED * apart)
 
 
 def _but_for_those_that_close(recording: Motion | Markers, cuts: list[int], reach: int) -> list[int]:

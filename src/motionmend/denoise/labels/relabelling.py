@@ -1,5 +1,6 @@
 """Swapped labels of a recording: which are given back, and what is said of them."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from scipy.ndimage import maximum_filter, median_filter
 
 from ...arrays import Bools, Bytes, Floats, Ints
 from ...bodies.motion import Markers, Origin
+from ..channels.cloud import in_metres
 from ..channels.recording import Channels
 from ..library.markers import MarkerLibrary
 from .evidence import MarkerDistances, learn_distances
@@ -14,6 +16,7 @@ from .swaps import Swap, find_swaps, put_right
 
 LEAST_SWAP = 3  # frames; what looks like a shorter swap is as likely a pair of outliers
 SPIKE, SPIKES, LEAST_SPIKE = 5, 6.0, 0.01  # frames of a median, times its usual distance from a sample, and m
+AT_FIRST_SIGHT = 25.0  # log odds of a swap in what was measured; true ones have 40 to 130, pairs of outliers up to 11
 FEWEST_POSTURES = 50  # from which the distances of a marker set can be told
 
 
@@ -31,6 +34,27 @@ def tell_distances(postures: MarkerLibrary) -> bool:
     return len(postures.windows) >= FEWEST_POSTURES
 
 
+def right_at_first_sight(
+    recording: Markers,
+    channels: Channels,
+    those_asked: Callable[[tuple[Swap, ...], Channels], tuple[Swap, ...]] = lambda swaps, _: swaps,
+) -> tuple[Markers, tuple[Swap, ...]]:
+    """The recording with those labels given back that are swapped beyond doubt as it is, and which these are.
+
+    A repair draws what leaps to where a library has it, and smooths or replaces the very leaps by which a whole limb's
+    swapped labels are told.
+
+    Parameters
+    ----------
+    recording : as measured.
+    channels : of it.
+    those_asked : which of the swaps are to be put right.
+    """
+    seen = swaps_seen(but_for_spikes(in_metres(channels.values)), recording.fps, None)
+    certain = those_asked(tuple(swap for swap in seen if swap.put_right and swap.log_odds >= AT_FIRST_SIGHT), channels)
+    return relabelled(recording, channels, certain), tuple(swap for swap in certain if swap.put_right)
+
+
 def but_for_spikes(positions: Floats) -> Floats:
     """Positions (T, M, 3) m without samples that leap away and back within two frames: a swap leaps and stays.
 
@@ -41,8 +65,18 @@ def but_for_spikes(positions: Floats) -> Floats:
     off = np.where(seen, np.sqrt(np.square(positions - middle).sum(axis=2)), np.nan)
     beside_a_gap = maximum_filter(~seen, size=(SPIKE, 1))
     usual = np.array([np.median(one[np.isfinite(one)]) if np.isfinite(one).any() else 0.0 for one in off.T])
-    spike = np.nan_to_num(off) > np.maximum(SPIKES * usual, LEAST_SPIKE)
+    far = np.maximum(SPIKES * usual, LEAST_SPIKE)
+    # a leap that stays bends the medians beside it, but there the samples go on from those of one side
+    spike = (np.nan_to_num(off) > far) & (_off_those_before(positions) > far)
+    spike &= _off_those_before(positions[::-1])[::-1] > far
     return np.where((spike & ~beside_a_gap)[..., None], np.nan, positions)
+
+
+def _off_those_before(positions: Floats) -> Floats:
+    """(T, M) m from where the two samples before would have each go on; infinite where they were not seen."""
+    off = np.full(positions.shape[:2], np.inf)
+    off[2:] = np.linalg.norm(np.diff(positions, 2, axis=0), axis=2)
+    return np.where(np.isfinite(off), off, np.inf)
 
 
 def swaps_of(swaps: tuple[Swap, ...], asked: set[int]) -> tuple[Swap, ...]:
