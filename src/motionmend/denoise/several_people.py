@@ -49,7 +49,7 @@ def by_people(
     right, swaps = _labels_among(recording, channels, people) if labels else (recording, ())
     outcomes: dict[str, Repaired[Markers]] = {who: repair(_alone(right, of)) for who, of in people.items()}
     everybody: Repaired[Recording] = _together(right, people, outcomes)
-    told = swaps_told(swaps, right, channels, taught=False)
+    told: tuple[str, ...] = swaps_told(swaps, right, channels, taught=False)
     origin = relabelled_origin(everybody.origin, channels, swaps)
     return replace(everybody, origin=origin, warnings=(*everybody.warnings, *told))
 
