@@ -172,3 +172,14 @@ def test_limbs_and_people_that_change_their_labels_are_no_other_take(noise, last
         assert not len(first_frames(recording.with_positions(positions)))
     # ... but both of them put elsewhere are, whoever stands where the other stood
     assert first_frames(_moved(two, 100, two.frames, np.array([0.7, 0.0, 0.3]))).tolist() == [100]
+
+
+def test_where_nothing_tells_which_side_bears_the_wrong_labels_each_is_repaired_on_its_own_and_it_is_said():
+    clean = markers(truth("walk", fps=60.0))
+    positions = np.concatenate([clean.positions, clean.positions + np.array([0.7, 0.0, 0.3])], axis=1)
+    positions[150:] = np.roll(positions[150:], len(clean.names), axis=1)
+    names = tuple(f"{who}:{name}" for who in ("Ann", "Bob") for name in clean.names)
+    two = replace(clean, names=names, positions=positions)
+    assert first_frames(two).tolist() == [150]
+    (said,) = repaired_in_takes(two, lambda take: repair_without_model(take, "linear")).warnings
+    assert "before frame 150 many markers change places: labels may be swapped on one side of it" in said

@@ -1,6 +1,7 @@
 """Takes that were spliced, or a scene that was put elsewhere: from one frame to the next everything leaps, and stays.
 
-Where the markers of two limbs or of two people change their labels most may leap, too, but each to another's place.
+Where the markers of two limbs or of two people change their labels most may leap, too, but each to another's place: no
+take begins where they are given back. Where nothing tells which side is right they are not, and each side is a take.
 
 No smoother may look across: it would take one side for outliers of the other. Each side is repaired on its own.
 """
@@ -15,7 +16,10 @@ from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers, Motion, Recording, Repaired
 from ...bodies.skeleton import positions
 from ...numerics.quantiles import quantile_of_known
+from ..channels.layout import own_layout
 from ..channels.pieces import pieces
+from ..channels.recording import to_channels
+from ..labels.relabelling import right_at_first_sight
 from .held import SAID
 from .thrown_root import HARDEST, LONGEST, RUN_UP, closes, thrown
 
@@ -56,6 +60,11 @@ def repaired_in_takes(recording: Recording, repair: Callable[[Recording], Repair
         f"from one frame to the next everything leaps and stays there, as where takes are joined, before frame {named}"
         f"{', ...' if len(cuts) > SAID else ''}; each part was repaired on its own"
     )
+    if change := [str(frame) for frame in cuts if _labels_change_hands(recording, frame)]:
+        cut += (
+            f"; before frame {', '.join(change[:SAID])}{', ...' if len(change) > SAID else ''} many markers change "
+            "places: labels may be swapped on one side of it, and were not exchanged; look at them"
+        )
     lengths = np.diff(edges)
     noises = [part.noise for part in parts]
     noise = None
@@ -85,6 +94,15 @@ def first_frames(recording: Motion | Markers) -> Ints:
     -------
     (N,) frame numbers, in order.
     """
+    cuts = _leaps_that_stay(recording)
+    if isinstance(recording, Markers) and any(_labels_change_hands(recording, cut) for cut in cuts.tolist()):
+        right, _ = right_at_first_sight(recording, to_channels(recording, own_layout(recording)))
+        return _leaps_that_stay(right)
+    return cuts
+
+
+def _leaps_that_stay(recording: Motion | Markers) -> Ints:
+    """(N,) frames before which a recording leaps and stays elsewhere, its labels as they are."""
     surprise = np.concatenate([_surprise(recording, part) for part in pieces(recording.frames)])
     told = np.isfinite(surprise)
     if not told.any():
@@ -93,7 +111,7 @@ def first_frames(recording: Motion | Markers) -> Ints:
     far = max(LEAST, HARDEST / recording.fps**2, LEAPS * float(np.median(surprise[told])))
     before, after = np.r_[0.0, surprise[:-1]], np.r_[surprise[1:], 0.0]
     leaps = [t for t in np.flatnonzero((surprise > far) & (surprise >= before) & (surprise > after)).tolist() if t]
-    reach = max(2, round(RUN_UP * recording.fps))
+    reach = _reach(recording.fps)
     leaps = [t for t in leaps if not _others(surprise, t, reach, ONCE * surprise[t])]
     cuts = [t for t in leaps if _stays_away(recording, t, reach, LASTS * surprise[t])]
     cuts = _but_for_those_that_close(recording, cuts, reach)
@@ -134,34 +152,49 @@ def _surprise(recording: Motion | Markers, part: slice) -> Floats:
 
 def _stays_away(recording: Motion | Markers, cut: int, reach: int, least: float) -> bool:
     """True if what comes before a frame and what comes from it on do not meet, whatever single samples do."""
-    before = _places(recording, slice(max(0, cut - reach - 1), cut))
-    after = _places(recording, slice(cut, min(recording.frames, cut + reach + 1)))
-    if len(before) < 2 or len(after) < 2:
-        return False
-    ends = []
-    for side in (before[::-1], after):  # from the cut on, either way
-        seen = np.isfinite(np.diff(side, axis=0)).all(axis=2).any(axis=0)
-        there = np.full(side.shape[1:], np.nan)
-        pace = quantile_of_known(np.diff(side[:, seen], axis=0), 0.5)
-        there[seen] = quantile_of_known(side[:, seen] - pace * (np.arange(len(side)) + 0.5)[:, None, None], 0.5)
-        ends.append(there)
-    apart = np.linalg.norm(ends[1] - ends[0], axis=1)
-    if isinstance(recording, Markers):
-        apart = np.where(_exchanged(ends[0], ends[1], apart), 0.0, apart)
+    before, after = _on_either_side(recording, cut, reach)
+    apart = np.linalg.norm(after - before, axis=1)
     apart = apart[np.isfinite(apart)]
     return len(apart) >= SEEN and bool(np.median(apart) > least)
 
 
-def _exchanged(before: Floats, after: Floats, apart: Floats) -> Bools:
+def _on_either_side(recording: Motion | Markers, cut: int, reach: int) -> tuple[Floats, Floats]:
+    """(P, 3) m each: where places are at a frame by what is before it, and by what is from it on; NaN = not seen."""
+    before = _places(recording, slice(max(0, cut - reach - 1), cut))
+    after = _places(recording, slice(cut, min(recording.frames, cut + reach + 1)))
+    ends = []
+    for side in (before[::-1], after):  # from the cut on, either way
+        there = np.full(side.shape[1:], np.nan)
+        if min(len(before), len(after)) > 1:
+            seen = np.isfinite(np.diff(side, axis=0)).all(axis=2).any(axis=0)
+            pace = quantile_of_known(np.diff(side[:, seen], axis=0), 0.5)
+            there[seen] = quantile_of_known(side[:, seen] - pace * (np.arange(len(side)) + 0.5)[:, None, None], 0.5)
+        ends.append(there)
+    return ends[0], ends[1]
+
+
+def _labels_change_hands(recording: Recording, cut: int) -> bool:
+    """True if some markers take each other's places from one frame to the next."""
+    if not isinstance(recording, Markers):
+        return False
+    return int(_exchanged(*_on_either_side(recording, cut, _reach(recording.fps))).sum()) >= SEEN
+
+
+def _reach(fps: float) -> int:
+    """Frames on either side that tell how everything moves."""
+    return max(2, round(RUN_UP * fps))
+
+
+def _exchanged(before: Floats, after: Floats) -> Bools:
     """(M,) whether a marker is where another one was and that one where it was: labels change hands there, of limbs or
     of whole people, but what is seen stays. Who is put elsewhere never is: two of theirs would have to go both ways.
 
     Parameters
     ----------
     before, after : (M, 3) m, places on either side of a frame; NaN = not seen.
-    apart : (M,) m between them.
     """
     way = np.linalg.norm(before[:, None] - after[None], axis=2)
+    apart = np.nan_to_num(np.diagonal(way))
     way = np.where(np.isfinite(way), way, np.inf)
     with_another = np.maximum(way, way.T)
     np.fill_diagonal(with_another, np.inf)
