@@ -114,6 +114,28 @@ def test_all_of_the_trackers_joints_are_found_in_the_second_kinect() -> None:
         ("XN_SKEL_TORSO XN_SKEL_LEFT_KNEE", "spine l_knee"),
         ("NUI_SKELETON_POSITION_HIP_CENTER NUI_SKELETON_POSITION_FOOT_LEFT", "pelvis l_ankle"),
         ("hand_ball ball", "- -"),
+        ("root pelvis upperarm_l", "- pelvis l_shoulder"),  # on the floor, below the pelvis
+        ("root spine", "pelvis spine"),
+        ("root lhipjoint lfemur", "pelvis - l_hip"),
+        ("ShoulderSpine MidSpine BaseSpine", "neck_base spine pelvis"),
+        (
+            "root hips_joint left_upLeg_joint left_toesEnd_joint spine_1_joint spine_7_joint left_shoulder_1_joint "
+            "left_arm_joint left_hand_joint",
+            "- pelvis l_hip l_toe_tip spine neck_base l_clavicle l_shoulder l_wrist",
+        ),
+        (
+            "human_top_head_3D human_center_shoulder_3D human_left_knee_3D human_root_3D",
+            "head_top neck_base l_knee pelvis",
+        ),
+        (
+            "Body_Root Body_Hips Body_SpineLower Body_Chest Body_LeftShoulder Body_LeftArmUpper Body_LeftArmLower "
+            "Body_LeftHandWrist Body_LeftHandPalm",
+            "- pelvis spine chest l_clavicle l_shoulder l_elbow l_wrist l_hand",
+        ),
+        (
+            "FullBody_LeftUpperLeg FullBody_LeftFootAnkle XR_FULL_BODY_JOINT_RIGHT_ARM_LOWER_META",
+            "l_hip l_ankle r_elbow",
+        ),
     ],
 )
 def test_names_of_other_makers_are_understood(names: str, wanted: str) -> None:
@@ -171,6 +193,8 @@ def test_names_of_nuitrack_mean_the_same_with_and_without_their_prefix() -> None
         ("MidHip", "Hip"),
         ("LPelvis", "Hip"),
         ("mouth_left", "Nose"),
+        ("spine_4_joint", "Hip"),
+        ("LeftScapula", "LShoulder"),
         ("Fridge", ""),
     ],
 )

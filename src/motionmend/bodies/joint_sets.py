@@ -150,31 +150,32 @@ JOINT_SETS = {one.key: one for one in (KINECT20, KINECT25, AZURE32, UIPRMD22, UT
 # What joints and bones are called elsewhere (Pose2Sim, OpenPose, HALPE, Acclaim, BVH, Unity, Unreal, Blender), without
 # their side.
 _MIDDLE = {
-    "pelvis": "pelvis hip hips hipcenter midhip root waist spinebase hipscenter centerhip chip pelvisroot cmidhip",
-    "spine": "spine spinemid spinenavel navelspine spine1 spine01 lowerback torso abdomen",
+    "pelvis": "pelvis hip hips hipcenter midhip root waist spinebase hipscenter centerhip chip pelvisroot cmidhip "
+    "basespine",
+    "spine": "spine spinemid spinenavel navelspine spine1 spine01 lowerback torso abdomen midspine spinelower",
     "chest": "chest spinechest chestspine spine2 upperback spine3 spine03",
-    "neck_base": "neckbase shouldercenter spineshoulder cshoulder midshoulder c7",
+    "neck_base": "neckbase shouldercenter spineshoulder cshoulder midshoulder c7 shoulderspine centershoulder spine7",
     "neck": "neck lowerneck neck1 neck01",
-    "head": "head upperneck",
-    "head_top": "headtip headtop headend topofhead headsite",
+    "head": "head upperneck centerhead",
+    "head_top": "headtip headtop headend topofhead headsite tophead",
     "nose": "nose",
 }
 _SIDED = {
     "eye": "eye",
     "ear": "ear",
-    "clavicle": "clavicle collar",
-    "shoulder": "shoulder upperarm arm humerus",
-    "elbow": "elbow forearm lowerarm radius",
-    "wrist": "wrist",
-    "hand": "hand",
+    "clavicle": "clavicle collar shoulder1",
+    "shoulder": "shoulder upperarm arm humerus armupper",
+    "elbow": "elbow forearm lowerarm radius armlower",
+    "wrist": "wrist handwrist",
+    "hand": "hand handpalm",
     "hand_tip": "handtip",
     "thumb": "thumb",
     "hip": "hip upperleg upleg thigh femur",
     "knee": "knee lowerleg leg shin calf tibia",
-    "ankle": "ankle",
+    "ankle": "ankle footankle",
     "heel": "heel",
-    "foot": "foot toe toes toe0 toebase ball bigtoe footindex",
-    "toe_tip": "toetip toeend toebaseend",
+    "foot": "foot toe toes toe0 toebase ball bigtoe footindex football",
+    "toe_tip": "toetip toeend toesend toebaseend",
 }
 # What else is on a body (skin, fingers, faces), and the joint that it is at: the first of these words in its name.
 _NEAR = {
@@ -191,13 +192,22 @@ _NEAR = {
     "eye": "eye",
     "ear": "ear",
     **dict.fromkeys(("mouth", "jaw", "chin", "brow", "face"), "nose"),
+    "scapul": "shoulder",
+    "spine": "spine",
     **dict.fromkeys(("head", "skull"), "head"),
     "neck": "neck",
     "c7": "neck_base",
     **dict.fromkeys(("sacr", "pelvi"), "pelvis"),
 }
-# What makers put before all of their names (Mixamo, Biped, Nuitrack, the SDKs of Kinects and OpenNI).
-_BEFORE = re.compile(r"^(mixamorig\d*|skeleton|bip0*1|joint(type)?|k4abtjoint|nuiskeletonposition|xnskel)(?=[a-z])")
+# What makers put before all of their names (Mixamo, Biped, Nuitrack, Quest, Apple's Vision, the SDKs of Kinects, OpenNI
+# and OpenXR), and behind them (ARKit, Vision, OpenXR's body tracking).
+_BEFORE = re.compile(
+    r"^(mixamorig\d*|skeleton|bip0*1|joint(type)?|k4abtjoint|nuiskeletonposition|xnskel|(xr)?(full)?body(joint)?|human)"
+    r"(?=[a-z])"
+)
+_BEHIND = re.compile(r"_(joint|3d|meta)$")  # no "lhipjoint" of Acclaim's: that bone starts at the pelvis
+_ROOT = "root"
+_UPPER_ARMS = {"arm", "upperarm", "humerus", "armupper"}
 _MIDDLE_NAMES = {alias: meaning for meaning, aliases in _MIDDLE.items() for alias in aliases.split()}
 _SIDED_NAMES = {alias: meaning for meaning, aliases in _SIDED.items() for alias in aliases.split()}
 
@@ -233,11 +243,13 @@ def meanings(names: Sequence[str]) -> tuple[str, ...]:
     else:
         parted = [_parted(name) for name in names]
         found = [_meaning(name) for name in names]
-        if {stem for side, stem in parted if side} & {"arm", "upperarm", "humerus"}:  # a "shoulder" is the collar's
+        if {stem for side, stem in parted if side} & _UPPER_ARMS:  # a "shoulder" is the collar's
             found = [
                 f"{side}_clavicle" if side and stem == "shoulder" else one
                 for one, (side, stem) in zip(found, parted, strict=True)
             ]
+        if found.count("pelvis") > 1:  # a "root" beside hips or a pelvis is where somebody stands, on the floor
+            found = ["" if stem == _ROOT else one for one, (_, stem) in zip(found, parted, strict=True)]
         if not any(one.endswith("_ankle") for one in found):  # a "foot" beside "toes" starts at the ankle
             found = [
                 f"{side}_ankle" if side and stem == "foot" else one
@@ -342,9 +354,10 @@ def _set_holding(names: Sequence[str]) -> JointSet | None:
 
 @lru_cache(maxsize=4096)  # asked of all names of all sets for every recording
 def _plain(name: str) -> str:
-    """A name in lower case without punctuation, whose it is, or what its maker puts before all names; Azure's recorder
-    once spelt the navel another way."""
-    return _BEFORE.sub("", re.sub(r"[^a-z0-9]", "", name.split(":")[-1].lower()).replace("naval", "navel"))
+    """A name in lower case without punctuation, whose it is, or what its maker puts before or behind all names; Azure's
+    recorder once spelt the navel another way."""
+    own = _BEHIND.sub("", name.split(":")[-1].lower())
+    return _BEFORE.sub("", re.sub(r"[^a-z0-9]", "", own).replace("naval", "navel"))
 
 
 def _parted(name: str) -> tuple[str, str]:
