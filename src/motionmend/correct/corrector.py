@@ -30,8 +30,9 @@ from .recordings import METHODS, PAPER, Knowledge, by_default, by_filter, by_lea
 from .reliability import Detector
 from .settling import OFFSET_SECONDS, settled_frame, unborn
 from .several_people import STRANGER_SECONDS, by_person
-from .sight import Sight, Watcher, believable, fresh, kinship, received
+from .sight import Sight, Watcher, believable, fresh, kinship, received, rows_of
 from .spatial import Processes, fit_processes, shape_features
+from .spine import DECIDE, can_tell, elsewhere, heights
 from .state import Corrected, CorrectorState
 from .watching import look, look_twice
 
@@ -176,7 +177,8 @@ class CorrectorModel:
             memory = blank(inputs.shape[1], inputs.shape[2])
         shown = unborn(len(joining.names), len(joining.bones))
         nothing = np.full((len(self.names), 3), np.nan)
-        return CorrectorState(joining, fresh(self.watcher), shown, nothing, memory, waiting, hinges)
+        seen = np.empty((0, len(self.names))) if can_tell(joining, self.watcher.body) else None
+        return CorrectorState(joining, fresh(self.watcher), shown, nothing, memory, waiting, hinges, heights=seen)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -240,6 +242,7 @@ class CorrectorModel:
             raise MismatchError(f"a frame of {joints} joints is ({joints}, 3), its states ({joints},), came {came}")
         if not isfinite(time):
             raise MismatchError(f"the time of a frame in s was wanted, came {time}")
+        state = self._along_the_spine(state, positions)
         given, rows, told = received(state.joining.to_model, positions, states)
         if STRANGER_SECONDS < time - state.sight.seen < np.inf and np.isfinite(rows).any():
             state = self._of_a_stranger(state)
@@ -248,10 +251,27 @@ class CorrectorModel:
         sight, doubt = look_twice(self.watcher, state.sight, state.doubt, rows, told, float(time))
         return replace(state, doubt=doubt), sight, given
 
+    def _along_the_spine(self, state: CorrectorState, positions: Floats) -> CorrectorState:
+        """The state as the joints of the spine are the model's or not, by where the first frames have them."""
+        joining, body = state.joining, self.watcher.body
+        if state.heights is None:
+            return state
+        here = heights(rows_of(joining.meant, believable(positions)), body)
+        if not np.isfinite(here).any():
+            return state
+        seen = np.vstack([state.heights, here])
+        other = elsewhere(seen, joining, self.standard, body)
+        if (other != joining.elsewhere).any():
+            joining = joined(joining.names, body, other)
+            online = state.memory is not None
+            state = self._begun(joining, self.knowledge.hinges(joining), state.waiting, online=online)
+        return replace(state, heights=seen if len(seen) < DECIDE else None)
+
     def _of_a_stranger(self, state: CorrectorState) -> CorrectorState:
         """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""
         begun = self._begun(state.joining, state.hinges, state.waiting, online=state.memory is not None)
-        return replace(begun, sight=replace(begun.sight, upright=state.sight.upright, lean=state.sight.lean))
+        sight = replace(begun.sight, upright=state.sight.upright, lean=state.sight.lean)
+        return replace(begun, sight=sight, heights=state.heights)
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""

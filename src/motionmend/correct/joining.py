@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats, Ints
 from ..bodies.joint_sets import meanings
 from ..errors import MismatchError
 from ..kernels import sighting as kernel
@@ -19,6 +19,7 @@ FEWEST = 4  # joints in common
 FARTHER, SLACK = 2.5, 0.05  # times as far from its neighbours as usual, and m, that a joint the model lacks may be
 _SPINE = {"spine", "chest"}
 _PICTURED = {"nose", "l_eye", "r_eye", "l_ear", "r_ear", "l_heel", "r_heel"}
+OTHER = 6.0 * TRUSTED  # log-odds, more than all bones together say: no posture moves a sensor's joint along the spine
 ANYBODY = 0.5  # m, the same of a person of whom nothing is known yet
 
 
@@ -36,7 +37,9 @@ class Joining:
     doubt : log-odds by which the joints themselves speak against the sensor that was learned from: `TRUSTED`, so that
         nothing speaks for it before bones do, where nothing lies between pelvis and neck and the model has a spine, as
         no depth sensor has it but all that estimates poses in pictures; twice that where there also are joints (nose,
-        ears, heels) that the model lacks.
+        ears, heels) that the model lacks. And `OTHER` where joints of the spine lie elsewhere.
+    meant : (J of model,) the recording's joint that means the same as each of the model's, -1 = none.
+    elsewhere : (J of model,) those of the spine that lie elsewhere in the recording, and go with none.
     """
 
     names: tuple[str, ...]
@@ -44,12 +47,19 @@ class Joining:
     spread: Floats
     bones: Ints
     model_bones: Ints
-    doubt: float = 0.0
+    doubt: float
+    meant: Ints
+    elsewhere: Bools
 
     @property
     def other_kind(self) -> bool:
         """Whether the joints are those of another kind of sensor."""
         return self.doubt > TRUSTED
+
+    @property
+    def displaced(self) -> tuple[str, ...]:
+        """The recording's joints of the spine that lie elsewhere than those of the model that mean the same."""
+        return tuple(self.names[k] for k in self.meant[self.elsewhere])
 
     @cached_property
     def common(self) -> Ints:
@@ -73,15 +83,23 @@ class Joining:
         return np.where(self.to_model >= 0, states[self.to_model], 0).astype(np.uint8)
 
 
-def joined(names: Sequence[str], body: Anatomy) -> Joining:
+def joined(names: Sequence[str], body: Anatomy, other: Bools | None = None) -> Joining:
     """How joints of these names go with a model's.
+
+    Parameters
+    ----------
+    names : (J,) of the recording.
+    body : the model's.
+    other : (J of model,) joints that the recording has elsewhere (spine.py), which go with none; None = none.
 
     Raises
     ------
     MismatchError : fewer than four in common.
     """
     names = tuple(names)
-    to_model = matched(names, body.names)
+    meant_by = matched(names, body.names)
+    elsewhere = np.zeros(len(meant_by), dtype=np.bool_) if other is None else other & (meant_by >= 0)
+    to_model = np.where(elsewhere, -1, meant_by)
     common = int((to_model >= 0).sum())
     if common < FEWEST:
         came = f"came {common} among {', '.join(names[:6])}, ..." if names else "came no joints at all"
@@ -99,7 +117,9 @@ def joined(names: Sequence[str], body: Anatomy) -> Joining:
     meant, known_ones = set(meanings(names)), set(meanings(body.names))
     spineless = bool(_SPINE & known_ones) and not _SPINE & meant
     doubt = TRUSTED * (1 + bool(_PICTURED & meant - known_ones)) if spineless else 0.0
-    return Joining(names, to_model, following(names, back >= 0) @ own, bones, model_bones, doubt)
+    doubt += OTHER * bool(elsewhere.any())
+    spread = following(names, back >= 0) @ own
+    return Joining(names, to_model, spread, bones, model_bones, doubt, meant_by, elsewhere)
 
 
 def outward(

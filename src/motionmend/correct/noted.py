@@ -48,13 +48,19 @@ def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Seque
         f"bones are not as in the recordings that were learned from: another sensor? {100 * kin:.0f} % of the learned "
         "offsets were applied"
     )
+    displaced = (
+        f"{', '.join(joining.displaced)}: elsewhere along the spine than in the recordings that were learned from, as "
+        f"another sensor has them: {100 * kin:.0f} % of the learned offsets were applied"
+    )
     pictured = (
         "joints are those of what estimates poses in pictures, not of the sensor that was learned from: "
         f"{100 * kin:.0f} % of the learned offsets were applied, and what they do there is not known"
     )
+    stranger = foreign if kin < FOREIGN else pictured if joining.other_kind else None
+    stranger = displaced if joining.displaced else stranger
     warnings = (
         *_tilted(sights),
-        *((foreign,) if kin < FOREIGN else (pictured,) if joining.other_kind else ()),
+        *((stranger,) if stranger is not None else ()),
         *_untold(postures),
         *_exchanged(joining, sights),
         *_never_seen(postures, corrected),

@@ -14,7 +14,7 @@ from ..numerics.local_gp import Mixture
 from .classic import FILTERS, LEARNERS, Samples
 from .energy import Weights
 from .hindsight import judged_again, placed_again
-from .joining import Joining, inward, joined, outward
+from .joining import Joining, inward, outward
 from .leaps import leaps_again, stirred
 from .level import TOLD_ALREADY, level
 from .limits import Hinges, hinges_of
@@ -27,6 +27,7 @@ from .sides import about_turn, confused_limbs, faces_away
 from .sight import Sight, Watcher, acquainted, fresh, kinship, rows_of, size_of
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
+from .spine import joined_as_seen
 from .trembling import calmed
 from .watching import look
 
@@ -186,7 +187,8 @@ def _watched(
 def _with_bones(watcher: Watcher, names: Sequence[str], positions: Floats) -> Bools:
     """(J,) joints of a recording (T, J, 3) none of whose bones is, in the median, too short to be anybody's: noise
     makes bones longer, failing draws joints in."""
-    joining, body, usual = joined(names, watcher.body), watcher.body, watcher.standard.lengths
+    body, standard = watcher.body, watcher.standard
+    joining, usual = joined_as_seen(names, positions, standard, body), standard.lengths
     rows = rows_of(joining.to_model, positions)
     found = np.ones(len(names), dtype=np.bool_)
     lengths = [one[np.isfinite(one)] for one in bone_lengths(rows, body).T]
@@ -201,7 +203,7 @@ def _with_bones(watcher: Watcher, names: Sequence[str], positions: Floats) -> Bo
 def _watched_twice(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight]]:
     """The recording's frames looked at; a first look tells what is this person's own, by joints that went well, and
     whether sides were confused from the beginning."""
-    joining = joined(postures.names, watcher.body)
+    joining = joined_as_seen(postures.names, postures.positions, watcher.standard, watcher.body)
     rows = rows_of(joining.to_model, postures.positions)
     stirs = np.asarray(stirred(rows[1:], rows[:-1]).any(axis=0))
     begun = replace(fresh(watcher), upright=level(rows, watcher.body), moved=stirs, lean=TOLD_ALREADY)
@@ -256,7 +258,7 @@ def _confused_at_first(sights: Sequence[Sight], came: int, frames: int) -> Bools
 
 def _placed(watcher: Watcher, postures: Postures) -> tuple[Joining, list[Sight], Floats, Placement]:
     """The recording in standard form as the sensor gave it, all joints trusted, missing ones at their mean places."""
-    joining = joined(postures.names, watcher.body)
+    joining = joined_as_seen(postures.names, postures.positions, watcher.standard, watcher.body)
     given = rows_of(joining.to_model, postures.positions)
     begun = acquainted(watcher, given, fresh(watcher))
     turn_up = np.eye(3) if begun.upright is None else begun.upright

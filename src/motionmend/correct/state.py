@@ -32,6 +32,7 @@ class CorrectorState:
     hinges : of the client's joints, those that have limits.
     kin : probability that the sensor is the one that was learned from, by which offsets count.
     doubt : of the last frame, where no frames wait.
+    heights : (K, J of model) along the spine, of the first frames in which they showed; None when nothing is asked.
     """
 
     joining: Joining
@@ -43,6 +44,7 @@ class CorrectorState:
     hinges: Hinges | None = None
     kin: float = 1.0
     doubt: Doubt | None = None
+    heights: Floats | None = None
 
     def kin_after(self, now: float, time: float) -> float:
         """What `kin` becomes when a frame says `now`: the mean of what was said until bones are known, as a first frame
