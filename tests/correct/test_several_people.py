@@ -10,6 +10,7 @@ from sensed_people import NAMES, fitted, recording, sensed, truth
 from motionmend.arrays import Floats
 from motionmend.bodies.postures import Postures
 from motionmend.correct import CorrectorModel
+from motionmend.correct.several_people import taking_turns
 
 CHILD = 0.65
 
@@ -67,3 +68,29 @@ def test_who_comes_back_is_the_same_person_and_that_is_said(model: CorrectorMode
 def test_one_person_is_one_recording(model: CorrectorModel, action: str) -> None:
     found = model.correct(recording(sensed(truth(action, 9), 9, noise=0.02)))
     assert not any("somebody else" in one for one in found.source.warnings)
+
+
+@pytest.mark.parametrize("order", ["turns", "by chance"])
+def test_who_takes_turns_with_somebody_is_corrected_alone(model: CorrectorModel, order: str) -> None:
+    """A row of one and a row of the other, and nothing says whose: what came out lay in the middle between them."""
+    other = adult()[:40] + np.array([1.2, 0.0, 0.4])
+    one = sensed(truth("walk", 6, 1.5), 6)[:40]
+    one += other[0, 0] - one[0, 0] - [1.2, 0.0, 0.0]
+    whose = np.arange(80) % 2 if order == "turns" else np.random.default_rng(3).permutation(np.arange(80) % 2)
+    rows = np.empty((80, *one.shape[1:]))
+    rows[whose == 0], rows[whose == 1] = one, other
+    times = np.arange(80) / 60.0
+    found = model.correct(Postures(NAMES, rows, times))
+    for k, alone_there in enumerate((one, other)):
+        mine = Postures(NAMES, alone_there, times[whose == k])
+        np.testing.assert_allclose(found.positions[whose == k], model.correct(mine).positions, atol=1e-9)
+    assert any("take turns" in said for said in found.source.warnings)
+    assert len(found.source.flags) == found.frames
+
+
+def test_who_leaps_now_and_then_takes_no_turns() -> None:
+    rows = sensed(truth("walk", 6, 1.5), 6)
+    rows[20:] += [3.0, 0.0, 0.0]
+    assert not taking_turns(rows, np.arange(len(rows)) / 30.0).any()
+    rows[::2] = np.nan
+    assert not taking_turns(rows, np.arange(len(rows)) / 30.0).any()

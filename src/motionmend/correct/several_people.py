@@ -1,9 +1,11 @@
-"""Several people one after another in a recording: by the time nobody is there, by leaps, and by how large they are.
+"""Several people in a recording, one after another: by the time nobody is there, by leaps, and by how large they are;
+or at once, a row of one and then of another: by where they are.
 
 A person's bones keep their lengths, two people's do not have the same. Live, who comes after two seconds of nobody, or
 leaps as nobody can, is met as a stranger. Where all of a recording is at hand their bones tell whether it is one: in
 real recordings of walkers who leave and come back the median bone of a second or more is within 10 % of the one before,
-or some bones are longer and others shorter.
+or some bones are longer and others shorter. A recorder that writes a row for everybody it sees, and not whose it is,
+has somebody leap from one row to the next and back again, all the time.
 """
 
 from collections.abc import Callable
@@ -13,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..bodies.postures import Postures
 from ..errors import counted, few
 from ..kernels import sighting as kernel
@@ -28,6 +30,8 @@ LEAST_SECONDS = 1.0  # of a person, that tell their size
 LARGER, FAR_LARGER = 0.12, 0.2  # in logarithms of bones' lengths, who may be another, and who anybody else must be
 TOGETHER = 0.8  # of the bones, at least, that are then longer, or shorter
 FEWEST = 4  # bones that tell a size
+OFTEN = 0.2  # of the steps, that leap where people take turns
+MOST_PEOPLE = 6  # as many as sensors follow at once
 
 
 def by_person(correct: Callable[[Postures], Postures], postures: Postures, body: Anatomy) -> Postures:
@@ -39,6 +43,62 @@ def by_person(correct: Callable[[Postures], Postures], postures: Postures, body:
     body : the model's.
     """
     rows = rows_of(joined(postures.names, body).to_model, postures.positions)
+    whose = taking_turns(rows, postures.times)
+    if not whose.any():
+        return _one_after_another(correct, postures, rows, body)
+    frames = [np.flatnonzero(whose == one) for one in range(whose.max() + 1)]
+    parts = [_one_after_another(correct, _some(postures, own), rows[own], body) for own in frames]
+    notes: list[Noted] = [part.source for part in parts]
+    order = np.argsort(np.concatenate(frames), kind="stable")
+    warnings = [f"rows of {len(parts)} people who are there at once take turns: each is corrected on their own"]
+    for k, (own, note) in enumerate(zip(frames, notes, strict=True)):
+        warnings += [f"person {k + 1}, from frame {own[0]} on: {one}" for one in note.warnings]
+    flags = np.concatenate([one.flags for one in notes])[order]
+    return replace(
+        postures,
+        positions=np.concatenate([one.positions for one in parts])[order],
+        std=np.concatenate([np.asarray(one.std) for one in parts])[order],
+        reliability=np.concatenate([np.asarray(one.reliability) for one in parts])[order],
+        source=replace(notes[0], source=postures.source, flags=flags, warnings=tuple(warnings)),
+    )
+
+
+def taking_turns(rows: Floats, times: Floats) -> Ints:
+    """(T,) the person of each frame, 0 throughout where one is seen at a time.
+
+    Each goes with whoever of those seen so far is nearest, and with nobody from whom it would have leapt. Who is seen
+    in less than a second's frames is nobody to be told apart, and then nobody is.
+
+    Parameters
+    ----------
+    rows : (T, J, 3) m by the model's joints, NaN = missing.
+    times : (T,) s.
+    """
+    whose = np.zeros(len(rows), dtype=np.int64)
+    there = np.flatnonzero(np.isfinite(rows).any(axis=(1, 2)))
+    away = np.diff(times[there])
+    leapt = sum(kernel.leapt(rows[b], rows[a], float(s)) for a, b, s in zip(there, there[1:], away, strict=False))
+    if leapt <= OFTEN * max(len(away), 1):
+        return whose
+    last: list[int] = []
+    for t in there:
+        at_hand = [k for k, a in enumerate(last) if not kernel.leapt(rows[t], rows[a], float(times[t] - times[a]))]
+        far = [float(np.nanmedian(np.square(rows[t] - rows[last[k]]))) for k in at_hand]
+        whose[t] = at_hand[int(np.argmin(far))] if far else len(last)
+        if not far:
+            last.append(t)
+        last[whose[t]] = t
+        if len(last) > MOST_PEOPLE:
+            return np.zeros_like(whose)
+    least = np.bincount(whose[there], minlength=len(last)).min() * len(last) / len(there)
+    told = least * float(times[there[-1]] - times[there[0]]) >= LEAST_SECONDS
+    return whose if told else np.zeros_like(whose)
+
+
+def _one_after_another(
+    correct: Callable[[Postures], Postures], postures: Postures, rows: Floats, body: Anatomy
+) -> Postures:
+    """A recording in which one is seen at a time, as of `by_person`; rows (T, J, 3) by the model's joints."""
     begins, said = people(rows, postures.times, body)
     ends = [*begins[1:], postures.frames]
     parts = [correct(_cut(postures, a, b)) for a, b in zip(begins, ends, strict=True)]
@@ -140,6 +200,10 @@ def _cut(postures: Postures, begin: int, end: int) -> Postures:
     """The frames of a part; all of it as it is where that is the whole."""
     if end - begin == postures.frames:
         return postures
-    some = slice(begin, end)
+    return _some(postures, np.arange(begin, end))
+
+
+def _some(postures: Postures, some: Ints) -> Postures:
+    """Some of the frames."""
     state = None if postures.state is None else postures.state[some]
     return replace(postures, positions=postures.positions[some], times=postures.times[some], state=state)
