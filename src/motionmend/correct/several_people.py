@@ -81,13 +81,12 @@ def taking_turns(rows: Floats, times: Floats) -> Ints:
     if leapt <= OFTEN * max(len(away), 1):
         return whose
     last: list[int] = []
-    for t in there:
+    for t in there.tolist():
         at_hand = [k for k, a in enumerate(last) if not kernel.leapt(rows[t], rows[a], float(times[t] - times[a]))]
         far = [float(np.nanmedian(np.square(rows[t] - rows[last[k]]))) for k in at_hand]
-        whose[t] = at_hand[int(np.argmin(far))] if far else len(last)
-        if not far:
-            last.append(t)
-        last[whose[t]] = t
+        own = at_hand[int(np.argmin(far))] if far else len(last)
+        last[own : own + 1] = [t]
+        whose[t] = own
         if len(last) > MOST_PEOPLE:
             return np.zeros_like(whose)
     least = np.bincount(whose[there], minlength=len(last)).min() * len(last) / len(there)
