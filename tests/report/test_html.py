@@ -137,6 +137,11 @@ def test_names_cannot_break_out_of_the_page(tmp_path):
     assert page.text.count("</script>") == 2
 
 
+def test_a_name_that_is_no_utf_8_is_shown_escaped_and_costs_nobody_the_page(tmp_path):
+    html_report(tmp_path / "a.html", [("n\udcff.c3d", waving())])
+    assert "n\\udcff.c3d" in (tmp_path / "a.html").read_text("utf-8")
+
+
 def test_the_tables_count_every_sample_and_name_the_largest_change(tmp_path):
     truth = waving()
     noisy, repaired = spoilt(truth)

@@ -62,8 +62,8 @@ def html_report(
         if recording.frames == 0:
             raise UsageError(f"a report needs frames to draw, {name!r} has none: leave it out")
     page = _page(named, repaired, facts, pictures)
-    with atomic(path) as temporary:
-        Path(temporary).write_text(page, encoding="utf-8", newline="\n")
+    with atomic(path) as temporary:  # file names need not be UTF-8: their other bytes stand in it as on the screen
+        Path(temporary).write_text(page, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def _page(
