@@ -126,6 +126,17 @@ def test_gaps_that_are_asked_for_come_out_as_with_the_others_which_stay_open(rng
     assert np.isnan(some.values[gaps[9], 9]).all()
 
 
+@pytest.mark.parametrize("fill", [fill_gaps, lambda positions, fps: fill_pca(positions)])
+def test_filling_does_not_depend_on_the_order_of_the_markers(rng, fill):
+    positions = _gappy(rng, _body(2, frames=160), gaps=12)
+    positions[rng.random(positions.shape[:2]) < 0.02] += 0.3
+    expected = fill(positions, FPS)
+    order = rng.permutation(positions.shape[1])
+    found = fill(positions[:, order], FPS)
+    np.testing.assert_allclose(found.values, expected.values[:, order], atol=1e-5)
+    np.testing.assert_allclose(found.std, expected.std[:, order], rtol=1e-3)
+
+
 def test_noise_and_a_stray_sample_do_not_explode(rng):
     truth = _body(6)
     gappy = _gappy(rng, truth + rng.normal(0, 0.01, truth.shape), gaps=10)

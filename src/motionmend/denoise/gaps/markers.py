@@ -399,7 +399,7 @@ def _moved_ends(seen: Bools, end: int) -> tuple[Bools, list[tuple[int, int, int]
     left[way][later:] &= seen[way][:-later]
     left[way][:later] = False
     moved = []
-    for marker in _thinned(enters, MOVED):
+    for marker in _thinned(_by_what_is_seen(seen, enters), MOVED):
         length = int(min(lost[marker] + later, len(seen)))
         if left[:, marker].any():
             moved.append((int(marker), len(seen) - length if end else 0, len(seen) if end else length))
@@ -410,7 +410,7 @@ def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:
     """(T, M) what is seen when gaps are moved elsewhere, and the moved gaps: marker, start, stop."""
     left, moved = seen.copy(), []
     gappy = np.flatnonzero(~seen.all(axis=0) & seen.any(axis=0))
-    for turn, marker in enumerate(_thinned(gappy, MOVED)):
+    for turn, marker in enumerate(_thinned(_by_what_is_seen(seen, gappy), MOVED)):
         gaps = sorted(runs(~seen[:, marker]), key=lambda gap: gap[0] - gap[1])
         start, stop = gaps[turn % max(1, min(3, len(gaps)))]
         length = stop - start
@@ -423,6 +423,11 @@ def _moved_gaps(seen: Bools) -> tuple[Bools, list[tuple[int, int, int]]]:
         left[there : there + length, marker] = False
         moved.append((int(marker), there, there + length))
     return left, moved
+
+
+def _by_what_is_seen(seen: Bools, markers: Ints) -> Ints:
+    """Markers (N,) in an order that is not the file's: which gaps are moved where says how sure all are taken to be."""
+    return np.array(sorted(markers.tolist(), key=lambda marker: seen[:, marker].tobytes()), dtype=np.int64)
 
 
 def _excess(errors: list[Floats]) -> float:

@@ -214,8 +214,9 @@ def _fit(posture: Floats, marker: int, others: Ints, distances: Floats) -> _Pred
     values_without, lacking = _ordered(without)
     count = max(_dimensions(values, KEPT), _dimensions(values_without, KEPT))
     full, lacking = full[:, :count], lacking[:, :count]
-    # Scores of the incomplete frame turned into those with the marker by T = PCᵀ PC0, as published (equation 1).
-    matrix = (lacking @ (full.T @ lacking) @ full.T)[:width, width:]
+    # Scores of the incomplete frame become those with the marker: T = PC0ᵀ PC. PCᵀ PC0, as published (equation 1),
+    # is its transpose: the signs of components, which are arbitrary, would decide what comes out.
+    matrix = (lacking @ (lacking.T @ full) @ full.T)[:width, width:]
     usual = float(np.trace(without)) / width
     return _Predictor(others, mean, scale, matrix * (marker_spread / MISSING_WEIGHT), marker_mean, usual)
 
