@@ -88,6 +88,22 @@ def blocks(depth, step, near, steep):
     return out
 
 
+def bridges(depth, near, steep, longest):
+    """Pixels within two to `longest` leaps the same way along a line, with something measured beyond both ends."""
+    between = np.zeros(depth.shape, bool)
+    for lines, marks in ((depth, between), (depth.T, between.T)):
+        for line, mark in zip(lines, marks, strict=True):
+            step = np.diff(line)
+            with np.errstate(invalid="ignore"):
+                leap = np.where(np.abs(step) > near + steep * np.fmin(line[:-1], line[1:]) ** 2, np.sign(step), 0.0)
+            ends = np.flatnonzero(np.diff(leap) != 0) + 1
+            for first, last in zip([0, *ends], [*ends, len(leap)], strict=True):
+                inside = first > 0 and last < len(leap) and np.isfinite(step[[first - 1, last]]).all()
+                if leap[first] and inside and 2 <= last - first <= longest:
+                    mark[first + 1 : last] = True
+    return between
+
+
 def surfaces(depth, inside, near, steep):
     """Connected surfaces by flooding from each first pixel."""
     out = np.full(depth.shape, -1)

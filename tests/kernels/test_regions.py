@@ -1,5 +1,6 @@
 """Clean-up and connected surfaces against their plain twins."""
 
+import cv2
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -61,3 +62,16 @@ def test_blocks_are_the_twins(seed, step, missing, shape):
     out = np.empty((-(-shape[0] // step), -(-shape[1] // step)), np.float32)
     regions.blocks(depth, step, 0.05, 0.004, out)
     np.testing.assert_allclose(out, naive.blocks(depth, step, 0.05, 0.004), rtol=1e-6)
+
+
+@given(SEEDS, st.floats(0.0, 3.0), st.floats(0.0, 0.2), st.integers(2, 6))
+@settings(max_examples=40)
+def test_bridges_are_the_twins(seed, blurred, missing, longest):
+    rng = np.random.default_rng(seed)
+    depth = (2.0 + np.cumsum(rng.choice([0.0, 0.0, 0.3, -0.3], (18, 22)), axis=1)).astype(np.float32)
+    depth = cv2.GaussianBlur(depth, (0, 0), blurred) if blurred > 0.3 else depth
+    depth[rng.uniform(size=depth.shape) < missing] = np.nan
+    between = np.empty(depth.shape, np.bool_)
+    count = regions.bridges(depth, 0.05, 0.004, longest, between)
+    np.testing.assert_array_equal(between, naive.bridges(depth, 0.05, 0.004, longest))
+    assert count == between.sum()

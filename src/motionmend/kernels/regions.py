@@ -398,3 +398,68 @@ def sampled(
             out[k, counts[k], 1] = (r - intrinsics[3]) * z / intrinsics[1]
             out[k, counts[k], 2] = z
             counts[k] += 1
+
+
+@compiled
+def bridges(depth: Singles, near: float, steep: float, longest: int, between: Bools) -> int:
+    """Pixels that hold neither of the two surfaces they lie between, along a row or a column.
+
+    From one surface to the next there is one leap. Where depth leaps several times the same way, pixel after pixel,
+    those between are a blend of both sides. Only a surface seen along itself leaps so, too, and that goes on: what
+    leaps more often is kept, and so is what has nothing measured beyond either end, for nothing tells how far it goes.
+
+    Parameters
+    ----------
+    depth : (H, W) m, NaN = no return.
+    near, steep : a leap is more than near + steep · z² m, z being the nearer depth.
+    longest : how many leaps one after the other still are a bridge.
+    between : (H, W), written: True where a pixel is part of one.
+
+    Returns
+    -------
+    How many there are.
+    """
+    height, width = depth.shape
+    least, count = np.float32(near), 0
+    for r in range(height):
+        for c in range(width):
+            between[r, c] = False
+            z = depth[r, c]
+            for axis in range(2):
+                down, across = axis, 1 - axis
+                if r < down or c < across or r + down >= height or c + across >= width:
+                    continue
+                after = depth[r + down, c + across]
+                if not abs(after - z) > least:  # quick, and enough for most: no leap whatever the depth
+                    continue
+                way = 1 if after > z else -1
+                if not _leaps(z, after, way, near, steep) or not _leaps(
+                    depth[r - down, c - across], z, way, near, steep
+                ):
+                    continue
+                back = _leaps_on(depth, r, c, -down, -across, -way, near, steep, longest)
+                on = _leaps_on(depth, r, c, down, across, way, near, steep, longest)
+                between[r, c] |= back > 0 and on > 0 and back + on <= longest
+            count += between[r, c]
+    return count
+
+
+@compiled
+def _leaps(z: float, after: float, way: int, near: float, steep: float) -> bool:
+    """Whether depth in m leaps from one pixel to the next, farther where `way` is 1, nearer where -1; NaN does not."""
+    least = z if z < after else after
+    return bool(way * (after - z) > near + steep * least * least)
+
+
+@compiled
+def _leaps_on(
+    depth: Singles, r: int, c: int, down: int, across: int, way: int, near: float, steep: float, most: int
+) -> int:
+    """How many leaps follow each other from a pixel on, `most` at most; 0 where nothing is measured beyond the last."""
+    count = 0
+    while 0 <= r + down < depth.shape[0] and 0 <= c + across < depth.shape[1]:
+        z, after = depth[r, c], depth[r + down, c + across]
+        if count == most or not _leaps(z, after, way, near, steep):
+            return 0 if np.isnan(after) else count
+        r, c, count = r + down, c + across, count + 1
+    return 0

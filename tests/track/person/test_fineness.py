@@ -1,5 +1,6 @@
 """Cameras of other resolutions and lenses, made about as fine as the first Kinect."""
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -78,3 +79,26 @@ def test_what_is_no_distance_is_no_return(camera, none):
     depth[: camera.height // 2] = none
     bare = np.where(depth == 2.5, depth, np.float32(np.nan))
     np.testing.assert_array_equal(evened(DepthFrame(camera, depth)).depth, evened(DepthFrame(camera, bare)).depth)
+
+
+@pytest.mark.parametrize("camera", [KINECT, FINE])
+def test_what_blends_a_body_and_the_wall_behind_is_of_neither(camera):
+    """Flying pixels, and the bridges of images made finer than they were measured: limbs grew by them."""
+    true = render(average(), standing((0.0, 0.1, 2.8)), camera).depth
+    sharp = np.where(np.isfinite(true), true, np.float32(3.8))
+    blurred = cv2.GaussianBlur(sharp, (0, 0), 1.2 * camera.fx / KINECT.fx)
+    seen = evened(DepthFrame(camera, blurred))
+    wanted = evened(DepthFrame(camera, sharp))
+    amid = (seen.depth > 3.1) & (seen.depth < 3.6)
+    assert amid.sum() < 0.02 * (wanted.depth < 3.5).sum()  # 0.08 and more as they come
+    within = cv2.erode((wanted.depth < 3.5).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    assert np.isfinite(seen.depth[within]).mean() > 0.98  # nothing but the rim goes
+    assert evened(seen) is seen
+
+
+def test_a_floor_seen_along_itself_stays():
+    """Farther by a leap from row to row, all the way to the wall."""
+    down = np.maximum(np.arange(240.0) - 119.0, 1e-3)[:, None]
+    floor = np.minimum(0.3 * KINECT.fy / down, 8.0) * np.ones((1, 320))
+    frame = DepthFrame(KINECT, floor.astype(np.float32))
+    assert evened(frame) is frame

@@ -1,21 +1,27 @@
 """Frames of any camera about as fine as the first Kinect's of 320 x 240: how many pixels a limb has is what counts.
 
-That depends on the focal length, in pixels, and not on how wide the image is: a wide lens has fewer on a body.
+That depends on the focal length, in pixels, and not on how wide the image is: a wide lens has fewer on a body. Pixels
+in which a camera blends what is before an edge with what is behind it are none of either.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from ...arrays import Singles
 from ...bodies.camera import KINECT, Camera, DepthFrame
 from .surfaces import JUMP_NEAR, JUMP_STEEP
+
+BRIDGE = 6  # leaps of depth from pixel to pixel; in no more than these one surface goes over into another
 
 
 def evened(frame: DepthFrame) -> DepthFrame:
     """The frame with one pixel for each block of n x n of its own, n being what makes it about as fine as `KINECT`.
 
     A block's depth is the mean of what is measured on its nearer surface, for of pixels that nobody looks at the noise
-    is not averaged out. Its place is the block's middle.
+    is not averaged out. Its place is the block's middle. What lies between two surfaces and is neither counts as no
+    return: time of flight has such flying pixels at edges, and a phone, whose images are finer than its laser, bridges
+    all of them; the body would be that much wider.
 
     Parameters
     ----------
@@ -23,7 +29,7 @@ def evened(frame: DepthFrame) -> DepthFrame:
 
     Returns
     -------
-    Of ceil(H / n) x ceil(W / n) pixels; the frame itself where it is no finer, and so for one that was evened.
+    Of ceil(H / n) x ceil(W / n) pixels; the frame itself where there is nothing to do, and so for one that was evened.
     """
     none = (frame.depth <= 0.0) | np.isinf(frame.depth)
     if none.any():
@@ -31,7 +37,8 @@ def evened(frame: DepthFrame) -> DepthFrame:
     camera = frame.camera
     step = camera.step_to(KINECT.fx)
     if step == 1:
-        return frame
+        parted = _parted(frame.depth)
+        return frame if parted is frame.depth else replace(frame, depth=parted)
     import cv2
 
     from ...kernels import regions
@@ -45,4 +52,14 @@ def evened(frame: DepthFrame) -> DepthFrame:
         color = np.asarray(beside[::step, ::step], np.uint8)
     middle = (step - 1) / (2.0 * step)
     seen_by = Camera(few.width, few.height, few.fx, few.fy, few.cx - middle, few.cy - middle)
-    return DepthFrame(seen_by, depth, color, frame.time)
+    return DepthFrame(seen_by, _parted(depth), color, frame.time)
+
+
+def _parted(depth: Singles) -> Singles:
+    """The image without what lies between two surfaces and is neither; itself where nothing does."""
+    from ...kernels import regions
+
+    between = np.empty(depth.shape, np.bool_)
+    if not regions.bridges(depth.copy(), JUMP_NEAR, JUMP_STEEP, BRIDGE, between):
+        return depth
+    return np.where(between, np.float32(np.nan), depth)
