@@ -60,6 +60,7 @@ def _parted(depth: Singles) -> Singles:
     from ...kernels import regions
 
     between = np.empty(depth.shape, np.bool_)
-    if not regions.bridges(depth.copy(), JUMP_NEAR, JUMP_STEEP, BRIDGE, between):
+    # Twice a jump: the last pixel of a limb, which turns away there, is one jump from the next and no blend.
+    if not regions.bridges(depth.copy(), 2 * JUMP_NEAR, 2 * JUMP_STEEP, BRIDGE, between):
         return depth
     return np.where(between, np.float32(np.nan), depth)
