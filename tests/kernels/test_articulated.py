@@ -19,13 +19,12 @@ def reach(targets, weights, hold, pose, rounds=40):
     posed = pose.arrays
     cost = articulated.reach(
         PERSON.chain,
-        bodies.MOVES,
-        bodies.LANDMARK_BONES,
-        PERSON.landmark_place,
+        bodies.MOVES.copy(),
+        *PERSON.marks,
         targets,
         weights,
         hold,
-        bodies.LIMITS,
+        bodies.LIMITS.copy(),
         rounds,
         posed,
     )

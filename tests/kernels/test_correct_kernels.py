@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import naive_correct as naive
+from motionmend.arrays import frozen
 from motionmend.kernels import bones, factors
 from motionmend.numerics.local_gp import fit_mixture, model_of, predict
 
@@ -39,8 +40,8 @@ def test_a_joint_without_models_says_nothing() -> None:
 def test_factors_go_ahead_as_the_matrix_exponential_says(seconds: float) -> None:
     rng = np.random.default_rng(3)
     root = rng.normal(size=(8, 8))
-    mean, cov, rates = rng.normal(size=8), root @ root.T, np.array([0.5, 1.0, 3.0, 8.0])
-    loadings = rng.normal(size=(5, 3, 4))
+    mean, cov, rates = rng.normal(size=8), root @ root.T, frozen([0.5, 1.0, 3.0, 8.0])
+    loadings = frozen(rng.normal(size=(5, 3, 4)))
     moved, later = naive.factors_ahead(mean, cov, rates, seconds)
     whole = moved, later, loadings @ moved[:4], loadings @ later[:4, :4] @ loadings.swapaxes(1, 2)
     for got, wanted in zip(factors.forecast(loadings, mean, cov, rates, seconds), whole, strict=True):
@@ -51,7 +52,7 @@ def test_factors_go_ahead_as_the_matrix_exponential_says(seconds: float) -> None
 
 def test_what_is_seen_is_kalmans_update_and_a_group_left_out_was_never_seen() -> None:
     rng = np.random.default_rng(4)
-    loadings, values = rng.normal(size=(5, 3, 4)), rng.normal(size=(5, 3))
+    loadings, values = frozen(rng.normal(size=(5, 3, 4))), rng.normal(size=(5, 3))
     root = rng.normal(size=(8, 8))
     mean, cov = rng.normal(size=8), root @ root.T + np.eye(8)
     precision = np.array([4.0, 0.0, 9.0, 1.0, 25.0])

@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_detector as naive
+from motionmend.arrays import frozen
 from motionmend.kernels import forest
 
 SEEDS = st.integers(0, 10**6)
@@ -25,7 +26,7 @@ def _tree(rng, depth=4):
     children = np.array([(2 * i + 1, 2 * i + 2) for i in range(inner)] + [(-1 - i, -1 - i) for i in range(inner + 1)])
     probes = rng.uniform(-0.6, 0.6, (len(children), 4)).astype(np.float32)
     probes[rng.uniform(size=len(children)) < 0.4, 2:] = 0.0
-    return probes, rng.normal(0, 0.3, len(children)), children.astype(np.int32)
+    return frozen(probes, np.float32), frozen(rng.normal(0, 0.3, len(children))), frozen(children, np.int32)
 
 
 @given(SEEDS)
@@ -33,7 +34,7 @@ def _tree(rng, depth=4):
 def test_differences_are_those_of_the_twin(seed):
     rng = np.random.default_rng(seed)
     depth, rows, columns = _image(rng)
-    probes = rng.uniform(-1, 1, (7, 4)).astype(np.float32)
+    probes = frozen(rng.uniform(-1, 1, (7, 4)), np.float32)
     out = np.empty((len(rows), 7), np.float32)
     forest.differences(depth, rows, columns, 30.0, 28.0, FAR, CLIP, probes, out)
     wanted = [
@@ -49,7 +50,7 @@ def test_every_pixel_reaches_the_twins_leaf(seed):
     rng = np.random.default_rng(seed)
     depth, rows, columns = _image(rng)
     probes, thresholds, children = _tree(rng)
-    roots = np.array([0], np.int32)
+    roots = frozen([0], np.int32)
     out = np.empty((len(rows), 1), np.int32)
     forest.leaves(depth, rows, columns, 30.0, 28.0, FAR, CLIP, probes, thresholds, children, roots, out)
     wanted = [
@@ -63,8 +64,8 @@ def test_every_pixel_reaches_the_twins_leaf(seed):
 @settings(max_examples=25)
 def test_votes_are_those_of_the_twin(seed):
     rng = np.random.default_rng(seed)
-    parts = rng.dirichlet(np.ones(4), 9).astype(np.float32)
-    offsets = rng.normal(0, 0.1, (9, 4, 3)).astype(np.float32)
+    parts = frozen(rng.dirichlet(np.ones(4), 9), np.float32)
+    offsets = frozen(rng.normal(0, 0.1, (9, 4, 3)), np.float32)
     reached, points = rng.integers(9, size=(30, 3)).astype(np.int32), rng.normal(size=(30, 3))
     area, places, weights = rng.uniform(size=30), np.empty((30, 3)), np.empty(30)
     count = forest.votes(reached, parts, offsets, points, area, 2, 0.2, places, weights)

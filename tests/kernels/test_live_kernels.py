@@ -1,4 +1,7 @@
-"""Kernels of one live frame of correction against their plain twins."""
+"""Kernels of one live frame of correction against their plain twins.
+
+What a model has learned is read-only, as here: kernels are compiled for either kind of array.
+"""
 
 import numpy as np
 import pytest
@@ -52,7 +55,7 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     standard = mean + loadings @ belief[0][:4] + rng.normal(0.0, 0.03, (JOINTS, 3))
     standard[3] += 0.5
     standard[7] = np.nan
-    raw, bone, best, told = (rng.uniform(0.0, 2.0, (JOINTS, 3))[:, :k].squeeze() for k in (1, 1, 1, 3))
+    raw, bone, best, told = (rng.uniform(0.0, 2.0, (JOINTS, 3))[:, :k].squeeze().copy() for k in (1, 1, 1, 3))
     place = loadings @ belief[0][:4]
     place_cov = np.stack([row @ belief[1][:4, :4] @ row.T for row in loadings])
     seconds = 0.0 if seed == 3 else 1 / 30
@@ -65,7 +68,7 @@ def test_a_posture_is_followed_as_by_its_twin(seed: int) -> None:
     standard[9] += 0.3
     apart = BODY.bones, np.where(rng.uniform(size=BONES) < 0.3, rng.uniform(size=BONES), 0.0)
     got = kernel.follow(
-        mean, loadings, noise, weights, lasting, *before, *belief, place, place_cov,
+        *map(frozen, (mean, loadings, noise, weights)), lasting, *before, *belief, place, place_cov,
         standard, seconds, kernel.Signs(raw, bone, best, told, repeated, *leaps[:2], *apart), leaps[2],
     )  # fmt: skip
     wanted = naive.follow(
@@ -168,8 +171,8 @@ def test_a_person_is_placed_as_by_its_twin(seed: int, missing: int, met: bool) -
     sums = np.stack([count * rng.uniform(0.1, 0.5, BONES), count])
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     told = (
-        rows, failing, sums, BODY.bones, BODY.across, BODY.trunk, rng.uniform(0.1, 0.5, BONES),
-        rng.normal(0.0, 0.2, (JOINTS, 3)), rng.normal(size=2), turn, rng.normal(size=3), 1.1,
+        rows, failing, sums, BODY.bones, BODY.across, BODY.trunk, frozen(rng.uniform(0.1, 0.5, BONES)),
+        frozen(rng.normal(0.0, 0.2, (JOINTS, 3))), rng.normal(size=2), turn, rng.normal(size=3), 1.1,
     )  # fmt: skip
     same(sighting.place(*told), naive.place(*told))
 
@@ -183,8 +186,8 @@ def test_who_is_seen_from_one_side_is_placed_as_by_the_twin(seed: int, met: bool
     if not shoulder:
         rows[BODY.across[1:, 1 - side]] = np.nan
     told = (
-        rows, failing, np.zeros((2, BONES)), BODY.bones, BODY.across, BODY.trunk, rng.uniform(0.1, 0.5, BONES),
-        rng.normal(0.0, 0.2, (JOINTS, 3)), rng.normal(size=2) * met, np.eye(3), rng.normal(size=3), 1.1,
+        rows, failing, np.zeros((2, BONES)), BODY.bones, BODY.across, BODY.trunk, frozen(rng.uniform(0.1, 0.5, BONES)),
+        frozen(rng.normal(0.0, 0.2, (JOINTS, 3))), rng.normal(size=2) * met, np.eye(3), rng.normal(size=3), 1.1,
     )  # fmt: skip
     same(sighting.place(*told), naive.place(*told))
 
@@ -202,7 +205,7 @@ def test_one_side_of_the_trunk_tells_where_it_faces(seed: int, side: int, headin
     rows = standard @ np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
     rows[BODY.across[:, side]] = np.nan
     trust = np.isfinite(rows).all(axis=1).astype(float)
-    told = rows, trust, BODY.trunk, BODY.across, standard
+    told = rows, trust, BODY.trunk, BODY.across, frozen(standard)
     found = one_side.facing(*told, np.zeros(2))
     np.testing.assert_allclose(found / np.hypot(*found), [cos, sin], atol=1e-9)
     found = np.array([np.cos(heading + 3.0), np.sin(heading + 3.0)])
@@ -226,7 +229,8 @@ def test_sides_are_found_changed_as_by_the_twin(seed: int, missing: int, spread:
     standard[rng.permutation(JOINTS)[:missing]] = np.nan
     cov = np.tile(np.eye(3) * spread**2, (JOINTS, 1, 1))
     last = standard[np.where(rng.uniform(size=JOINTS) < 0.5, BODY.mirror, np.arange(JOINTS))]
-    told = (standard, last, standard, place, cov, mean, own, noise, rng.uniform(size=JOINTS) < 0.3, BODY.mirror)
+    crossed = rng.uniform(size=JOINTS) < 0.3
+    told = (standard, last, standard, place, cov, frozen(mean), own, frozen(noise), crossed, BODY.mirror)
     got, wanted = sighting.crossed(*told), naive.crossed(*told)
     np.testing.assert_array_equal(got[0], wanted[0])
     assert got[1] == wanted[1]
@@ -243,17 +247,17 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
     rows[-rounded:, 1] = before[-rounded:, 1] if rounded else rows[:, 1]
     usual, spread, jerk = (rng.uniform(0.05, 0.5, n) for n in (BONES, BONES, JOINTS))
     states = rng.integers(0, 3, JOINTS if told else 0).astype(np.uint8)
-    every = (rows, before, earlier, 1.2, usual, BODY.bones, BODY.twins, spread, jerk, states)
+    every = (rows, before, earlier, 1.2, usual, BODY.bones, BODY.twins, spread, frozen(jerk), states)
     got = sighting.signs(*every)
     same(got, naive.signs(*every))
     assert got[6].sum() == (still if (still, rounded) in ((3, 0), (3, 1)) else 0)
     assert np.isfinite(np.concatenate([one.ravel() for one in got[1:]])).all()
     count = rng.uniform(0, 600, BONES)
     sums, failing = np.stack([0.3 * count, count]), rng.uniform(0.0, 0.6, JOINTS)
-    varied = sums, spread, got[0], failing, BODY.bones, rng.uniform(0.05, 0.5, BONES), 1 / 30
+    varied = sums, spread, got[0], failing, BODY.bones, frozen(rng.uniform(0.05, 0.5, BONES)), 1 / 30
     same(proportions.counted(*varied), naive.counted(*varied))
     for times in (1.0, 9.0):
-        wide = times * spread, varied[5], 2.0
+        wide = times * spread, frozen(varied[5]), 2.0
         same([proportions.unsteadiness(*wide)], [naive.unsteadiness(*wide)])
 
 
@@ -261,7 +265,7 @@ def test_signs_of_failure_and_lengths_are_those_of_the_twins(told: bool, still: 
 @settings(deadline=None)
 def test_a_bone_is_as_odd_as_its_twin_and_little_more(seed: int, size: float, far: float) -> None:
     rng = np.random.default_rng(seed)
-    standard = rng.uniform(0.2, 0.5, BONES)
+    standard = frozen(rng.uniform(0.2, 0.5, BONES))
     usual = size * (standard + far * rng.normal(size=BONES))
     got = proportions.likely(usual, size, standard, BODY.twins)
     same([got], [naive.likely(usual, size, standard, BODY.twins)])
@@ -279,7 +283,7 @@ def test_a_bone_is_as_odd_as_its_twin_and_little_more(seed: int, size: float, fa
 def test_a_bone_that_is_trusted_in_most_frames_tells_of_kinship_as_much_as_one_in_all(seed: int, share: float) -> None:
     """Of few frames those that vary are trusted in fewer, and it is the short ones that differ between sensors."""
     rng = np.random.default_rng(seed)
-    lengths, count = rng.uniform(0.2, 0.5, BONES), np.full(BONES, 100.0)
+    lengths, count = frozen(rng.uniform(0.2, 0.5, BONES)), np.full(BONES, 100.0)
     mean = lengths + 0.03 * rng.normal(size=BONES)
     fewer = np.where(rng.random(BONES) < 0.5, share, 1.0) * count
     fewer[0] = 100.0
@@ -291,7 +295,7 @@ def test_a_bone_that_is_trusted_in_most_frames_tells_of_kinship_as_much_as_one_i
 @pytest.mark.parametrize("off", [0.0, 0.02, 0.15])
 def test_kinship_is_that_of_the_twin(unseen: int, off: float) -> None:
     rng = np.random.default_rng(unseen)
-    lengths, count = rng.uniform(0.2, 0.5, BONES), rng.uniform(100, 200, BONES)
+    lengths, count = frozen(rng.uniform(0.2, 0.5, BONES)), rng.uniform(100, 200, BONES)
     count[rng.permutation(BONES)[:unseen]] = 0.0
     sums = np.stack([1.1 * count * (lengths + off * (-1.0) ** np.arange(BONES)), count])
     every = (sums, lengths, BODY.twins, BODY.parts)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motionmend.arrays import frozen
 from motionmend.kernels.planes import refit
 from naive_tracking import refit_plane
 
@@ -22,7 +23,7 @@ def drawn(seed, count=400, noise=0.004, clutter=60):
     cloud[:clutter, 1] -= rng.uniform(0.1, 1.0, clutter)
     before = plane + np.append(rng.normal(0, 0.008, 3), rng.normal(0, 0.01))
     before /= np.linalg.norm(before[:3])
-    return cloud, rng.uniform(5e-4, 2e-3, count), plane, before
+    return cloud, rng.uniform(5e-4, 2e-3, count), plane, frozen(before)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import naive_detector as naive
 from depth_images import INTRINSICS, stepped
+from motionmend.arrays import frozen
 from motionmend.kernels import scene
 
 SEEDS = st.integers(0, 10**6)
@@ -20,8 +21,9 @@ def test_what_stands_before_the_scene_is_the_twins(seed):
     depth = stepped(rng)
     background = (depth + rng.uniform(-0.2, 0.3, depth.shape)).astype(np.float32)
     background[rng.uniform(size=depth.shape) < 0.3] = np.nan
+    background = frozen(background, np.float32)
     normal = np.column_stack([rng.normal(0, 0.2, (2, 2)), -np.ones(2)])
-    planes = np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)])
+    planes = frozen(np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)]))
     out = np.empty(depth.shape, bool)
     scene.before_scene(depth, INTRINSICS, planes, background, 0.015, 0.007, out)
     wanted = naive.before_scene(depth, INTRINSICS, planes, background, 0.015, 0.007)
@@ -35,7 +37,7 @@ def test_what_may_hide_the_person_is_the_twins(seed, closest):
     rng = np.random.default_rng(seed)
     depth = stepped(rng)
     normal = np.column_stack([rng.normal(0, 0.2, (2, 2)), -np.ones(2)])
-    planes = np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)])
+    planes = frozen(np.column_stack([normal / np.linalg.norm(normal, axis=1)[:, None], rng.uniform(2.1, 2.8, 2)]))
     free = rng.uniform(size=depth.shape) < 0.7
     wanted = naive.hiding(depth, INTRINSICS, planes, 0.015, 0.007, closest, free)
     scene.hiding(depth, INTRINSICS, planes, 0.015, 0.007, closest, free)
@@ -66,7 +68,7 @@ def _with_holes(seed):
     hidden = ((away > 4.6) & (away < 4.6 + rng.uniform(1.0, 3.0))) | (rng.uniform(size=depth.shape) < 0.05)
     depth[hidden] = person[hidden] = np.nan
     free = np.isfinite(depth) & np.isnan(person) & (rng.uniform(size=depth.shape) < 0.9)
-    return depth, person, free
+    return frozen(depth, np.float32), person, free
 
 
 @pytest.mark.slow

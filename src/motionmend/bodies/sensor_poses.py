@@ -150,7 +150,7 @@ def joints_of_poses(poses: Poses, performer: Performer, names: Sequence[str], ti
 def _as_landmarks(postures: Postures) -> Floats:
     """(T, 16, 3) m, the sensor's joints as the performer's; NaN where it has none."""
     found = correspondence(postures.names, LANDMARKS)
-    return np.asarray(np.where((found >= 0)[:, None], postures.positions[:, found], np.nan))
+    return np.ascontiguousarray(np.where((found >= 0)[:, None], postures.positions[:, found], np.nan))
 
 
 def _middle(place: Floats, names: tuple[str, ...]) -> Floats:

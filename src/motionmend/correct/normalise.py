@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, frozen
 from .anatomy import Anatomy
 
 
@@ -24,6 +24,10 @@ class Standard:
 
     lengths: Floats
     trunk: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("lengths", "trunk"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -138,9 +138,9 @@ def depth_of(
     placed = np.zeros((count, 3, 4))
     placed[:, range(3), range(3)] = 1.0
     placed[:, :, 3] = centers @ turn.T + shift
-    sizes = np.repeat(body.radius[:, None], 3, axis=1)
+    sizes = frozen(np.repeat(body.radius[:, None], 3, axis=1))
     parts = np.empty((count, raycast.PARTS))
-    kinds, tapers = np.zeros(count, np.uint8), np.zeros(count)
+    kinds, tapers = frozen(np.zeros(count), np.uint8), frozen(np.zeros(count))
     raycast.prepare(placed, kinds, sizes, tapers, intrinsics(camera), camera.width, camera.height, parts)
     depth = np.empty((camera.height, camera.width), dtype=np.float32)
     ball = np.empty(depth.shape, dtype=np.int16)

@@ -241,6 +241,8 @@ def _serve(model: "CorrectorModel", online: bool, look_ahead: float, line: socke
 
     sessions: dict[int, Session | None] = {}
     heard, said = bytearray(), list[bytes]()
+    # What was pickled is writeable: kernels would be compiled anew for it.
+    model = type(model).from_arrays(*model.to_arrays())
     with one_blas_thread(), line:
         warm(model, look_ahead)
         gc.collect()
