@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import naive_detector as naive
 from depth_images import INTRINSICS, stepped
+from motionmend.arrays import frozen
 from motionmend.kernels import regions
 
 SEEDS = st.integers(0, 10**6)
@@ -71,6 +72,7 @@ def test_bridges_are_the_twins(seed, blurred, missing, longest):
     depth = (2.0 + np.cumsum(rng.choice([0.0, 0.0, 0.3, -0.3], (18, 22)), axis=1)).astype(np.float32)
     depth = cv2.GaussianBlur(depth, (0, 0), blurred) if blurred > 0.3 else depth
     depth[rng.uniform(size=depth.shape) < missing] = np.nan
+    depth = frozen(depth, np.float32)
     between = np.empty(depth.shape, np.bool_)
     count = regions.bridges(depth, 0.05, 0.004, longest, between)
     np.testing.assert_array_equal(between, naive.bridges(depth, 0.05, 0.004, longest))

@@ -56,11 +56,10 @@ def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Seque
         "joints are those of what estimates poses in pictures, not of the sensor that was learned from: "
         f"{100 * kin:.0f} % of the learned offsets were applied, and what they do there is not known"
     )
-    stranger = foreign if kin < FOREIGN else pictured if joining.other_kind else None
-    stranger = displaced if joining.displaced else stranger
+    speaks = (bool(joining.displaced), displaced), (kin < FOREIGN, foreign), (joining.other_kind, pictured)
     warnings = (
         *_tilted(sights),
-        *((stranger,) if stranger is not None else ()),
+        *[said for against, said in speaks if against][:1],
         *_untold(postures),
         *_exchanged(joining, sights),
         *_never_seen(postures, corrected),

@@ -421,17 +421,25 @@ def bridges(depth: Singles, near: float, steep: float, longest: int, between: Bo
     """
     height, width = depth.shape
     least, count = np.float32(near), 0
+    leaps = np.empty(width, np.bool_)
+    between[:] = False
     for r in range(height):
+        # enough for most pixels, several at once: no leap, whatever the depth
+        leaps[width - 1] = False
+        for c in range(width - 1):
+            leaps[c] = abs(depth[r, c + 1] - depth[r, c]) > least
+        if r + 1 < height:
+            for c in range(width):
+                leaps[c] |= abs(depth[r + 1, c] - depth[r, c]) > least
         for c in range(width):
-            between[r, c] = False
+            if not leaps[c]:
+                continue
             z = depth[r, c]
             for axis in range(2):
                 down, across = axis, 1 - axis
                 if r < down or c < across or r + down >= height or c + across >= width:
                     continue
                 after = depth[r + down, c + across]
-                if not abs(after - z) > least:  # quick, and enough for most: no leap whatever the depth
-                    continue
                 way = 1 if after > z else -1
                 if not _leaps(z, after, way, near, steep) or not _leaps(
                     depth[r - down, c - across], z, way, near, steep

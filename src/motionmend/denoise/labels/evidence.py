@@ -154,7 +154,7 @@ def measure_continuity(positions: Floats, fps: float) -> Continuity:
     if not known.any():
         return Continuity(np.array([1.0]), np.full((3, 1), np.inf), np.zeros((3, 1)), window, np.inf)
     # A longer step is never the surer one.
-    rest, share = np.maximum.accumulate(rest[:, known], axis=1), share[:, known]
+    rest, share = np.maximum.accumulate(rest.compress(known, axis=1), axis=1), share.compress(known, axis=1)
     return Continuity(horizons[known].astype(np.float64), np.maximum(rest, _LEAST), share, window, fastest)
 
 

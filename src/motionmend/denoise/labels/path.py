@@ -65,8 +65,7 @@ def swapped_stretches(
         price,
         ends,
     )
-    usual = continuity.horizons, np.ascontiguousarray(continuity.rest), np.ascontiguousarray(continuity.share)
-    steps = *usual, continuity.fastest, STEP_LAW, _KEPT, _HOPELESS
+    steps = continuity.horizons, continuity.rest, continuity.share, continuity.fastest, STEP_LAW, _KEPT, _HOPELESS
     free = np.zeros(len(starts), dtype=bool)
     best, swapped = likeliest_path(*chain, free, *steps)
     found = []

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Singles
+from ...arrays import Singles, frozen
 from ...bodies.camera import KINECT, Camera, DepthFrame
 from .surfaces import JUMP_NEAR, JUMP_STEEP
 
@@ -61,6 +61,6 @@ def _parted(depth: Singles) -> Singles:
 
     between = np.empty(depth.shape, np.bool_)
     # Twice a jump: the last pixel of a limb, which turns away there, is one jump from the next and no blend.
-    if not regions.bridges(depth.copy(), 2 * JUMP_NEAR, 2 * JUMP_STEEP, BRIDGE, between):
+    if not regions.bridges(frozen(depth, np.float32), 2 * JUMP_NEAR, 2 * JUMP_STEEP, BRIDGE, between):
         return depth
     return np.where(between, np.float32(np.nan), depth)
