@@ -22,8 +22,12 @@ def gaussian_smooth(values: Floats, width: float) -> Floats:
     reach = int(REACH * width + 0.5)
     bell = np.exp(-0.5 * np.square(np.arange(-reach, reach + 1) / width))
     bell = (bell / bell.sum()).astype(values.dtype)
-    longer = np.pad(values, ((reach, reach), (0, 0)), mode="edge").T
-    size = next_fast_len(longer.shape[1], real=True)
+    frames, channels = values.shape
+    size = next_fast_len(frames + 2 * reach, real=True)
+    longer = np.zeros((channels, size), dtype=values.dtype)
+    longer[:, :reach] = values[0][:, None]
+    longer[:, reach : reach + frames] = values.T
+    longer[:, reach + frames : frames + 2 * reach] = values[-1][:, None]
     spectrum = rfft(longer, size, axis=1)
     spectrum *= rfft(bell, size)
-    return np.ascontiguousarray(irfft(spectrum, size, axis=1)[:, 2 * reach : 2 * reach + len(values)].T)
+    return np.ascontiguousarray(irfft(spectrum, size, axis=1)[:, 2 * reach : 2 * reach + frames].T)

@@ -55,28 +55,38 @@ def likeliest_amplitudes(parts: Floats, base: Floats, values: Floats, start: Flo
     """
     count, draws = values.shape
     flat = parts.reshape(len(parts), -1)
+    halves = _halves(parts).reshape(len(parts), -1)
     origin = np.log(start)
     floor = _JITTER * max(float(np.square(values).mean()), 1e-30)
     diagonal = np.diag_indices(count)
 
     def cost(log_amplitudes: Floats) -> tuple[float, Floats]:
         amplitudes = np.exp(log_amplitudes)
-        cov = (amplitudes @ flat).reshape(count, count) + base
+        cov = (amplitudes @ flat).reshape(count, count).T  # symmetric: as LAPACK lays it out
+        cov += base.T
         cov[diagonal] += floor
-        root, failed = dpotrf(cov, lower=1)
+        root, failed = dpotrf(cov, lower=1, overwrite_a=1)
         if failed:
             return 1e12, np.zeros(len(start))
         weights, _ = dpotrs(root, values, lower=1)
-        inverse, _ = dpotri(root, lower=1)
-        inverse = np.tril(inverse) + np.tril(inverse, -1).T
-        slope = 0.5 * amplitudes * (flat @ (draws * inverse - weights @ weights.T).ravel())
+        volume = float(np.log(root.diagonal()).sum())
+        inverse, _ = dpotri(root, lower=1, overwrite_c=1)  # its lower half; above it stands nothing
+        slope = amplitudes * (halves @ (draws * inverse.T - weights @ weights.T).ravel())
         moved = log_amplitudes - origin
-        fit = 0.5 * float((values * weights).sum()) + draws * float(np.log(root.diagonal()).sum())
+        fit = 0.5 * float((values * weights).sum()) + draws * volume
         return fit + _PULL * float(moved @ moved), slope + 2.0 * _PULL * moved
 
     bounds = list(zip(origin + _LEAST_LOG, origin + _MOST_LOG, strict=True))
     found = minimize(cost, origin, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": iterations})
     return np.asarray(np.exp(found.x))
+
+
+def _halves(parts: Floats) -> Floats:
+    """(P, N, N) upper halves of symmetric components, of the diagonal half: a trace of products needs no more."""
+    upper = np.triu(parts)
+    diagonal = np.arange(parts.shape[1])
+    upper[:, diagonal, diagonal] *= 0.5
+    return upper
 
 
 def krige(cov: Floats, cross: Floats, prior: Floats, values: Floats) -> Prediction:

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eigh_tridiagonal, lapack
-from scipy.sparse.linalg import ArpackNoConvergence, eigsh
+from scipy.linalg import blas, eigh_tridiagonal, lapack
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from ..arrays import Floats, frozen, runs
 from ..errors import MismatchError
 
-FEW = 64  # eigenvectors that Lanczos iteration finds sooner than a decomposition does
+FIRST = 16  # eigenvectors that are asked for first: motion has seldom more
+FEW = 64  # that Lanczos iteration finds sooner than a decomposition does
 TRIDIAGONAL_LIMIT = 3000  # above this order Lanczos iteration goes on to more of them
 
 
@@ -186,12 +187,17 @@ def _leading(matrix: Floats, total: float, energy: float) -> tuple[Floats, Float
     """
     size = len(matrix)
     most = size // 5 if size > TRIDIAGONAL_LIMIT else min(FEW, size // 5)
-    wanted = FEW
+    wanted = min(FIRST, most)
+    products: Any = blas
+    # a symmetric matrix is read by half: Lanczos iteration waits for memory
+    product = LinearOperator(
+        matrix.shape, lambda x: products.dsymv(1.0, matrix.T, x.ravel(), lower=1), dtype=matrix.dtype
+    )
     # fixed, so that the same clips give the same bases, and random, so that no pattern is orthogonal to it
     start = np.random.default_rng(0).normal(size=size)
-    while total > 0 and wanted <= most:
+    while total > 0 and 0 < wanted <= most:
         try:
-            values, vectors = eigsh(matrix, k=wanted, which="LA", v0=start)
+            values, vectors = eigsh(product, k=wanted, which="LA", v0=start)
         except ArpackNoConvergence:
             break
         if values.sum() >= energy * total:
