@@ -83,10 +83,10 @@ def test_near_the_surface_depths_are_distances_and_the_way_out_is_the_shortest(k
     surface = local @ placed[:, :3].T + placed[:, 3]
     for step in (-0.02, 0.02):
         for n in np.flatnonzero(np.abs(high) < 0.4)[:40]:
-            at_surface, _, *out = inside(placed, kind, size, taper, *surface[n])
+            at_surface, _, *out = inside(placed, np.uint8(kind), size, taper, *surface[n])
             assert abs(at_surface) < 1e-9
             point = surface[n] - step * np.array(out)
-            deep, share, *out = inside(placed, kind, size, taper, *point)
+            deep, share, *out = inside(placed, np.uint8(kind), size, taper, *point)
             away = surface - point
             nearest = np.argmin(np.linalg.norm(away, axis=1))
             assert share == 1.0

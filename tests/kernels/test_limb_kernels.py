@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import naive_limbs as naive
 import naive_tracking
+from motionmend.arrays import frozen
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import BONES, DOFS, MOVES, Pose, advance, landmarks, standing
@@ -173,7 +174,7 @@ def test_inverses_are_lapacks(seed, size):
 @given(seed=st.integers(0, 10_000), share=st.sampled_from([0.0, 0.01, 0.5]))
 def test_the_extent_of_what_is_measured(seed, share):
     rng = np.random.default_rng(seed)
-    depth = np.where(rng.random((9, 14)) < share, rng.uniform(0.5, 4.0, (9, 14)), np.nan).astype(np.float32)
+    depth = frozen(np.where(rng.random((9, 14)) < share, rng.uniform(0.5, 4.0, (9, 14)), np.nan), np.float32)
     box = np.empty(4, np.int64)
     nearest = regions.extent(depth, box)
     rows, columns = np.nonzero(np.isfinite(depth))

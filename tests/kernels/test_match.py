@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import naive_tracking as naive
+from motionmend.arrays import frozen
 from motionmend.bodies.camera import Camera
 from motionmend.bodies.performer import MOVES
 from motionmend.kernels import bone_systems, match, raycast, rendered, widths
@@ -196,6 +197,6 @@ def test_spreads_of_points_follow_from_the_covariance(rng):
     root = rng.normal(size=(34, 34))
     covariance, twists = root @ root.T, rng.normal(size=(34, 6))
     bones, points, std = np.array([0, 6, 11]), rng.normal(size=(3, 3)), np.empty(3)
-    bone_systems.spreads(covariance, twists, MOVED_FIRST, BONES_MOVED, bones, points, std)
+    bone_systems.spreads(covariance, twists, MOVED_FIRST, BONES_MOVED, frozen(bones, np.int64), points, std)
     wanted = [naive.joint_spread(covariance, twists, MOVES[b], x) for b, x in zip(bones, points, strict=True)]
     np.testing.assert_allclose(std, wanted, rtol=1e-9)

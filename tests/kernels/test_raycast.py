@@ -38,9 +38,8 @@ def some_solids(rng, count=6):
 def picture(solids, camera):
     placed = naive_body.place(np.eye(4)[None], solids)
     parts = np.empty((len(solids), raycast.PARTS))
-    raycast.prepare(
-        placed, solids.kind, solids.size, solids.taper, intrinsics(camera), camera.width, camera.height, parts
-    )
+    shapes = (one.copy() for one in (solids.kind, solids.size, solids.taper))  # as kernels hand them on
+    raycast.prepare(placed, *shapes, intrinsics(camera), camera.width, camera.height, parts)
     depth = np.empty((camera.height, camera.width), dtype=np.float32)
     solid = np.empty(depth.shape, dtype=np.int16)
     raycast.cast(parts, depth, solid)

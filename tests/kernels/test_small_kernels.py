@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import naive_tracking as naive
+from motionmend.arrays import frozen
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT
 from motionmend.bodies.performer import advance, bone_frames, standing, twists
@@ -51,7 +52,7 @@ def test_squared_distances(rng):
     weights = rng.uniform(0, 1, 28).astype(np.float32)
     weights[3] = 0.0
     out = np.empty(500, np.float32)
-    nearest.squared_distances(np.ascontiguousarray(samples.T), query, weights, out)
+    nearest.squared_distances(frozen(samples.T, np.float32), query, weights, out)
     np.testing.assert_allclose(out, ((samples - query) ** 2) @ weights, rtol=1e-4)
 
 

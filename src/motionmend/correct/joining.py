@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats, Ints, frozen
 from ..bodies.joint_sets import meanings
 from ..errors import MismatchError
 from ..kernels import sighting as kernel
@@ -148,7 +148,7 @@ def outward(
     joint stays empty. Joints that the model lacks are not judged by it: where one is missing, or farther from its
     neighbours than it can be, it stays beside them as before, or as before and after.
     """
-    given, moved = np.ascontiguousarray(given), np.ascontiguousarray(moved)
+    given, moved = frozen(given), np.ascontiguousarray(moved)
     placed = np.empty(given.shape)
     deviation, reliable = np.empty(given.shape[:2]), np.empty(given.shape[:2])
     turn = sights[-1].upright

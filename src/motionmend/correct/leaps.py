@@ -66,7 +66,7 @@ def leaps_again(rows: Floats, times: Floats, mirror: Ints) -> Bools:
     times : (T,) s.
     mirror : (J,) the joint's other side, or itself.
     """
-    found = np.zeros(rows.shape[:2], dtype=np.bool_)
+    rows, found = np.ascontiguousarray(rows), np.zeros(rows.shape[:2], dtype=np.bool_)
     last = np.full(rows.shape[1], np.inf)  # when each leaps next
     new = np.append(0, 1 + np.flatnonzero(stirred(rows[1:], rows[:-1]).any(axis=1)))  # a slow sensor repeats postures
     until = np.append(new[1:], len(rows))

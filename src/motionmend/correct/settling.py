@@ -110,7 +110,7 @@ def settled_recording(
             if some.any():
                 usual[b] = np.median(lengths[some, b])
                 break
-    wanted = np.ascontiguousarray(np.broadcast_to(usual, (len(positions), len(bones))))
+    wanted = np.repeat(usual[None], len(positions), axis=0)
     mobility = _mobility(trust)
     placed = steady
     for _ in range(TURNS):

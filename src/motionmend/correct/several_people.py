@@ -74,7 +74,7 @@ def taking_turns(rows: Floats, times: Floats) -> Ints:
     rows : (T, J, 3) m by the model's joints, NaN = missing.
     times : (T,) s.
     """
-    whose = np.zeros(len(rows), dtype=np.int64)
+    rows, whose = np.ascontiguousarray(rows), np.zeros(len(rows), dtype=np.int64)
     there = np.flatnonzero(np.isfinite(rows).any(axis=(1, 2)))
     away = np.diff(times[there])
     leapt = sum(kernel.leapt(rows[b], rows[a], float(s)) for a, b, s in zip(there, there[1:], away, strict=False))

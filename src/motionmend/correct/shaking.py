@@ -10,7 +10,7 @@ from math import exp, sqrt
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, frozen
 from ..kernels import shaking as kernel
 
 SECONDS = 0.5  # in which all but a share of 1 / e of what was said before is forgotten
@@ -83,5 +83,5 @@ def usual_jerk(jerk: Floats, shaking: Shaking, size: float) -> Floats:
     size : of the person by that of the standard body.
     """
     if shaking.variance <= 0.0:
-        return jerk
-    return np.maximum(jerk, USUAL * BENT * shaking.deviation / size)
+        return frozen(jerk)
+    return frozen(np.maximum(jerk, USUAL * BENT * shaking.deviation / size))

@@ -5,7 +5,7 @@ from math import exp
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats, Ints, frozen
 from ..kernels import proportions
 from ..kernels import sighting as kernel
 from ..numerics.factors import Factors
@@ -136,7 +136,7 @@ def unsteadiness(watcher: Watcher, spread: Floats) -> Floats:
     does not count. Recordings of one sensor differ as well, and that is no reason to overlook failures. The joints'
     second differences are not asked: who moves briskly would teach that failures are usual.
     """
-    wider: Floats = proportions.unsteadiness(spread, watcher.detector.bone_spread, RANGE)
+    wider: Floats = proportions.unsteadiness(frozen(spread), watcher.detector.bone_spread, RANGE)
     return wider
 
 

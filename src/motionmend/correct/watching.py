@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Bools, Bytes, Floats, Ints
+from ..arrays import Bools, Bytes, Floats, Ints, frozen
 from ..kernels import hops, proportions
 from ..kernels import sighting as kernel
 from ..kernels.following import Signs
@@ -133,7 +133,13 @@ def look(
     signs = Signs(raw, bone, best_bone, told, repeated & moved, gone, back, body.bones, nobodys)
     followed = follow(known, watcher.detector, before, forecast, ahead, standard, seconds, signs)
     lengths, spread = proportions.counted(
-        sight.lengths, sight.spread, lengths, followed.failing, body.bones, watcher.detector.bone_spread, seconds
+        sight.lengths,
+        frozen(sight.spread),
+        lengths,
+        followed.failing,
+        body.bones,
+        frozen(watcher.detector.bone_spread),
+        seconds,
     )
     anyone = bool(np.count_nonzero(np.isfinite(rows)))
     return Sight(

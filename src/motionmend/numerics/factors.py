@@ -144,7 +144,7 @@ def left_out(rest: Floats, cov: Floats, noise: Floats, precision: Floats) -> tup
     -------
     distance (J,) by Mahalanobis, and volume (J,), the logarithm of the determinant of the covariance.
     """
-    far, volume = kernel.left_out(rest, cov, noise, precision)
+    far, volume = kernel.left_out(rest, cov, noise.copy(), precision)  # as who follows a person hands it on
     return far, volume
 
 

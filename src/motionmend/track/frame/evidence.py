@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from ...arrays import Bools, Floats, Ints, Singles
+from ...arrays import Bools, Floats, Ints, Singles, frozen
 from ...bodies.camera import KINECT, Camera
 from ...bodies.surface import intrinsics
 from ..settings import TrackSettings
@@ -179,7 +179,7 @@ def listed(depth: Singles, intrinsics: Floats, every: int) -> tuple[Ints, Single
 
     most = -(-depth.shape[0] // every) * -(-depth.shape[1] // every)
     pixels, samples = np.empty((most, 2), np.int64), np.empty((most, 3), np.float32)
-    count = rendered.listed(depth, intrinsics, every, pixels, samples)
+    count = rendered.listed(frozen(depth, np.float32), intrinsics, every, pixels, samples)
     return pixels[:count].copy(), samples[:count].copy()
 
 

@@ -122,7 +122,7 @@ def mended(part: Singles, radius: int) -> Singles:
 
     out = np.empty(part.shape, np.float32)
     if part.size:
-        regions.mend(part.copy(), radius, 6, JUMP_NEAR, out)
+        regions.mend(frozen(part, np.float32), radius, 6, JUMP_NEAR, out)
     return out
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Bools, Floats, Singles
+from ...arrays import Bools, Floats, Singles, frozen
 from ...bodies.camera import Camera, DepthFrame
 from ...bodies.surface import intrinsics
 from .fineness import evened
@@ -49,7 +49,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     even = [evened(frame) for frame in frames]
     if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
         return None
-    camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
+    camera, depths = even[0].camera, frozen(np.stack([frame.depth for frame in even]), np.float32)
     whole = first_whole(even)
     room, scene = scene_of(even[whole]), None
     stays, leaving = stays_of(depths, camera.fx * camera.fy)

@@ -75,7 +75,7 @@ def lines_of(depth: Singles, camera: Camera) -> Lines | None:
     from ...kernels import regions
 
     counts = np.empty(depth.shape[0], np.int64), np.empty(depth.shape[1], np.int64)
-    squares = regions.tally(depth, *counts)
+    squares = regions.tally(frozen(depth, np.float32), *counts)
     rows, columns = (np.flatnonzero(count) for count in counts)
     if not len(rows):
         return None
