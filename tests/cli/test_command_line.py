@@ -237,6 +237,30 @@ def test_an_interrupt_of_text_that_is_executed_ends_with_130_and_by_no_signal(tm
     assert (ran.returncode, len(ran.stderr.splitlines())) == (130, 1)
 
 
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_of_what_cannot_fail_ends_it_all_the_same(tmp_path: Path, number: int, code: int) -> None:
+    """Callbacks of the compiler, and what is cleared away: Python goes on behind them as if there had been none."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import signal, sys, time\n"
+        "class Cleared:\n"
+        "    def __del__(self):\n"
+        f"        signal.raise_signal({int(number)})\n"
+        "class Interrupting:\n"
+        "    @staticmethod\n"
+        "    def find_spec(name, *_):\n"
+        "        if name == 'motionmend.cli.inspect':\n"
+        "            Cleared()\n"
+        "            time.sleep(20)\n"
+        "sys.meta_path.insert(0, Interrupting)\n"
+    )
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-m", "motionmend", "inspect", "a.amc"]
+    began = time.monotonic()
+    ran = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path})
+    assert (ran.returncode, len(ran.stderr.splitlines())) == (code, 1)
+    assert time.monotonic() - began < 15
+
+
 @pytest.mark.parametrize("command", ["denoise", "correct", "track", "pipeline"])
 def test_a_model_that_is_missing_or_broken_fails_each_input_in_json_too(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: str

@@ -1,8 +1,10 @@
 """The command line: `main` reads the arguments, runs one command and turns every failure into one line."""
 
+import _thread
 import os
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 FAILED, BAD_USAGE, INTERRUPTED = 1, 2, 130
 ENDED = 128  # and a signal's number: what a process returns that the signal ended
+AGAIN = 0.01  # s after which an interrupt that was lost comes again
 
 GROUPS = {"fit": "Learn a model from clean recordings.", "data": "Public recordings by name."}
 
@@ -69,6 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         signal.signal(signal.SIGTERM, _terminate)
         if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
             signal.signal(signal.SIGHUP, _terminate)
+        sys.unraisablehook = _lost
         _open_closed_streams()
         for stream in (sys.stdout, sys.stderr):  # a name that a pipe's encoding lacks is spelt, not a failure
             if isinstance(stream, TextIOWrapper):
@@ -196,6 +200,23 @@ def _open_closed_streams() -> None:
 
 def _terminate(number: int, _frame: object) -> None:
     raise Terminated(number)
+
+
+def _lost(unraisable: "sys.UnraisableHookArgs") -> None:
+    """Let an interrupt come again that came upon what cannot fail, as callbacks of the compiler and clearing away do:
+    Python tells of it with a traceback and goes on as if there had been none. All else is told as before."""
+    interrupt = unraisable.exc_value
+    if not isinstance(interrupt, KeyboardInterrupt):
+        sys.__unraisablehook__(unraisable)
+        return
+    number = interrupt.args[0] if isinstance(interrupt, Terminated) else signal.SIGINT
+    # from elsewhere and later, for raised here it would be lost again; sent to the thread, it ends a wait as well
+    if hasattr(signal, "pthread_kill"):
+        again = threading.Timer(AGAIN, signal.pthread_kill, (threading.main_thread().ident, number))
+    else:  # Windows
+        again = threading.Timer(AGAIN, _thread.interrupt_main, (number,))
+    again.daemon = True
+    again.start()
 
 
 def _line(error: Exception) -> str:
