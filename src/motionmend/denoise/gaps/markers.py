@@ -109,7 +109,7 @@ class _Work:
     """A recording while it is filled."""
 
     places: Floats  # (T, M, 3), what is known so far
-    seen: Bools  # (T, M), measured
+    seen: Bools  # (T, M), measured; those of a marker lie together in memory, for each part of a gap looks through them
     std: Floats  # (T, M), of what was filled
     fps: float
     unsteady: Floats  # (M, M)
@@ -134,7 +134,7 @@ def _work(positions: Floats, seen: Bools, fps: float, library: MarkerLibrary | N
         unsteady = np.where(lone[:, None] | lone, fewer, unsteady)
     std = np.full(seen.shape, np.nan)
     body = connected_components(unsteady < ONE_BODY, directed=False)[1].astype(np.int64)
-    return _Work(positions.copy(), seen, std, fps, unsteady, body, examples, clip)
+    return _Work(positions.copy(), np.asfortranarray(seen), std, fps, unsteady, body, examples, clip)
 
 
 def _longest(work: _Work, marker: int) -> int:
@@ -225,7 +225,7 @@ def _seen_from(work: _Work, sight: _Sight, task: _Task) -> tuple[Floats, Floats]
     """Places (L, 3) of the marker in the part's frames and the variance (L,) of a coordinate."""
     frames = task.frames
     sought_features, place, axes = sight.features(work.places[frames])
-    joint = np.intersect1d(frames[[0, -1]][:, None] + np.outer([-1, 1], 1 + _JOINT), task.done)
+    joint = _those_in(task.done, frames[[0, -1]][:, None] + np.outer([-1, 1], 1 + _JOINT))
     chosen = np.union1d(_teaching(work, sight, task.own, task.gap, sought_features, task.short), joint)
     features, here, here_axes = sight.features(work.places[chosen])
     middle = features.mean(axis=0) if len(chosen) else sought_features.mean(axis=0)
@@ -278,16 +278,16 @@ def _guides(
     usable, guides = mine | done, list[int]()
     reach = max(1, round(EDGE * work.fps))
     edges = [slice(max(gap[0] - reach, 0), gap[0]), slice(gap[1], gap[1] + reach)]
-    total = int(mine.sum())
+    total = before = int(np.count_nonzero(mine))
     for other in order[work.seen[np.ix_(frames, order)].all(axis=0)]:
         rest = usable & work.seen[:, other]
-        left, before = int((rest & mine).sum()), int((usable & mine).sum())
-        enough = left >= NEEDED[0 if len(guides) < GROUPS[0] else 1] * total or left >= 0.98 * before
+        left = int(np.count_nonzero(rest & mine))
+        enough: bool = left >= NEEDED[0 if len(guides) < GROUPS[0] else 1] * total or left >= 0.98 * before
         if work.unsteady[marker, other] > RIGID or len(guides) >= GROUPS[0]:
             enough = enough and all(2 * int((rest & mine)[e].sum()) >= int((usable & mine)[e].sum()) for e in edges)
         if enough and left > 0:
             guides.append(int(other))
-            usable = rest
+            usable, before = rest, left
         if len(guides) == sum(GROUPS):
             break
     return np.array(guides, dtype=np.int64), usable
@@ -298,7 +298,7 @@ def _teaching(work: _Work, sight: _Sight, own: Ints, gap: tuple[int, int], sough
     if len(own) == 0:
         return own
     many, spread = _thinned(own, 2 * SPREAD), _thinned(own, SPREAD // 3 if short else SPREAD)
-    edges = np.intersect1d(np.concatenate([gap[0] - 1 - _EDGE, gap[1] + _EDGE]), own)
+    edges = _those_in(own, np.concatenate([gap[0] - 1 - _EDGE, gap[1] + _EDGE]))
     if short or len(many) <= SPREAD:
         return np.union1d(spread, edges)
     similar = many[_similar(sight.features(work.places[many])[0], sought, SIMILAR)]
@@ -339,6 +339,14 @@ def _tuned(work: _Work, sight: _Sight, known: Known, how: Relation) -> Floats:
     return work.tuned[key]
 
 
+def _those_in(rows: Ints, asked: Ints) -> Ints:
+    """Those asked for that are among the rows, which rise, each once; a few in many frames are not worth a sort."""
+    few = np.unique(asked)
+    if not len(rows):
+        return rows
+    return np.asarray(few[rows[np.minimum(np.searchsorted(rows, few), len(rows) - 1)] == few])
+
+
 def _thinned(rows: Ints, count: int) -> Ints:
     return rows[np.unique(np.linspace(0, len(rows) - 1, count).astype(np.int64))] if len(rows) else rows
 
@@ -362,7 +370,8 @@ def _calibrate(work: _Work) -> None:
 def _errors(work: _Work, seen: Bools, moved: list[tuple[int, int, int]]) -> list[Floats]:
     """Errors of what is filled in moved gaps, for each gap, in deviations as they are stated."""
     places = np.where(seen[..., None], work.places, np.nan)
-    trial = replace(work, places=places, seen=seen, std=np.full(seen.shape, np.nan), tuned={}, last={})
+    std, shown = np.full(seen.shape, np.nan), np.asfortranarray(seen)
+    trial = replace(work, places=places, seen=shown, std=std, tuned={}, last={})
     errors = []
     for marker, start, stop in moved:
         _fill_gap(trial, marker, start, stop)

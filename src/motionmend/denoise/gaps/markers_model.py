@@ -1,11 +1,12 @@
 """How the place of one marker depends on the markers about it, on time and on whose example it is."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
-from ...arrays import Bools, Floats, Ints
+from ...arrays import Bools, Floats, Ints, frozen
 from ...numerics.kriging import Prediction, krige, likeliest_amplitudes, matern32, matern52, squared_distances
 
 GROUPS = (4, 6, 14)  # markers, nearest first; each group's say is found from the data
@@ -90,6 +91,16 @@ def _lasting(away: Floats, scale: float) -> Floats:
     return matern32(away, scale) if scale > 1.0 else matern52(away, scale)
 
 
+@lru_cache(maxsize=4)
+def _lasting_so_long(frames: int, fps: float) -> Floats:
+    """(TIME_PARTS, N) lasting components of amplitude 1, of moments 0, 1, ... N - 1 frames from each other.
+
+    Of a long recording they take longer than all else, and each gap asks for other amplitudes of the same.
+    """
+    away = np.arange(frames) / fps
+    return frozen(np.array([_lasting(away, scale) for scale in TIMES]))
+
+
 def covariance(amplitudes: Floats, one: Points, other: Points, how: Relation) -> Floats:
     """(N, N') covariance of points: the sum of all components but noise and mean, and of examples' lasting ones.
 
@@ -103,8 +114,9 @@ def covariance(amplitudes: Floats, one: Points, other: Points, how: Relation) ->
     shared[list(own)] = amplitudes[2 * count : 2 * count + len(own)] / width[list(own)]
     shared_near[list(own)] = amplitudes[2 * count + len(own) : 2 * count + 2 * len(own)]
     frames = np.concatenate([one.frame, other.frame])
-    away = np.arange(np.ptp(frames) + 1) / how.fps
-    lasting = sum(a * _lasting(away, s) for a, s in zip(amplitudes[-1 - TIME_PARTS : -1], TIMES, strict=True))
+    longest = int(np.ptp(frames)) + 1
+    parts = _lasting_so_long(1 << longest.bit_length(), how.fps)[:, :longest]  # of few lengths: most are there
+    lasting = sum(a * part for a, part in zip(amplitudes[-1 - TIME_PARTS : -1], parts, strict=True))
     return np.asarray(
         moments_alike(
             np.ascontiguousarray(one.features),
