@@ -399,6 +399,8 @@ def _nobody(followed: "Followed", *, given: bool) -> str:
     if not followed.returns.any():
         return f"nobody is in it: {counted(frames, 'depth image')}, all empty; check the sensor or depth_scale"
     said = f"nobody was found in {counted(frames, 'frame')}"
+    if followed.mistaken.any():
+        said += ": what looks most like somebody never moves, as furniture does"
     body = ", whether the body given is this person's" if given else ""
     return f"{said}; check camera.json (depth_scale, fx, fy){body}, or give `motionmend track` a --start"
 

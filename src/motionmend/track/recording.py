@@ -13,7 +13,7 @@ from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
 from .hindsight.backwards import Moment, moment, revised
 from .hindsight.smoothing import smoothed
-from .measure.plausible import doubts
+from .measure.plausible import doubts, unlike
 from .model import TrackerModel
 from .outcome import Estimate
 from .person.company import is_accompanied
@@ -160,6 +160,9 @@ class Told:
         mistaken = np.zeros(count, bool)
         if room is not None:
             mistaken = is_furniture(room, performer, Poses(way, root, joints), seen)
+        still = room is not None and room.still
+        if still and unlike(wrong[seen, 0]):  # of who stands so still a body explains more
+            mistaken |= seen
         there, seen = there & ~mistaken, seen & ~mistaken
         flags = tuple(("empty",) if mistaken[t] else flags for t, flags in enumerate(self.flags))
         for t in np.flatnonzero(mistaken).tolist():
@@ -185,7 +188,7 @@ class Told:
             frozen(mistaken, np.bool_),
             frozen(np.frombuffer(self.company, np.bool_), np.bool_),
             frozen(np.frombuffer(self.moved, np.bool_), np.bool_),
-            doubts(performer, wrong[there, 0]),
+            doubts(performer, wrong[there, 0], still=still and bool(seen.any())),
         )
 
 

@@ -7,8 +7,9 @@ from drawn_people import CAMERA, PERSON, in_room, picture, random_joints
 from motionmend.bodies.camera import DepthFrame
 from motionmend.bodies.performer import Pose, rotation, standing
 from motionmend.bodies.surface import render
+from motionmend.track.person.company import told_beforehand
 from motionmend.track.person.foreground import find_person, scene_of
-from motionmend.track.person.standing import with_furniture
+from motionmend.track.person.standing import is_still, with_furniture
 
 BOX = np.s_[120:240, 225:320]  # px, on the floor 1.9 m away, as tall as a table and wider than a person
 
@@ -107,3 +108,31 @@ def test_who_stands_still_while_somebody_walks_by_is_no_furniture_unless_they_ne
         both = np.fmin(picture(still, rng=rng).depth, picture(passer, rng=rng).depth)
         frames.append(in_room(DepthFrame(CAMERA, both, None, k / 30.0), rng=rng))
     assert (with_furniture(frames) is None) == sways
+
+
+NOBODY = DepthFrame(CAMERA, np.full((CAMERA.height, CAMERA.width), np.nan, np.float32))
+UPRIGHT = np.s_[50:215, 130:175]  # px, of a round column, 2 m away
+
+
+def _alone(rng, shown, step=0.3):
+    """Frames of a room with somebody, or a column where they are None."""
+    frames = []
+    for k, pose in enumerate(shown):
+        depth = np.array(in_room(NOBODY if pose is None else picture(pose, rng=rng), rng=rng).depth)
+        if pose is None:
+            depth[UPRIGHT] = 2.0 + 0.25 * np.linspace(-1, 1, 45) ** 2 + rng.normal(0, 0.006, depth[UPRIGHT].shape)
+        frames.append(DepthFrame(CAMERA, depth, None, k * step))
+    return frames
+
+
+def test_what_is_alone_in_a_room_and_never_moves_is_said_to_be_still_unless_somebody_sways(rng):
+    frames = _alone(rng, [None] * 12)
+    assert is_still(frames)
+    assert told_beforehand(frames).still
+    assert told_beforehand(frames, np.array([0.0, 0.0, 2.0])) is None  # pointed at
+    assert not is_still(_alone(rng, [None] * 12, step=0.2))  # 2.2 s
+    base, feet = standing((0.0, 0.1, 2.4)), np.array([0.0, 1.0, 2.4])
+    leans = [rotation(np.array([np.radians(0.4) * np.sin(1.3 * k), 0.0, 0.0])) for k in range(12)]
+    swaying = [Pose(lean @ (base.translation - feet) + feet, lean @ base.root, base.joints) for lean in leans]
+    assert not is_still(_alone(rng, swaying))
+    assert is_still(_alone(rng, [base] * 12))  # a dummy

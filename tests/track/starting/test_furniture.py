@@ -1,6 +1,9 @@
 """What was followed and stands there still when the person is elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 import motionmend as mm
 from drawn_people import CAMERA, PERSON, in_room, picture
@@ -47,3 +50,19 @@ def test_frames_in_which_it_was_followed_are_empty(rng):
     assert np.isnan(tracked.std[0]).all()
     assert np.isnan(tracked.poses[0].translation).all()
     assert np.linalg.norm(tracked.joints[1:, 0] - np.array(PLACES)[1:], axis=1).max() < 0.1
+
+
+@pytest.mark.parametrize("wrong", [0.15, 0.4])
+def test_what_never_moves_is_nobody_where_no_body_explains_it_and_else_it_is_said(rng, wrong):
+    model = mm.TrackerModel(PoseDatabase(np.array([pose.joints for pose in POSES]), np.full(3, 2)))
+    told, frame = Told(), DepthFrame(CAMERA, in_room(picture(POSES[0], rng=rng), rng=rng).depth)
+    estimate = step(model, settings_of(), start(model, settings_of(), frame, PERSON, POSES[0]), frame)[1]
+    for _ in range(6):
+        told.add(replace(estimate, wrong=wrong))
+        told.company.append(False)
+        told.moved.append(False)
+    nothing = np.full(frame.depth.shape, np.nan, np.float32)
+    for still in (True, False):
+        tracked = told.tracked(np.arange(6) / 30.0, PERSON, Room(CAMERA, nothing, still), steady=False)
+        assert tracked.mistaken.all() == (still and wrong > 0.3)
+        assert any("never moves" in said for said in tracked.warnings) == (still and wrong < 0.3)

@@ -12,13 +12,20 @@ UNLIKE = 0.3  # share of pixels explained wrongly in the median frame: the right
 FRAMES = 5  # that say so at least
 
 
-def doubts(performer: Performer, wrong: Floats) -> tuple[str, ...]:
+def unlike(wrong: Floats) -> bool:
+    """Whether a body that explains shares (N,) of the pixels wrongly is not this person's, or nobody's."""
+    shares = wrong[np.isfinite(wrong)]
+    return bool(len(shares) >= FRAMES and np.median(shares) > UNLIKE)
+
+
+def doubts(performer: Performer, wrong: Floats, *, still: bool = False) -> tuple[str, ...]:
     """What speaks against a body, in sentences.
 
     Parameters
     ----------
     performer : as given, or as measured.
     wrong : (N,) shares of the person's pixels that it explains wrongly, in frames with somebody in them.
+    still : whether what is followed never moves.
     """
     said: tuple[str, ...] = ()
     times = performer.lengths / anatomy.average().lengths
@@ -28,10 +35,14 @@ def doubts(performer: Performer, wrong: Floats) -> tuple[str, ...]:
             f"the body's {BONES[far]} is {performer.lengths[far]:.2f} m long, {times[far]:.2g} times an adult's "
             "and nobody's: check depth_scale, fx and fy in camera.json, or the body that was given",
         )
-    shares = wrong[np.isfinite(wrong)]
-    if len(shares) >= FRAMES and np.median(shares) > UNLIKE:
+    if still:
         said += (
-            f"the body explains {100 * np.median(shares):.0f} % of the person's pixels wrongly in the middle one of "
+            "what is followed never moves, not by the millimetres by which people who stand still sway: it may be a "
+            "dummy or furniture, and nobody there",
+        )
+    if unlike(wrong):
+        said += (
+            f"the body explains {100 * np.nanmedian(wrong):.0f} % of the person's pixels wrongly in the middle one of "
             "the frames, where 10 to 20 are usual: it is not this person's, the camera's numbers are wrong, or the "
             "motion is like none of the model's; joints may be farther off than their deviations say",
         )

@@ -23,6 +23,7 @@ RIM = 2  # px
 # nobody stands so still
 SWAY, CLEARLY = 0.002, 4.0
 QUARTERS = 4
+LONG = 3.0  # s, in which who stands still sways; in the first 0.8 s a quarter of them have not
 LEAVES = 0.2  # m, nearer than what is seen behind them later is somebody who moves
 MOST = 12  # pieces
 _WINDOW = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
@@ -88,6 +89,25 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         return None
     apart = cv2.dilate(somebody.view(np.uint8), _WINDOW) == 0
     return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
+
+
+def is_still(frames: Sequence[DepthFrame]) -> bool:
+    """Whether what is most like a body never moves, not by as little as people who stand still do: a box, a dummy.
+
+    Parameters
+    ----------
+    frames : those of `looked_at`. Too few of them, too short a time, or no room behind anybody tell nothing.
+    """
+    even = [evened(frame) for frame in frames]
+    if len(even) < QUARTERS or len({frame.depth.shape for frame in even}) > 1:
+        return False
+    camera, depths, whole = even[0].camera, np.stack([frame.depth for frame in even]), first_whole(even)
+    room = scene_of(even[whole])
+    stays, leaving = stays_of(depths, camera.fx * camera.fy)
+    if room.bare or leaving >= SOMEBODY or even[-1].time - even[0].time < LONG:
+        return False
+    seen, main = likest(room, depths[whole], camera)
+    return main >= 0 and not sways(depths, stays, inner_of(seen.pixels_of([main])))
 
 
 def likest(room: Scene, depth: Singles, camera: Camera, last: Floats | None = None) -> tuple[Surfaces, int]:

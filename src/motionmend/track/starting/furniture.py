@@ -26,15 +26,18 @@ class Room:
     ----------
     camera : of the background.
     background : (H, W) m, the farthest surface seen, NaN where none was.
+    still : whether what is most like a body never moves in all of the recording.
     """
 
     camera: Camera
     background: Singles
+    still: bool = False
 
 
 def room_behind(state: TrackState, frame: DepthFrame) -> Room | None:
     """The room as it is known after a recording's last frame; None where nothing is."""
-    return None if state.scene is None else Room(evened(frame).camera, state.scene.background)
+    scene = state.scene
+    return None if scene is None else Room(evened(frame).camera, scene.background, scene.still)
 
 
 def is_furniture(room: Room, performer: Performer, poses: Poses, seen: Bools) -> Bools:
