@@ -322,7 +322,7 @@ def test_a_posture_is_given_back_as_by_its_twin(missing: int) -> None:
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     upright, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     told = (
-        given_rows, rows, rng.uniform(size=JOINTS) < 0.2, turn, rng.normal(size=3), 0.9, upright,
+        frozen(given_rows), rows, rng.uniform(size=JOINTS) < 0.2, turn, rng.normal(size=3), 0.9, upright,
         rng.normal(size=(JOINTS, 3)), rng.uniform(0.0, 0.1, JOINTS), rng.uniform(0.0, 1.0, JOINTS), to_model, spread,
     )  # fmt: skip
     placed, deviation, reliable = np.empty((JOINTS, 3)), np.empty(JOINTS), np.empty(JOINTS)

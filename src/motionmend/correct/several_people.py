@@ -127,6 +127,7 @@ def people(rows: Floats, times: Floats, body: Anatomy) -> tuple[list[int], tuple
     times : (T,) s.
     """
     there = np.flatnonzero(np.isfinite(rows).any(axis=(1, 2)))
+    rows = np.ascontiguousarray(rows)
     with np.errstate(divide="ignore"):
         lengths = np.log(np.maximum(bone_lengths(rows[there], body), 1e-6))
     usual = float(np.median(np.diff(times))) if len(times) > 1 else 0.0

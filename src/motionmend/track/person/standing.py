@@ -119,6 +119,7 @@ def likest(room: Scene, depth: Singles, camera: Camera, last: Floats | None = No
     """
     from ...kernels import scene as kernels
 
+    depth = frozen(depth, np.float32)
     before, numbers = np.empty(depth.shape, np.bool_), intrinsics(camera)
     kernels.before_scene(depth, numbers, room.planes, room.background, NOISE_NEAR, NOISE_STEEP, before)
     seen = surfaces_of(room, depth, before, numbers)
