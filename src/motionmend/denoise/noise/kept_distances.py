@@ -47,10 +47,13 @@ def noise_by_distances(measured: Floats, believed: Bools, loudness: Floats) -> t
     places = np.where(believed, measured, np.nan).reshape(frames, markers, 3)
     louder = np.square(loudness).reshape(frames, markers, 3).mean(axis=2)
     near = _nearest(places)
-    apart = np.linalg.norm(places[:, :, None] - places[:, near], axis=-1)
     scale = np.sqrt(0.5 * (louder[:, :, None] + louder[:, near]))[2:-2]
-    fourth = np.abs(np.diff(apart, n=4, axis=0)) / scale / np.sqrt(_FOURTH)
-    second = np.abs(np.diff(apart, n=2, axis=0))[1:-1] / scale / np.sqrt(_SECOND)
+    bend = np.diff(_apart(places, near), n=2, axis=0)
+    fourth, second = np.diff(bend, n=2, axis=0), bend[1:-1]
+    for differences, of_noise in ((fourth, _FOURTH), (second, _SECOND)):
+        np.abs(differences, out=differences)
+        differences /= scale
+        differences /= np.sqrt(of_noise)
     half = np.arange(len(fourth)) // HALVES % 2 == 0
     parts = half, ~half
     swift, slow = ([_sizes(one[part]) for part in parts] for one in (fourth, second))
@@ -108,6 +111,17 @@ def steadiest_distances(places: Floats, moment: int) -> Floats:
     for k in range(3):
         apart += np.square(places[:, :, k] - places[:, partner, k])
     return np.sqrt(apart)
+
+
+def _apart(places: Floats, near: Ints) -> Floats:
+    """(T, M, K) how far each marker of (T, M, 3) is from those near it (M, K)."""
+    square = np.zeros((len(places), *near.shape))
+    for k in range(3):
+        along = np.ascontiguousarray(places[:, :, k])
+        between = along[:, near]
+        between -= along[:, :, None]
+        square += np.square(between, out=between)
+    return np.asarray(np.sqrt(square, out=square))
 
 
 def _nearest(places: Floats) -> Ints:
