@@ -42,6 +42,7 @@ from ..labels.relabelling import (
     tell_distances,
 )
 from ..labels.swaps import Swap
+from ..labels.undecided import but_for_undecided
 from ..library.exemplars import Library
 from ..library.learning import at_rate as series_at_rate
 from ..library.local_prior import Prior, neighbourhood
@@ -124,7 +125,15 @@ def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording
     ------
     MismatchError : the recording is of another kind or channel set.
     """
-    return repaired_in_takes(recording, lambda take: _mended_take(take, known))
+    return repaired_in_takes(recording, lambda take: _by_its_labels(take, known))
+
+
+def _by_its_labels(recording: Recording, known: Knowledge) -> Repaired[Recording]:
+    """A take's repair; where nothing tells which of two parts bears the right labels, these are left."""
+    told_apart = known.postures is not None and tell_distances(known.postures)
+    if told_apart or not isinstance(recording, Markers):
+        return _mended_take(recording, known)
+    return but_for_undecided(partial(_mended_take, known=known), recording)
 
 
 def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:

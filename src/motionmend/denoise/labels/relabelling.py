@@ -50,9 +50,14 @@ def right_at_first_sight(
     channels : of it.
     those_asked : which of the swaps are to be put right.
     """
-    seen = swaps_seen(but_for_spikes(in_metres(channels.values)), recording.fps, None)
+    seen = at_first_sight(recording, channels)
     certain = those_asked(tuple(swap for swap in seen if swap.put_right and swap.log_odds >= AT_FIRST_SIGHT), channels)
     return relabelled(recording, channels, certain), tuple(swap for swap in certain if swap.put_right)
+
+
+def at_first_sight(recording: Markers, channels: Channels) -> tuple[Swap, ...]:
+    """Swaps in a recording as it was measured, of its channels' markers."""
+    return swaps_seen(but_for_spikes(in_metres(channels.values)), recording.fps, None)
 
 
 def but_for_spikes(positions: Floats) -> Floats:
