@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 import motionmend as mm
@@ -37,6 +38,18 @@ def test_how_loud_it_is_and_how_smooth_is_told(fps):
     of_bends = np.square(np.diff(3.0 * smoothed(rng, (FRAMES, 1), fps), n=2, axis=0)).mean()
     assert np.median(found.of_bends(1)) == pytest.approx(of_bends, rel=0.8)  # which goes with the fourth power of it
     assert np.median(found.in_band) > 9.0
+
+
+@pytest.mark.parametrize("times", [2, 4])
+def test_noise_that_a_spline_carried_to_more_frames_is_as_loud_as_it_was(times):
+    # cubics have next to no fourth differences over short lags: it was taken for 20 degrees and more below 10 Hz
+    rng, fps = np.random.default_rng(2), 120.0
+    few = motion(rng, fps)[::times] + rng.standard_normal((FRAMES // times, CHANNELS))
+    measured = CubicSpline(np.arange(len(few)), few)(np.arange(times * (len(few) - 1) + 1) / times)
+    found = band_limited_noise(measured, fps)
+    assert found is not None
+    assert np.sqrt(np.median(found.variance)) == pytest.approx(1.0, rel=0.2)
+    assert found.edge == pytest.approx(np.pi / times, rel=0.25)
 
 
 @pytest.mark.parametrize("fps", [30.0, 120.0])

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.fft import dct
 from scipy.special import fdtrc
 
-from ...arrays import Bools, Floats
+from ...arrays import Bools, Floats, Ints
 from ..bases.support import interpolated
 from .lasting import FEWEST_FRAMES, OF_CORRELATIONS, fourth_by_lag
 
@@ -82,15 +82,21 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
         return None
     at = int(flat[0])
     near = slice(max(0, at - ABOUT), at + 1)
-    turns = np.arange(len(OF_CORRELATIONS)) * _EDGES[:, None, None] * lags[near, None] / np.pi
-    expected = np.sinc(turns) @ OF_CORRELATIONS
+    own = _variance_by_lag(lags[near.start : at + 2])
+    # Noise whose differences would grow on is not what is flat here. A spline through fewer samples has next to none
+    # over short lags, and noise below an edge that lets so little through were hundreds of degrees.
+    kept = own[:, -1] <= 2.0**FLAT * own[:, -2]
+    edges, own = _EDGES[kept], own[kept]
+    if not len(edges):
+        return None
+    expected = own[:, :-1]
     apart = np.log(expected / expected[:, -1:]) - np.log(np.median(found[near, asked] / found[at, asked], axis=1))
     best = int(np.square(apart).sum(axis=1).argmin())
     variance = np.zeros(measured.shape[1])
     variance[asked] = np.maximum(found[at, asked] / expected[best, -1] - USUAL**2, 0.0)
     if np.median(variance[asked]) < LEAST**2:
         return None
-    edge = float(_EDGES[best])
+    edge = float(edges[best])
     most, each = _trembling(measured[:, asked], edge, fps)
     if most:
         return None
@@ -99,6 +105,12 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
     if not trembles[asked].all():
         variance[trembles] = np.minimum(variance[trembles], np.median(variance[asked & ~trembles]))
     return BandLimited(variance, edge)
+
+
+def _variance_by_lag(lags: Ints) -> Floats:
+    """(E, L) variance of fourth differences over lags (L,), of noise of variance one below each of the edges."""
+    turns = np.arange(len(OF_CORRELATIONS)) * _EDGES[:, None, None] * lags[:, None] / np.pi
+    return np.asarray(np.sinc(turns) @ OF_CORRELATIONS)
 
 
 def _trembling(measured: Floats, edge: float, fps: float) -> tuple[bool, Bools]:
