@@ -42,7 +42,7 @@ def test_what_belongs_together_is_together_for_the_repair_and_apart_after_it(nam
 
 
 def test_a_swap_that_is_only_declared_is_not_altered_where_it_leaps():
-    swapped = exchanged(WALK, ["THI"], 20, 100)  # the 40 samples that are right were replaced: 0.1 m off
+    swapped = exchanged(WALK, ["THI"], 20, 100)  # the 40 of each that are right were replaced: 0.36 m off
     outcome = repair_without_model(swapped)
     assert any("LTHI, RTHI" in said and "were not exchanged" in said for said in outcome.warnings)
     assert np.abs(outcome.recording.positions - swapped.positions).max() < 0.005

@@ -6,7 +6,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 import motionmend as mm
-from motionmend.denoise.noise.band_limited import band_limited_noise
+from motionmend.denoise.noise.band_limited import band_limited_by_distances, band_limited_noise
 from performers import lessened
 
 FRAMES, CHANNELS = 600, 20
@@ -98,3 +98,30 @@ def test_noise_that_was_smoothed_is_lessened_and_deviations_reach_it():
     left, off = lessened(clean, np.radians(3.0) * smoothed(np.random.default_rng(0), clean.q.shape, 120.0))
     assert left < 0.75  # before: 1.0
     assert (off < 1.96).mean() > 0.85  # before: 0.05
+
+
+def test_of_markers_it_is_told_by_their_distances_however_they_move():
+    rng, fps = np.random.default_rng(2), 120.0
+    motion_only = 100.0 * mm.samples.markers(mm.samples.clip("walk", seconds=4.0, fps=fps, seed=3)).positions
+    clean = motion_only.reshape(len(motion_only), -1)
+    for measured in (clean, clean + 0.2 * rng.standard_normal(clean.shape), clean[:, :3], clean[:30]):
+        assert band_limited_by_distances(measured, fps) is None
+    for noise in (0.3 * smoothed(rng, clean.shape, fps), 0.3 * smoothed(rng, clean.shape, fps, edge=20.0)):
+        found = band_limited_by_distances(clean + noise, fps)
+        assert found is not None
+        assert np.sqrt(np.median(found.variance)) == pytest.approx(0.3, rel=0.2)
+
+
+def test_noise_of_markers_that_a_spline_carried_to_more_frames_is_lessened_and_deviations_reach_it():
+    rng = np.random.default_rng(2)
+    walk = mm.samples.markers(mm.samples.clip("walk", seconds=3.0, fps=60.0, seed=3))
+
+    def carried(places):
+        return CubicSpline(np.arange(len(places)), places)(np.arange(2 * len(places) - 1) / 2.0)
+
+    truth = carried(walk.positions)
+    measured = carried(walk.positions + rng.normal(0.0, 0.002, walk.positions.shape))
+    repaired = mm.repair_without_model(mm.Markers(names=walk.names, positions=measured, fps=120.0, up=walk.up))
+    errors = repaired.recording.positions - truth
+    assert np.square(errors).mean() < 0.6**2 * np.square(measured - truth).mean()  # was as good as unchanged
+    assert (np.abs(errors) < 2.0 * repaired.std[..., None]).mean() > 0.85  # 0.09

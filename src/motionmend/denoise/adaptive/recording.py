@@ -47,7 +47,7 @@ from ..library.exemplars import Library
 from ..library.learning import at_rate as series_at_rate
 from ..library.local_prior import Prior, neighbourhood
 from ..library.markers import MarkerLibrary
-from ..noise.band_limited import band_limited_noise
+from ..noise.band_limited import band_limited_by_distances, band_limited_noise
 from ..noise.barely_moving import most_bends
 from ..noise.digits import rounding, shaken
 from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_by_distances, lasting_noise
@@ -376,8 +376,9 @@ def _traits(values: Floats, recording: Motion | Markers, channels: Channels) -> 
     lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
     if isinstance(recording, Markers):
         if rounded is None:
-            lasting = lasting_by_distances(values, recording.fps) or lasting
-        return Traits(together=3, rounded=rounded, lasting=lasting)
+            told = lasting_by_distances(values, recording.fps) or band_limited_by_distances(values, recording.fps)
+            return Traits(together=3, rounded=rounded, lasting=told or lasting)
+        return Traits(together=3, rounded=rounded)
     skeleton, columns = recording.skeleton, channels.columns
     return Traits(
         joints=joints_of(skeleton, columns),

@@ -5,7 +5,7 @@ motion grow the more the longer the lag; those of such noise grow fast at first,
 tremble, which is motion, but it is stronger about its own frequency than below; noise and motion beside it never are.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import dct
@@ -13,7 +13,8 @@ from scipy.special import fdtrc
 
 from ...arrays import Bools, Floats, Ints
 from ..bases.support import interpolated
-from .lasting import FEWEST_FRAMES, OF_CORRELATIONS, fourth_by_lag
+from .kept_distances import steadiest_distances
+from .lasting import FEWEST_FRAMES, MOMENT, OF_CORRELATIONS, fourth_by_lag
 
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: at least, before, and at
 # most, once the lag is so long that noise shows no more than before.
@@ -21,6 +22,7 @@ ROSE, FLAT = 2.0, 1.2
 LONGEST = 0.2  # s; noise smoothed to 6 Hz is flat from then on
 ABOUT = 2  # lags before that one that tell to what frequency it was smoothed; shorter ones show what came upon it later
 USUAL, LEAST = 0.35, 0.3  # degrees of such noise that clean recordings show as well, and of what is followed at least
+OF_DISTANCES = 0.05, 0.08  # cm, the same of distances between markers
 # Times as strong in a band as in one below it, half of the channels or one alone: a tremble. Bands are half an octave
 # wide, from the edge down to `SLOWEST` Hz; of one channel they may be so by chance.
 TREMBLES, BY_CHANCE = (1.5, 2.0), 1e-3
@@ -58,13 +60,14 @@ class BandLimited:
         return variance
 
 
-def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
+def band_limited_noise(measured: Floats, fps: float, usual: float = USUAL, least: float = LEAST) -> BandLimited | None:
     """Tell noise that was smoothed from noise that was not, and from motion.
 
     Parameters
     ----------
     measured : (T, C) in degrees (and cm, of a root that noise comes upon alike), NaN = missing.
     fps : Hz.
+    usual, least : in the same unit, as `USUAL` and `LEAST`.
 
     Returns
     -------
@@ -93,8 +96,8 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
     apart = np.log(expected / expected[:, -1:]) - np.log(np.median(found[near, asked] / found[at, asked], axis=1))
     best = int(np.square(apart).sum(axis=1).argmin())
     variance = np.zeros(measured.shape[1])
-    variance[asked] = np.maximum(found[at, asked] / expected[best, -1] - USUAL**2, 0.0)
-    if np.median(variance[asked]) < LEAST**2:
+    variance[asked] = np.maximum(found[at, asked] / expected[best, -1] - usual**2, 0.0)
+    if np.median(variance[asked]) < least**2:
         return None
     edge = float(edges[best])
     most, each = _trembling(measured[:, asked], edge, fps)
@@ -105,6 +108,28 @@ def band_limited_noise(measured: Floats, fps: float) -> BandLimited | None:
     if not trembles[asked].all():
         variance[trembles] = np.minimum(variance[trembles], np.median(variance[asked & ~trembles]))
     return BandLimited(variance, edge)
+
+
+def band_limited_by_distances(measured: Floats, fps: float) -> BandLimited | None:
+    """The same of markers, by the distance of each to the one near it from which that changes least.
+
+    Motion, and a tremble, which hide such noise in places, hardly show there. Both markers of a distance have an equal
+    part in its noise.
+
+    Parameters
+    ----------
+    measured : (T, C) in cm, NaN = missing; three columns a marker.
+    fps : Hz.
+
+    Returns
+    -------
+    None where there are too few frames or markers, or distances do not change as such noise makes them.
+    """
+    if len(measured) < FEWEST_FRAMES or measured.shape[1] < 6:
+        return None
+    apart = steadiest_distances(measured.reshape(len(measured), -1, 3), max(2, round(MOMENT * fps)))
+    between = band_limited_noise(apart, fps, *OF_DISTANCES)
+    return None if between is None else replace(between, variance=np.repeat(0.5 * between.variance, 3))
 
 
 def _variance_by_lag(lags: Ints) -> Floats:
