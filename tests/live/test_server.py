@@ -206,6 +206,30 @@ def test_positions_that_are_no_metres_spoil_no_later_frame(live, model):
             assert singles(answer["joints"]).reshape(20, 3) == pytest.approx(wanted[k], abs=1e-6)
 
 
+@pytest.mark.parametrize("units", [100.0, 39.37])
+def test_centimetres_about_the_pelvis_are_said_to_be_no_metres(live, model, units):
+    positions = moving(KINECT20, 12)
+    positions -= positions[:, :1]
+    assert np.abs(units * positions).max() < 100.0  # so that no number is too large by itself
+    wanted = alone(model, KINECT20, positions)
+    with client(live.url) as connection:
+        for k, joints in enumerate(positions):
+            assert "centimetres" in ask(connection, frame(1000 + k, units * joints, t=k / 30.0))["error"]
+            assert singles(ask(connection, frame(k, joints))["joints"]).reshape(20, 3) == pytest.approx(
+                wanted[k], abs=1e-6
+            )
+
+
+def test_joints_thrown_far_off_or_left_at_the_sensor_make_no_giant(live):
+    positions = moving(KINECT20, 6)
+    positions[:, :, 2] += 8.0
+    positions[1:, :9] += 60.0
+    positions[3:, 9:19] = 0.0
+    positions[5:, 3:] = np.nan
+    with client(live.url) as connection:
+        assert all("joints" in ask(connection, frame(k, joints)) for k, joints in enumerate(positions))
+
+
 def test_a_defect_in_one_client_s_frame_is_that_client_s_alone(live, model, monkeypatch):
     positions = moving(KINECT20, 6)
     wanted = alone(model, KINECT20, positions)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
+from ..arrays import Floats
+from ..io.kinect_table import LARGEST_BODY
 from .messages import (
     Answer,
     Frame,
@@ -198,6 +200,10 @@ def answered(
     ------
     MessageError : the frame cannot be corrected; the session then stays as it was.
     """
+    reach = _reach(frame.joints)
+    if reach > LARGEST_BODY:
+        came = f"came a body half of which is {reach:.3g} and more from its middle"
+        raise MessageError(f"joints: metres were wanted, {came}: is it centimetres?", frame.seq)
     answers: list[tuple[Frame, Answer]] = []
     if session.last is not None and frame.t < session.last - BACK:
         _, answers = rested(model, session)
@@ -212,6 +218,19 @@ def answered(
         answers.append(_answer(session, owed[0], corrected))
         owed = owed[1:]
     return replace(session, state=state, last=time_of, owed=owed, strange=strange, before=frame), answers
+
+
+def _reach(joints: Floats) -> float:
+    """How far the median joint of a frame (J, 3) is from their middle; 0 where that is surely no more than anybody's.
+
+    A few joints that are thrown far off make no giant. Joints at the sensor itself, where some put what they miss, are
+    not asked.
+    """
+    seen = joints[np.isfinite(joints).all(axis=1) & joints.any(axis=1)]
+    about = seen - seen.sum(axis=0) / max(len(seen), 1)
+    if np.vdot(about, about) <= len(seen) * (LARGEST_BODY / 2) ** 2:  # then the median joint is within, by Chebyshev
+        return 0.0
+    return float(np.median(np.linalg.norm(seen - np.median(seen, axis=0), axis=1)))
 
 
 def _no_clock(before: Frame | None, frame: Frame, fps: float) -> bool:
