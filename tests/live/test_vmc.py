@@ -64,6 +64,25 @@ def test_every_bone_of_the_humanoid_is_sent_with_a_unit_quaternion(joint_set):
     assert hips[3] == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.parametrize("turn", ["xyz", "zxy", "yzx", "xZy", "xyZ", "XYz", "zyX", "Xzy"])
+def test_joints_that_only_have_names_stand_whatever_axis_is_up(turn):
+    """Capitals are axes that point the other way; those of a mirror are none of a sensor's."""
+    signed = np.array([[(axis == one.lower()) * (1 if one.islower() else -1) for axis in "xyz"] for one in turn])
+    signed[2] *= round(np.linalg.det(signed))
+    joints = standing(KINECT25) @ signed.T
+    bones = {one.name: one for one in Stage(Hello("named", KINECT25.names, 30.0)).bones(joints)}
+    x, _, z, _ = bones["Hips"].rotation
+    assert 1 - 2 * (x * x + z * z) > 0.95  # the hips' y axis points up
+    assert 0.7 < bones["Hips"].place[1] < 1.2
+    assert bones["Head"].place[1] > 0
+
+
+def test_who_lies_before_a_known_sensor_lies():
+    joints = standing(KINECT25)[:, [1, 0, 2]] * [1, -1, 1]
+    hips = Stage(Hello("kinect25", KINECT25.names, 30.0)).bones(joints)[0].rotation
+    assert abs(1 - 2 * (hips[0] ** 2 + hips[2] ** 2)) < 0.1
+
+
 def test_nobody_there_is_said():
     stage = Stage(Hello("kinect20", KINECT20.names, 30.0))
     [datagram] = datagrams(stage.bones(np.full((20, 3), np.nan)), 0.0)

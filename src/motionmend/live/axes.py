@@ -1,5 +1,7 @@
 """The axes of sensors, of the page and of Unity."""
 
+import numpy as np
+
 from ..arrays import Floats, frozen
 
 # Rows: the page's right, forward (away from who looks) and up in the sensor's axes; who looks stands at the sensor.
@@ -30,3 +32,18 @@ def unity_from_sensor(skeleton: str) -> Floats:
     Somebody who faces the sensor looks along +z, the own right along +x: as an avatar does that has not moved.
     """
     return frozen(UNITY_FROM_PAGE @ page_from_sensor(skeleton))
+
+
+def turned_up(rise: Floats) -> Floats:
+    """(3, 3) the turn of whole axes that takes the one nearest to `rise` (3,) to +y.
+
+    Of the half turns that take -y there the one that leaves z: where y points down, z mostly is a camera's depth.
+    """
+    axis = int(np.argmax(np.abs(rise)))
+    up = np.sign(rise[axis])
+    if axis == 1:
+        return np.diag([up, up, 1.0])
+    turn = np.eye(3)
+    turn[[1, axis]] = 0.0
+    turn[1, axis], turn[axis, 1] = up, -up
+    return turn

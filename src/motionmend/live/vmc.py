@@ -16,12 +16,14 @@ from ..arrays import Floats
 from ..bodies.joint_sets import meanings
 from ..errors import FileError
 from .address import Address
-from .axes import unity_from_sensor
+from .axes import turned_up, unity_from_sensor
 from .humanoid import Bone, humanoid
-from .messages import Answer, Frame, Hello
+from .messages import NAMED, Answer, Frame, Hello
 
 MOST_BYTES: Final = 1_400  # of one datagram: below every Ethernet's limit
 _HEAD: Final = 16  # bytes before the messages of a bundle: "#bundle" and the time
+_UPPER: Final = ("l_shoulder", "r_shoulder")
+_LOWER: Final = ("l_hip", "r_hip", "l_ankle", "r_ankle")
 _FEET: Final = ("l_foot", "r_foot", "l_ankle", "r_ankle", "l_toe_tip", "r_toe_tip")
 _SINK, _RISE = 0.2, 0.002  # shares of the way that the floor goes down to the lowest foot, and up to it, at each frame
 
@@ -85,6 +87,9 @@ class Avatar:
 class Stage:
     """Where an avatar stands: the floor is under the feet, and the first frame's hips are above the origin.
 
+    Which way is up follows from the sensor whose skeleton it is; where joints only have names nothing is known of it,
+    and who comes first is taken to stand or sit.
+
     Parameters
     ----------
     hello : whose skeleton is sent.
@@ -93,6 +98,7 @@ class Stage:
     def __init__(self, hello: Hello) -> None:
         self._meanings = meanings(hello.names)
         self._axes = unity_from_sensor(hello.skeleton)
+        self._turned = hello.skeleton != NAMED  # up is where it belongs
         self._origin: Floats | None = None  # x, floor, z
 
     def bones(self, joints: Floats) -> list[Bone]:
@@ -101,6 +107,11 @@ class Stage:
         named = {m: p for m, p in zip(self._meanings, placed, strict=True) if m and np.isfinite(p).all()}
         if "pelvis" not in named:
             return []
+        if not self._turned and named.keys() >= {*_UPPER, *_LOWER[:2]}:
+            below = np.mean([named[one] for one in _LOWER if one in named], axis=0)
+            turn = turned_up(np.mean([named[one] for one in _UPPER], axis=0) - below)
+            self._axes, self._turned = turn @ self._axes, True
+            named = {meaning: turn @ place for meaning, place in named.items()}
         feet = [float(named[foot][1]) for foot in _FEET if foot in named]
         if self._origin is None:
             floor = min(feet, default=float(named["pelvis"][1]) - 1.0)
