@@ -1,5 +1,8 @@
 """What a laboratory's recorder finds: a stream of type MoCap whose description names every channel."""
 
+import time
+import weakref
+
 import numpy as np
 import pytest
 from running import ask, client, frame, running
@@ -68,3 +71,18 @@ def test_every_client_has_a_stream_of_its_own():
     laboratory.opened(3, hello)
     names = [outlet.get_info().name() for _, outlet in laboratory._outlets.values()]
     assert sorted(names) == ["another test", "another test-2"]
+
+
+def test_a_crowd_that_leaves_delays_nobody_and_its_streams_end():
+    from motionmend.live.lsl import Laboratory
+
+    laboratory = Laboratory("a crowd")
+    for client_number in range(20):
+        laboratory.opened(client_number, Hello("kinect20", KINECT20.names, 30.0))
+    outlets = [weakref.ref(outlet) for _, outlet in laboratory._outlets.values()]
+    began = time.perf_counter()
+    for client_number in range(20):
+        laboratory.closed(client_number)
+    assert time.perf_counter() - began < 0.25  # LSL itself takes half a second
+    laboratory._ending.shutdown()
+    assert not any(outlet() for outlet in outlets)

@@ -1,5 +1,6 @@
 """Corrected skeletons to laboratories: Lab Streaming Layer outlets of type MoCap, one for each client."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final, final
 
 import numpy as np
@@ -8,6 +9,7 @@ from ..errors import FileError
 from .messages import Answer, Frame, Hello
 
 TYPE: Final = "MoCap"
+ENDING: Final = 8  # streams at a time
 _OF_JOINT: Final = (("x", "PositionX", "meters"), ("y", "PositionY", "meters"), ("z", "PositionZ", "meters"))
 
 
@@ -32,12 +34,13 @@ class Laboratory:
         self._name = name
         self._lsl = _library()
         self._outlets: dict[int, tuple[Hello, Any]] = {}
+        self._ending = ThreadPoolExecutor(ENDING, "lsl")
 
     def opened(self, client: int, hello: Hello) -> None:
         """A client has begun, or begun anew."""
         if client in self._outlets and self._outlets[client][0] == hello:
             return
-        self._outlets.pop(client, None)
+        self.closed(client)
         taken = {outlet.get_info().name() for _, outlet in self._outlets.values()}
         names = (self._name if k == 1 else f"{self._name}-{k}" for k in range(1, len(taken) + 2))
         name = next(one for one in names if one not in taken)
@@ -54,8 +57,13 @@ class Laboratory:
         outlet.push_sample(sample.tolist(), self._lsl.local_clock() - (answer.t_out - answer.t_in))
 
     def closed(self, client: int) -> None:
-        """A client has left: its stream ends."""
-        self._outlets.pop(client, None)
+        """A client has left: its stream ends.
+
+        LSL takes 25 ms to end one, in which no other client shall wait: elsewhere, where the last to know it lets go.
+        """
+        if client in self._outlets:
+            last = [self._outlets.pop(client)]
+            self._ending.submit(last.clear)
 
     def _described(self, name: str, hello: Hello) -> Any:
         """A stream's description: what each channel is."""
