@@ -1,5 +1,6 @@
 """One client's correction: messages in, replies out, and the session after each."""
 
+import math
 import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, final
@@ -34,6 +35,8 @@ SLOW = 5.0  # Hz; a hello of less promises frames that are as far apart as their
 COUNTED = 1.0  # s; steps of whole numbers by just that count frames
 STRANGE = 3  # steps on end that no clock in s makes
 STILL = 1e-6  # s; the least step between two frames
+EARLY = 0.9  # of a step at the hello's rate; who stamps frames as they come in has them come in together
+AHEAD = 0.2  # s, by which what frames are taken for may be ahead of their stamps
 NO_HELLO = "a hello {v, skeleton, fps, units} was wanted before the first frame"
 _EPOCH = time.time() - time.perf_counter()
 
@@ -46,7 +49,8 @@ def now(epoch: float = _EPOCH) -> float:
 @final
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A client after its hello: what it said, the corrector's state, and the time of its last frame in s.
+    """A client after its hello: what it said, the corrector's state, and in s what its last frame was taken for, and
+    the latest of its own times.
 
     `online` says whether the corrector learns from the client's frames, `look_ahead` for how many s of frames an answer
     waits, and `latency_ms` how long that is in whole frames; `owed` are the frames not answered yet, the oldest first;
@@ -56,6 +60,7 @@ class Session:
     hello: Hello
     state: Any
     last: float | None = None
+    latest: float = -math.inf
     online: bool = False
     look_ahead: float = 0.0
     latency_ms: float = 0.0
@@ -186,10 +191,11 @@ def answered(
 ) -> tuple[Session, list[tuple[Frame, Answer]]]:
     """The session after a frame, and what can be answered now: this frame, or the one that has waited for it.
 
-    Frames at the same time, or a little before the last, are taken as the next instant. A clock that goes back by more
-    than a second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`. What
-    was owed until then is answered first. Times that contradict the hello's rate frame after frame, as milliseconds
-    do, stand still or count frames are flagged `clock`.
+    Frames that come together, or at the same time, are taken as evenly as their rate has them, as far as their
+    times allow; those from a little before the last as the next instant. A clock that goes back by more than a
+    second is a recording that begins anew: the state does so too, and the answer is flagged `restarted`. What was
+    owed until then is answered first. Times that contradict the hello's rate frame after frame, as milliseconds do,
+    stand still or count frames are flagged `clock`.
 
     Parameters
     ----------
@@ -205,19 +211,34 @@ def answered(
         came = f"came a body half of which is {reach:.3g} and more from its middle"
         raise MessageError(f"joints: metres were wanted, {came}: is it centimetres?", frame.seq)
     answers: list[tuple[Frame, Answer]] = []
-    if session.last is not None and frame.t < session.last - BACK:
+    if frame.t < session.latest - BACK:
         _, answers = rested(model, session)
         session = opened(model, session.hello, session.online, session.look_ahead)
         flags = (*flags, "restarted")
     strange = session.strange + 1 if _no_clock(session.before, frame, session.hello.fps) else 0
     flags = (*flags, "clock") if strange >= STRANGE else flags
-    time_of = frame.t if session.last is None else max(frame.t, session.last + STILL)
+    time_of = _taken(session, frame.t)
     state, corrected = model.feed(session.state, frame.joints, frame.state, time_of)
     owed = (*session.owed, Owed(frame, t_in, flags))
     if corrected is not None:
         answers.append(_answer(session, owed[0], corrected))
         owed = owed[1:]
-    return replace(session, state=state, last=time_of, owed=owed, strange=strange, before=frame), answers
+    latest = max(session.latest, frame.t)
+    after = replace(session, state=state, last=time_of, latest=latest, owed=owed, strange=strange, before=frame)
+    return after, answers
+
+
+def _taken(session: Session, t: float) -> float:
+    """s, when a frame was taken that says it was at `t`: not much sooner after the last one than the rate has it.
+
+    One that was overtaken by a later one is old: it is taken for the next instant. A hello of a few frames a second
+    says little of when they were taken.
+    """
+    if session.last is None:
+        return t
+    fps = session.hello.fps
+    usual = EARLY / fps if t >= session.latest and fps > SLOW else 0.0
+    return max(t, min(session.last + usual, t + AHEAD), session.last + STILL)
 
 
 def _reach(joints: Floats) -> float:
