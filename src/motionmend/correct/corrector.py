@@ -33,6 +33,7 @@ from .several_people import STRANGER_SECONDS, by_person
 from .sight import Sight, Watcher, believable, fresh, kinship, received, rows_of
 from .spatial import Processes, fit_processes, shape_features
 from .spine import DECIDE, can_tell, elsewhere, heights
+from .stamps import taken
 from .state import Corrected, CorrectorState
 from .watching import look, look_twice
 
@@ -374,10 +375,12 @@ class CorrectorModel:
             postures = postures.with_positions(believable(postures.positions))
             if method in FILTERS:
                 return by_filter(postures, method)
-            if look_ahead is not None:
-                return self._as_live(postures, online, look_ahead)
             if method == "default":
-                return by_person(lambda one: by_default(self.knowledge, one, online), postures, self.watcher.body)
+                at = replace(postures, times=taken(postures.times))
+                if look_ahead is not None:
+                    return replace(self._as_live(at, online, look_ahead), times=postures.times)
+                found = by_person(lambda one: by_default(self.knowledge, one, online), at, self.watcher.body)
+                return replace(found, times=postures.times)
             if method in PAPER:
                 return by_paper(self.knowledge, self.mixture, postures, method, online)
             return by_learner(self.knowledge, postures, method)
