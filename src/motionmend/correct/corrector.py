@@ -35,6 +35,7 @@ from .spatial import Processes, fit_processes, shape_features
 from .spine import DECIDE, can_tell, elsewhere, heights
 from .stamps import taken
 from .state import Corrected, CorrectorState
+from .still import is_repeated, repeated, unmeasured
 from .watching import look, look_twice
 
 REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
@@ -329,6 +330,8 @@ class CorrectorModel:
             calm = shown.calm  # what following adds to it is behind the person, and nothing to be learned
             shifts = inward(joining, [sight], settled[None])[0] - inward(joining, [sight], calm[None])[0]
             memory = taken_in(memory, time, inputs, shifts, 1.0 - failing[0], unsure < 0.01)
+        stale = np.array([is_repeated(sight)])
+        deviation, trust = unmeasured(stale, np.array([sight.stale]), deviation, trust)
         flags = _words(sight, failing[0, joining.common], kin)
         after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset, kin=kin)
         return after, Corrected(settled, deviation[0], trust[0], flags)
@@ -394,13 +397,14 @@ class CorrectorModel:
             sights.append(replace(state.sight, followed=nothing))  # 20 kB a frame that only the next one asks for
             found += [] if one is None else [one]
         found += self.rest(state)[1]
+        again, _ = repeated(postures.positions, postures.times)
         positions = np.stack([one.positions for one in found])
         return replace(
             postures,
             positions=positions,
             std=np.stack([one.std for one in found]),
             reliability=np.stack([one.reliability for one in found]),
-            source=noted(state.joining, postures, positions, sights, state.kin),
+            source=noted(state.joining, postures, positions, sights, state.kin, again),
         )
 
     @property
@@ -472,6 +476,7 @@ def _words(sight: Sight, failing: Floats, kin: float) -> tuple[str, ...]:
         ("refused", sight.refused),
         ("held", np.count_nonzero(failing > 0.5)),
         ("foreign", kin < FOREIGN),
+        ("stale", is_repeated(sight)),
     )
     return tuple([word for word, true in said if true])
 

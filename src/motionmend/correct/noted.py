@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Bytes, Floats, frozen
+from ..arrays import Bools, Bytes, Floats, frozen
 from ..bodies.joint_sets import mirrored
 from ..bodies.postures import Postures
 from ..errors import counted
 from .joining import Joining
 from .level import tilted
 from .sight import Sight
+from .still import LONGEST
 
 REFUSED, SWAPPED = 1, 2
 FOREIGN = 0.5  # probability of being the sensor that was learned from below which it is said that it is another
@@ -34,7 +35,9 @@ class Noted:
     warnings: tuple[str, ...] = ()
 
 
-def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Sequence[Sight], kin: float) -> Noted:
+def noted(
+    joining: Joining, postures: Postures, corrected: Floats, sights: Sequence[Sight], kin: float, again: Bools
+) -> Noted:
     """What a recording and the sights of its frames say of it.
 
     Parameters
@@ -42,6 +45,7 @@ def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Seque
     joining : of the recording's joints and the model's.
     postures, corrected : as the sensor gave it, and (T, J, 3) m what came of it.
     kin : probability that the sensor is the one that was learned from.
+    again : (T,) frames in which the sensor goes on to say an earlier posture, of `repeated`.
     """
     flags = [REFUSED * one.refused + SWAPPED * bool(one.swapped.any()) for one in sights]
     foreign = (
@@ -61,6 +65,7 @@ def noted(joining: Joining, postures: Postures, corrected: Floats, sights: Seque
         *_tilted(sights),
         *[said for against, said in speaks if against][:1],
         *_untold(postures),
+        *_repeated(again),
         *_exchanged(joining, sights),
         *_never_seen(postures, corrected),
     )
@@ -80,6 +85,16 @@ def _untold(postures: Postures) -> tuple[str, ...]:
     if postures.state is None or postures.state.any() or not postures.present.any():
         return ()
     return ("every joint is said not to be tracked, in all frames: states were not used",)
+
+
+def _repeated(again: Bools) -> tuple[str, ...]:
+    """A sentence about frames in which the whole body stands still to the last digit."""
+    if not again.any():
+        return ()
+    return (
+        f"in {counted(int(again.sum()), 'frame')} the sensor says the posture before again, all joints to the last "
+        f"digit and for more than {LONGEST} s: nobody was measured there, and where they are then is not known",
+    )
 
 
 def _exchanged(joining: Joining, sights: Sequence[Sight]) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from .sight import Sight, Watcher, acquainted, fresh, kinship, rows_of, size_of
 from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
 from .spine import joined_as_seen
+from .still import repeated, unmeasured
 from .trembling import calmed
 from .watching import look
 
@@ -82,6 +83,7 @@ class Knowledge:
 
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
     """Followed through failures, seen again from the end, moved by the learned offsets, settled."""
+    again, since = repeated(postures.positions, postures.times)
     thrown = thrown_and_back(postures.positions, postures.times, mirrored(postures.names))
     given = np.where(thrown[..., None], np.nan, postures.positions)
     calm = calmed(given, postures.times)
@@ -103,8 +105,8 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges, size)
-    std = np.sqrt(std**2 + calm.variance)
-    source = noted(joining, postures, settled, sights, kin)
+    std, reliable = unmeasured(again, since, np.sqrt(std**2 + calm.variance), reliable)
+    source = noted(joining, postures, settled, sights, kin, again)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 
 
