@@ -202,7 +202,7 @@ def _leading(matrix: Floats, total: float, energy: float) -> tuple[Floats, Float
             break
         if values.sum() >= energy * total:
             return values[::-1], vectors[:, ::-1]
-        wanted *= 2
+        wanted = max(2 * wanted, FEW)
     return _by_tridiagonal(matrix, energy * total)
 
 
