@@ -13,6 +13,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from motionmend.live.address import Address
 from motionmend.live.server import Server
+from motionmend.live.warm import standing
 
 PATIENT = 120.0  # s, in which a server and its processes have to have begun, on a machine that does much else
 HELLO = {"v": 1, "skeleton": "kinect20", "fps": 30, "units": "m"}
@@ -109,3 +110,20 @@ def client(url: str, hello: dict[str, Any] | None = None) -> Iterator[ClientConn
 def ask(connection: ClientConnection, fields: dict[str, Any]) -> dict[str, Any]:
     connection.send(pack(fields))
     return unpack(connection.recv(timeout=10))
+
+
+def moving(joint_set, frames, seed=0):
+    """(T, J, 3) somebody who sways, with noise."""
+    noise = np.random.default_rng(seed).normal(0, 0.01, (frames, len(joint_set.names), 3))
+    sway = 0.1 * np.sin(np.arange(frames) / 5 + seed)[:, None, None]
+    return (standing(joint_set) + sway * np.linspace(0, 1, 3) + noise).astype(np.float32)
+
+
+def alone(model, joint_set, positions, online=False):
+    """The answers of the model itself, without any server."""
+    state = model.start(joint_set.names, online)
+    codes, found = np.full(len(joint_set.names), 2, np.uint8), []
+    for k, joints in enumerate(positions):
+        state, corrected = model.step(state, joints.astype(float), codes, k / 30.0)
+        found.append(corrected.positions)
+    return np.array(found)

@@ -11,7 +11,7 @@ from contextlib import suppress
 import msgpack
 import numpy as np
 import pytest
-from running import HELLO, ask, client, frame, pack, running, singles, unpack
+from running import HELLO, alone, ask, client, frame, moving, pack, running, singles, unpack
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -22,7 +22,6 @@ from motionmend.live.address import Address
 from motionmend.live.mailbox import MOST_FRAMES
 from motionmend.live.messages import MOST_BYTES
 from motionmend.live.server import HARD_BYTES, Server
-from motionmend.live.warm import standing
 
 
 @pytest.fixture(scope="module")
@@ -31,25 +30,8 @@ def live(model):
         yield found
 
 
-def moving(joint_set, frames, seed=0):
-    """(T, J, 3) somebody who sways, with noise."""
-    noise = np.random.default_rng(seed).normal(0, 0.01, (frames, len(joint_set.names), 3))
-    sway = 0.1 * np.sin(np.arange(frames) / 5 + seed)[:, None, None]
-    return (standing(joint_set) + sway * np.linspace(0, 1, 3) + noise).astype(np.float32)
-
-
 def hello_of(joint_set, fps=30.0):
     return {**HELLO, "skeleton": joint_set.key, "fps": fps}
-
-
-def alone(model, joint_set, positions, online=False):
-    """The answers of the model itself, without any server."""
-    state = model.start(joint_set.names, online)
-    codes, found = np.full(len(joint_set.names), 2, np.uint8), []
-    for k, joints in enumerate(positions):
-        state, corrected = model.step(state, joints.astype(float), codes, k / 30.0)
-        found.append(corrected.positions)
-    return np.array(found)
 
 
 def test_answers_are_those_of_the_corrector(live, model):
@@ -204,30 +186,6 @@ def test_positions_that_are_no_metres_spoil_no_later_frame(live, model):
             assert "error" in ask(connection, frame(1000 + k, spoilt, t=k / 30.0))
             answer = ask(connection, frame(k, joints))
             assert singles(answer["joints"]).reshape(20, 3) == pytest.approx(wanted[k], abs=1e-6)
-
-
-@pytest.mark.parametrize("units", [100.0, 39.37])
-def test_centimetres_about_the_pelvis_are_said_to_be_no_metres(live, model, units):
-    positions = moving(KINECT20, 12)
-    positions -= positions[:, :1]
-    assert np.abs(units * positions).max() < 100.0  # so that no number is too large by itself
-    wanted = alone(model, KINECT20, positions)
-    with client(live.url) as connection:
-        for k, joints in enumerate(positions):
-            assert "centimetres" in ask(connection, frame(1000 + k, units * joints, t=k / 30.0))["error"]
-            assert singles(ask(connection, frame(k, joints))["joints"]).reshape(20, 3) == pytest.approx(
-                wanted[k], abs=1e-6
-            )
-
-
-def test_joints_thrown_far_off_or_left_at_the_sensor_make_no_giant(live):
-    positions = moving(KINECT20, 6)
-    positions[:, :, 2] += 8.0
-    positions[1:, :9] += 60.0
-    positions[3:, 9:19] = 0.0
-    positions[5:, 3:] = np.nan
-    with client(live.url) as connection:
-        assert all("joints" in ask(connection, frame(k, joints)) for k, joints in enumerate(positions))
 
 
 def test_a_defect_in_one_client_s_frame_is_that_client_s_alone(live, model, monkeypatch):

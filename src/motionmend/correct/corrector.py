@@ -330,9 +330,10 @@ class CorrectorModel:
             calm = shown.calm  # what following adds to it is behind the person, and nothing to be learned
             shifts = inward(joining, [sight], settled[None])[0] - inward(joining, [sight], calm[None])[0]
             memory = taken_in(memory, time, inputs, shifts, 1.0 - failing[0], unsure < 0.01)
-        stale = np.array([is_repeated(sight)])
-        deviation, trust = unmeasured(stale, np.array([sight.stale]), deviation, trust)
-        flags = _words(sight, failing[0, joining.common], kin)
+        stale = is_repeated(sight)
+        if stale:
+            deviation, trust = unmeasured(np.array([True]), np.array([sight.stale]), deviation, trust)
+        flags = _words(sight, failing[0, joining.common], kin, stale)
         after = replace(state, sight=latest, shown=shown, memory=memory, offset=offset, kin=kin)
         return after, Corrected(settled, deviation[0], trust[0], flags)
 
@@ -470,13 +471,13 @@ def _rounded(values: Floats) -> Floats:
     return np.asarray(values.astype(np.float32), dtype=np.float64)
 
 
-def _words(sight: Sight, failing: Floats, kin: float) -> tuple[str, ...]:
+def _words(sight: Sight, failing: Floats, kin: float, stale: bool) -> tuple[str, ...]:
     said = (
         ("swapped", np.count_nonzero(sight.swapped)),
         ("refused", sight.refused),
         ("held", np.count_nonzero(failing > 0.5)),
         ("foreign", kin < FOREIGN),
-        ("stale", is_repeated(sight)),
+        ("stale", stale),
     )
     return tuple([word for word, true in said if true])
 

@@ -13,8 +13,18 @@ EARLY = 0.98  # of that step, by which frames that were stamped together follow 
 
 
 def taken(times: Floats) -> Floats:
-    """(T,) s, when frames were taken that are said to be of these times (T,): those, but where many frames were stamped
-    together, as by clocks that know no parts of a second, or by who stamps what comes in at once, spread to the next.
+    """When frames were taken that are said to be of these times.
+
+    Where many were stamped together, as by clocks that know no parts of a second, or by who stamps what comes in at
+    once, they are spread to the next; elsewhere the times are believed.
+
+    Parameters
+    ----------
+    times : (T,) s, finite.
+
+    Returns
+    -------
+    (T,) s.
     """
     steps = np.diff(times)
     many = min(len(steps), MANY)

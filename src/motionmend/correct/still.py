@@ -44,6 +44,12 @@ def is_repeated(sight: Sight) -> bool:
 
 
 def unmeasured(again: Bools, since: Floats, std: Floats, reliable: Floats) -> tuple[Floats, Floats]:
-    """Deviations and reliability (T, J) of frames (T,) of which some measure nobody: somebody may have gone on."""
+    """Deviations and reliability where some frames measure nobody: somebody may have gone on.
+
+    Parameters
+    ----------
+    again, since : (T,) which frames do, and s since anybody was measured, of `repeated`.
+    std, reliable : (T, J) m of a coordinate, and 0 to 1.
+    """
     wider = np.sqrt(np.square(std) + np.square(SPEED * since)[:, None])
     return np.where(again[:, None], wider, std), np.where(again[:, None], 0.0, reliable)

@@ -9,8 +9,8 @@ from ...arrays import Floats
 from ...bodies.camera import DepthFrame
 from ...errors import MismatchError
 from .fineness import evened
-from .room import Scene, first_whole, scene_of
-from .standing import inner_of, is_still, likest, looked_at, stays_of, sways, with_furniture
+from .room import Scene, scene_of
+from .standing import inner_of, likest, looked_at, stays_of, sways, with_furniture
 from .surfaces import SOMEBODY, joined, two_bodies
 
 
@@ -37,10 +37,8 @@ def told_beforehand(frames: Sequence[DepthFrame], pointed_at: Floats | None = No
         raise MismatchError("depth frames were wanted, came none")
     even = [evened(frames[k]) for k in looked_at(len(frames))]
     scene = with_furniture(even) if pointed_at is None else None
-    if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1:
+    if len(even) < 3 or len({frame.depth.shape for frame in even}) > 1 or (scene is not None and scene.still):
         return scene
-    if scene is None and pointed_at is None and is_still(even):
-        return replace(scene_of(even[first_whole(even)]), still=True)
     camera, depths = even[0].camera, np.stack([frame.depth for frame in even])
     room = scene_of(even[0]) if scene is None else scene
     seen, main = likest(room, depths[0], camera, pointed_at)

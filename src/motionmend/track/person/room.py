@@ -42,7 +42,7 @@ class Scene:
     shown : share of the image in which the frame that planes were told of has depth.
     told : s, when that was; NaN once a later frame has borne them out, or where nobody asks.
     moved : s, when the camera was last seen to move; NaN = never. watched : s, when planes were last looked for anew.
-    still : whether what is most like a body never moves in all of the recording (`standing.is_still`).
+    still : whether what is most like a body never moves in all of the recording (`standing.with_furniture`).
     """
 
     planes: Floats

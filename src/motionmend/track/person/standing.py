@@ -43,7 +43,8 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
 
     Returns
     -------
-    The scene before the first frame. None where nobody moves, or no such furniture is: then nothing is known.
+    The scene before the first frame; `still` where nobody moves in a room for so long that whoever stands there sways.
+    None where nobody moves in less time, or no such furniture is: then nothing is known.
     """
     import cv2
 
@@ -52,13 +53,15 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         return None
     camera, depths = even[0].camera, frozen(np.stack([frame.depth for frame in even]), np.float32)
     whole = first_whole(even)
-    room, scene = scene_of(even[whole]), None
+    room = bare = scene_of(even[whole])
+    scene = None
     stays, leaving = stays_of(depths, camera.fx * camera.fy)
     alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
     walks = leaving >= SOMEBODY
-    somebody_sways = walks and not alone
+    somebody_sways, likely = walks and not alone, False
     for _ in range(MOST):
         seen, main = likest(room, depths[whole], camera)
+        likely |= main >= 0
         first = [main] if main >= 0 else []
         # What of a table is not learned as background, for it is too near the person, would be taken for a limb.
         large = [s for s in seen.clouds if seen.measures[s, 1] > SOMEBODY and s != main]
@@ -77,7 +80,10 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         nearest = np.where(standing & np.isfinite(stays), stays, np.float32(np.inf))
         nearest = cv2.erode(nearest, _WINDOW, borderType=cv2.BORDER_REPLICATE)
         room = scene = replace(room, background=np.where(np.isfinite(nearest), nearest, room.background))
-    if scene is None or not somebody_sways:
+    if not somebody_sways:
+        lasts = even[-1].time - even[0].time
+        return replace(bare, still=True) if likely and not alone and lasts >= LONG and len(even) >= QUARTERS else None
+    if scene is None:
         return None
     # What else stays is the room: but not somebody's feet.
     somebody = np.zeros(depths[0].shape, np.bool_)
@@ -89,25 +95,6 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
         return None
     apart = cv2.dilate(somebody.view(np.uint8), _WINDOW) == 0
     return replace(scene, background=np.where(apart & np.isnan(scene.background), stays, scene.background))
-
-
-def is_still(frames: Sequence[DepthFrame]) -> bool:
-    """Whether what is most like a body never moves, not by as little as people who stand still do: a box, a dummy.
-
-    Parameters
-    ----------
-    frames : those of `looked_at`. Too few of them, too short a time, or no room behind anybody tell nothing.
-    """
-    even = [evened(frame) for frame in frames]
-    if len(even) < QUARTERS or len({frame.depth.shape for frame in even}) > 1:
-        return False
-    camera, depths, whole = even[0].camera, np.stack([frame.depth for frame in even]), first_whole(even)
-    room = scene_of(even[whole])
-    stays, leaving = stays_of(depths, camera.fx * camera.fy)
-    if room.bare or leaving >= SOMEBODY or even[-1].time - even[0].time < LONG:
-        return False
-    seen, main = likest(room, depths[whole], camera)
-    return main >= 0 and not sways(depths, stays, inner_of(seen.pixels_of([main])))
 
 
 def likest(room: Scene, depth: Singles, camera: Camera, last: Floats | None = None) -> tuple[Surfaces, int]:
