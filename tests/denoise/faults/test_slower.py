@@ -107,13 +107,13 @@ def test_few_frames_tell_nothing(clean, frames):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("times", HOLDS)
-def test_what_lies_between_is_put_there_and_said(clean, times):
-    held, new = _shown_again(clean, times)
+def test_what_lies_between_is_put_there_and_said(light, times):
+    held, new = _shown_again(light, times)
     outcome = repair_without_model(held)
-    again = np.setdiff1d(np.arange(clean.frames), new)
-    assert outcome.recording.frames == clean.frames
-    assert outcome.recording.fps == clean.fps
-    assert _off(outcome.recording, clean) < 0.4 * _off(held, clean)
+    again = np.setdiff1d(np.arange(light.frames), new)
+    assert outcome.recording.frames == light.frames
+    assert outcome.recording.fps == light.fps
+    assert _off(outcome.recording, light) < 0.4 * _off(held, light)
     assert (outcome.origin[again] == Origin.REPAIRED).all()
     assert (outcome.origin[new] == Origin.MEASURED).mean() > 0.99
     assert sum(f"each frame is shown {times:.3g} times" in warning for warning in outcome.warnings) == 1
