@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from motionmend.bodies.joint_sets import KINECT20
 from motionmend.correct.anatomy import anatomy
 from motionmend.correct.normalise import Standard, bone_lengths
-from motionmend.correct.sides import about_turn, faces_away, gone_along, knees_ahead, toes_ahead
+from motionmend.correct.sides import about_turn, faces_away, gone_along, knees_ahead, toes_ahead, trunk_turned
 from motionmend.numerics.factors import Factors
 
 BODY = anatomy(KINECT20.names)
@@ -100,3 +100,15 @@ def test_limbs_that_change_places_with_the_trunk_are_those_that_jump(seed: int, 
     np.testing.assert_array_equal(np.flatnonzero(found[known]), np.flatnonzero(np.isin(known, limbs)))
     assert (found[BODY.across] == otherwise).all()
     assert (found[[missing, BODY.mirror[missing]]] == otherwise).all()
+
+
+def test_where_all_joints_shake_a_thrown_joint_turns_no_pair_about() -> None:
+    """An exchanged pair is as long as it was; one joint that is thrown past the other leaves it elsewhere."""
+    last = standing(0.05)
+    facing = (last[BODY.across[0, 0]] - last[BODY.across[0, 1]])[[0, 2]]
+    exchanged, wrong = last[BODY.mirror] + 0.02, last.copy()
+    wrong[BODY.across[0, 0]] += [-0.45, 0.25, 0.1]
+    for shaking in (0.0, 0.03):
+        assert trunk_turned(exchanged, last, facing, 0.03, BODY, shaking).all()
+        assert not trunk_turned(last, last, facing, 0.03, BODY, shaking).any()
+        assert trunk_turned(wrong, last, facing, 0.03, BODY, shaking)[0] == (shaking == 0.0)

@@ -36,6 +36,7 @@ from .spine import DECIDE, can_tell, elsewhere, heights
 from .stamps import taken
 from .state import Corrected, CorrectorState
 from .still import is_repeated, repeated, unmeasured
+from .thrown_about import Believed, followed, unknown
 from .watching import look, look_twice
 
 REMEMBERED = 1.0  # s, for which joints that the model lacks stay beside their neighbours
@@ -180,7 +181,9 @@ class CorrectorModel:
         shown = unborn(len(joining.names), len(joining.bones))
         nothing = np.full((len(self.names), 3), np.nan)
         seen = np.empty((0, len(self.names))) if can_tell(joining, self.watcher.body) else None
-        return CorrectorState(joining, fresh(self.watcher), shown, nothing, memory, waiting, hinges, heights=seen)
+        courses = unknown(len(joining.names))
+        sight = fresh(self.watcher)
+        return CorrectorState(joining, sight, shown, nothing, courses, memory, waiting, hinges, heights=seen)
 
     def step(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
@@ -237,7 +240,7 @@ class CorrectorModel:
 
     def _seen(
         self, state: CorrectorState, positions: Floats, states: Bytes | None, time: float
-    ) -> tuple[CorrectorState, Sight, Floats]:
+    ) -> tuple[CorrectorState, Sight, Believed]:
         joints = len(state.joining.names)
         if np.shape(positions) != (joints, 3) or (states is not None and np.shape(states) != (joints,)):
             came = f"{np.shape(positions)}" if states is None else f"{np.shape(positions)} and {np.shape(states)}"
@@ -245,9 +248,14 @@ class CorrectorModel:
         if not isfinite(time):
             raise MismatchError(f"the time of a frame in s was wanted, came {time}")
         state = self._along_the_spine(state, positions)
-        given, rows, told = received(state.joining.to_model, positions, states)
-        if STRANGER_SECONDS < time - state.sight.seen < np.inf and np.isfinite(rows).any():
+        sensed, rows, told = received(state.joining.to_model, positions, states)
+        courses, given = followed(state.courses, sensed, float(time))
+        if given.positions is not sensed:
+            rows = rows_of(state.joining.to_model, given.positions)
+        away = STRANGER_SECONDS < time - state.sight.seen < np.inf and np.isfinite(rows).any()
+        if away or (courses.thrown and not state.courses.thrown and courses.soon):
             state = self._of_a_stranger(state)
+        state = replace(state, courses=courses)
         if state.waiting is not None:  # the frames that wait will tell
             return state, look(self.watcher, state.sight, rows, told, float(time)), given
         sight, doubt = look_twice(self.watcher, state.sight, state.doubt, rows, told, float(time))
@@ -273,7 +281,7 @@ class CorrectorModel:
         """All that was known of a person forgotten; the sensor stands where it stood, and frames that wait still do."""
         begun = self._begun(state.joining, state.hinges, state.waiting, online=state.memory is not None)
         sight = replace(begun.sight, upright=state.sight.upright, lean=state.sight.lean)
-        return replace(begun, sight=sight, heights=state.heights)
+        return replace(begun, sight=sight, heights=state.heights, courses=state.courses)
 
     def _first(self, state: CorrectorState) -> tuple[CorrectorState, Corrected]:
         """The oldest of the frames that wait, given out."""
@@ -288,7 +296,7 @@ class CorrectorModel:
         state: CorrectorState,
         latest: Sight,
         sight: Sight,
-        given: Floats,
+        given: Believed,
         posture: Floats,
         unsure: Floats,
         failing: Floats,
@@ -310,8 +318,9 @@ class CorrectorModel:
         inputs = neighbour_inputs(posture[None], body)[0] if memory is not None else np.zeros((0, 0))
         if memory is not None:
             learned = moved + remembered(memory, inputs)
-        last = state.shown.last if since < REMEMBERED else np.full(given.shape, np.nan)
-        placed, deviation, trust = outward(joining, given[None], [sight], learned, std, failing[:1], last)
+        last = state.shown.last if since < REMEMBERED else np.full(given.positions.shape, np.nan)
+        placed, deviation, trust = outward(joining, given.positions[None], [sight], learned, std, failing[:1], last)
+        deviation, trust = np.hypot(deviation, given.deviation), trust * given.share
         prior = self.bones[joining.model_bones] * sight.scale
         later = None if waiting is None else going_on(joining, waiting, failing, placed[0])
         shown, settled = settled_frame(

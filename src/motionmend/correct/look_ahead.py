@@ -17,6 +17,7 @@ from . import spikes
 from .hindsight import judged_again, less_own, trusted
 from .joining import Joining
 from .sight import Sight
+from .thrown_about import Believed
 from .watching import PATIENCE
 
 BELIEVED = 0.5  # a joint is, that fails less likely
@@ -31,7 +32,7 @@ class Waiting:
     ----------
     frames : how many frames are looked at after the one that is given out.
     sights : of the frames that wait, the oldest first.
-    given : their positions (J, 3) m, as the client sent them.
+    given : their positions (J, 3) m, as the client sent them, and how far those are believed.
     belief : of the factors, after the last frame that was given out; None before the first.
     time : s, of that frame.
     past : the latest frames that were given out, as many as a joint may be thrown away for.
@@ -39,7 +40,7 @@ class Waiting:
 
     frames: int
     sights: tuple[Sight, ...] = ()
-    given: tuple[Floats, ...] = ()
+    given: tuple[Believed, ...] = ()
     belief: Belief | None = None
     time: float = -np.inf
     past: tuple[Sight, ...] = ()
@@ -49,7 +50,7 @@ class Waiting:
         """Whether the oldest frame has waited for as many as it should."""
         return len(self.sights) > self.frames
 
-    def with_frame(self, sight: Sight, given: Floats) -> "Waiting":
+    def with_frame(self, sight: Sight, given: Believed) -> "Waiting":
         """One more frame waits."""
         return replace(self, sights=(*self.sights, sight), given=(*self.given, given))
 

@@ -29,6 +29,7 @@ from .spatial import Processes, shape_features
 from .spikes import thrown_and_back
 from .spine import joined_as_seen
 from .still import repeated, unmeasured
+from .thrown_about import put_back
 from .trembling import calmed
 from .watching import look
 
@@ -84,8 +85,9 @@ class Knowledge:
 def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postures:
     """Followed through failures, seen again from the end, moved by the learned offsets, settled."""
     again, since = repeated(postures.positions, postures.times)
-    thrown = thrown_and_back(postures.positions, postures.times, mirrored(postures.names))
-    given = np.where(thrown[..., None], np.nan, postures.positions)
+    back = put_back(postures.positions, postures.times)
+    thrown = thrown_and_back(back.positions, postures.times, mirrored(postures.names))
+    given = np.where(thrown[..., None], np.nan, back.positions)
     calm = calmed(given, postures.times)
     calm = calm.only(_with_bones(knowledge.watcher, postures.names, calm.positions), given)
     postures = postures.with_positions(calm.positions)
@@ -105,7 +107,8 @@ def by_default(knowledge: Knowledge, postures: Postures, online: bool) -> Postur
         learned = moved + _learned_on_the_way(knowledge, postures, posture, shifts, 1.0 - failing, unsure)
         positions, _, _ = outward(joining, postures.positions, sights, learned, unsure, failing)
         settled = settled_recording(positions, postures.times, reliable, joining.bones, hinges, size)
-    std, reliable = unmeasured(again, since, np.sqrt(std**2 + calm.variance), reliable)
+    variance = np.where(back.thrown, back.deviation**2, 0.0) + calm.variance
+    std, reliable = unmeasured(again, since, np.sqrt(std**2 + variance), np.where(back.thrown, 0.0, reliable))
     source = noted(joining, postures, settled, sights, kin, again)
     return replace(postures, positions=settled, std=std, reliability=reliable, source=source)
 

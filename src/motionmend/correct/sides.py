@@ -21,6 +21,7 @@ from .normalise import Standard, bone_lengths
 from .reliability import FAILING_SECONDS
 
 MEMORY = 0.5  # s; after a longer break the trunk may face anywhere
+SHAKY = 0.01  # m, of a coordinate; noise that can turn a line a hand long
 REVISED = 3.0  # log-odds at which it was before that sides were confused
 BONE_SPREAD = 0.2  # deviation of the logarithm of a bone's length among people and sensors, their size taken out
 BODY = 2.0  # squared z-score of a coordinate up to which a posture may be a body's
@@ -29,18 +30,23 @@ TILTS = Rotation.from_euler("xz", [[0, 0], [25, 0], [-25, 0], [0, 25], [0, -25]]
 FARTHEST = 9.0  # squared z-score beyond which a joint's place or a bone's length says nothing more
 
 
-def trunk_turned(positions: Floats, before: Floats, seconds: float, body: Anatomy) -> Bools:
+def trunk_turned(
+    positions: Floats, last: Floats, before: Floats, seconds: float, body: Anatomy, shaking: float
+) -> Bools:
     """(P,) which left-right pairs of the trunk face against where it faced a moment ago.
 
     Parameters
     ----------
-    positions : (J, 3) m, upright.
+    positions, last : (J, 3) m, upright, of this frame and the one before, NaN = missing.
     before : (2,) horizontal direction from right to left; zero = not known.
     seconds : since somebody was seen.
+    shaking : m, deviation of a coordinate by which all joints shake; where they do, a pair has to be turned about as a
+        whole, for noise turns the line between two that are near to one another.
     """
     if seconds > MEMORY:
         return np.zeros(len(body.across), dtype=np.bool_)
-    return np.asarray(kernel.turned_around(positions, before, body.across))
+    last = last if shaking > SHAKY else np.full(last.shape, np.nan)
+    return np.asarray(kernel.turned_around(positions, before, body.across, last))
 
 
 def changed(positions: Any, pairs: Ints) -> Any:

@@ -12,6 +12,7 @@ from .look_ahead import Waiting
 from .online import Memory
 from .settling import Body
 from .sight import Sight
+from .thrown_about import Courses
 from .watching import Doubt
 
 KIN_SECONDS = 10.0  # live, in which it is learned whether the sensor is the one that was learned from
@@ -32,6 +33,7 @@ class CorrectorState:
     hinges : of the client's joints, those that have limits.
     kin : probability that the sensor is the one that was learned from, by which offsets count.
     doubt : of the last frame, where no frames wait.
+    courses : of the client's joints.
     heights : (K, J of model) along the spine, of the first frames in which they showed; None when nothing is asked.
     """
 
@@ -39,6 +41,7 @@ class CorrectorState:
     sight: Sight
     shown: Body
     offset: Floats
+    courses: Courses
     memory: Memory | None = None
     waiting: Waiting | None = None
     hinges: Hinges | None = None

@@ -87,7 +87,7 @@ def look(
         reach = np.where(body.trunk, 0.0, SPAN)
         rows = np.where(kernel.strayed(rows, sight.rows, seconds, reach)[:, None], np.nan, rows)
     frame = _Frame(rows, states, np.zeros(len(rows), dtype=np.bool_))
-    turned = trunk_turned(rows, sight.direction, away, body)
+    turned = trunk_turned(rows, sight.rows, sight.direction, away, body, sight.shaking.deviation)
     if np.count_nonzero(turned):
         frame = frame.exchanged(body.across[turned])
     stance = _stands(watcher, sight, before.failing, frame.rows)

@@ -19,6 +19,7 @@ ALL = 4.0  # by how much more counts what is beyond
 SURE = 12.0  # log-likelihood ratio at which sides are changed back; half of it decides nothing
 STAYS = 0.0  # the same for a pair that was changed back a frame ago
 OPPOSED = -0.5  # cosine between trunk directions of successive frames at which the trunk has been turned around
+REVERSED = 0.5  # of how far a pair's line is from what it was, at most, is that from the same turned around
 WIDE = 0.05  # m between the two sides, below which the trunk is seen edge-on and shows no direction
 LEAP, FASTEST = 0.4, 6.0  # m and m/s; who is farther from where somebody was a moment ago is somebody else
 ROUNDED = 0.1  # of the joints: when so many repeat a coordinate, positions are rounded
@@ -403,20 +404,31 @@ def given_back(
 
 
 @compiled
-def turned_around(rows: Floats, before: Floats, across: Ints) -> Bools:
+def turned_around(rows: Floats, before: Floats, across: Ints, last: Floats) -> Bools:
     """(P,) which left-right pairs of the trunk face against where it faced a moment ago.
+
+    A joint that is thrown turns the line between a narrow pair as well, but does not leave it as long as it was: where
+    the pair was seen a frame ago, each has to be nearer to the other one's place.
 
     Parameters
     ----------
     rows : (J, 3) m, y up, NaN = missing.
     before : (2,) horizontal direction from right to left; zero = not known: none does.
     across : (P, 2) left and right joints.
+    last : (J, 3) m, where they were a frame ago, NaN = missing.
     """
     found = np.zeros(across.shape[0], dtype=np.bool_)
     for p in range(across.shape[0]):
-        x, z = rows[across[p, 0], 0] - rows[across[p, 1], 0], rows[across[p, 0], 2] - rows[across[p, 1], 2]
+        left, right = across[p, 0], across[p, 1]
+        x, z = rows[left, 0] - rows[right, 0], rows[left, 2] - rows[right, 2]
         size = hypot(x, z)
         found[p] = size > WIDE and x * before[0] + z * before[1] < OPPOSED * size * hypot(before[0], before[1])
+        stayed, over = 0.0, 0.0
+        for d in range(3):
+            now, then = rows[left, d] - rows[right, d], last[left, d] - last[right, d]
+            stayed += (now - then) ** 2
+            over += (now + then) ** 2
+        found[p] = found[p] and not over > REVERSED**2 * stayed
     return found
 
 
