@@ -216,7 +216,8 @@ def followed(before: Courses, given: Floats, time: float) -> tuple[Courses, Beli
     if lost and before.lost:  # they went where none was expected: from here on anew
         motion, _, _ = kernel.along(given, seconds, np.full_like(motion, np.nan), sqrt(variance))
     least = OFTEN_LIVE / 2.0 if before.thrown else OFTEN_LIVE
-    thrown = frames >= FEWEST_LIVE and bool(np.quantile(often, CALMEST) > least or variance > TOO_NOISY**2)
+    most = bool(np.sort(often)[int(CALMEST * len(often))] > least)
+    thrown = frames >= FEWEST_LIVE and (most or variance > TOO_NOISY**2)
     seen = frozen(given), before.last, time, seconds
     after = Courses(motion, frozen(often), strange, variance, *seen, frames, lost, thrown)
     if not thrown or (lost and before.lost):
