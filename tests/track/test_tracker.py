@@ -25,7 +25,7 @@ from motionmend.track.terms.freespace import FreespaceTerm
 from motionmend.track.terms.limits import LimitsTerm
 from motionmend.track.terms.objective import terms_of
 from motionmend.track.terms.prior import PriorTerm, prior_term
-from motionmend.track.terms.smooth import SmoothTerm, difference
+from motionmend.track.terms.smooth import SmoothTerm, difference, eased
 from motionmend.track.terms.solve import solve_pose
 from motionmend.track.terms.surface import SurfaceTerm
 from motionmend.track.terms.view import Sums, view_of
@@ -143,6 +143,25 @@ def test_an_arm_behind_the_back_does_not_stay_inside_it():
     begun = off(inside, behind)[elbow : elbow + 2].max()
     assert misses[0] < 0.4 * begun
     assert misses[1] > 0.8 * begun
+
+
+def test_smoothness_gives_way_with_the_time_between_frames():
+    assert eased(0.1, 0.0) == eased(0.1, 1.0 / 60.0) == eased(0.1, 1.0 / 30.0 + 1e-3) == 0.1
+    assert eased(0.1, 0.2) == pytest.approx(0.25 * eased(0.1, 0.1))
+
+
+def test_after_a_gap_of_time_stamps_a_limb_may_have_gone_farther():
+    settings = replace(settings_of("default", ("surface", "freespace")), search=False, smooth=10.0)
+    pose, arm = some_pose(much=0.05), LIMBS[0]
+    moved = with_limb(pose, arm, pose.joints[arm.columns] + 0.15)
+    model = TrackerModel(library())
+    missed = []
+    for elapsed in (1.0 / 30.0, 0.2):
+        state = start(model, settings, DepthFrame(KINECT, seen(pose).depth, None, 0.0), BODY, pose)
+        for time, one in ((0.0, pose), (elapsed, moved)):
+            state, estimate = step(model, settings, state, DepthFrame(KINECT, seen(one).depth, None, time))
+        missed.append(np.linalg.norm(estimate.landmarks - landmarks(BODY, moved), axis=1).max())
+    assert missed[1] < 0.5 * missed[0]
 
 
 def test_differences_of_poses_undo_increments(rng):

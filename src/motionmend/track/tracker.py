@@ -121,7 +121,8 @@ def step(
         if not found:
             return nobody(state, elapsed, ("lost",), clock)
         elapsed, recovered = 0.0, not (first or waits)
-    fit = fitted(sight, state, expected_pose(state, settings, elapsed, sight.coarse), clock=clock)
+    expected = expected_pose(state, settings, elapsed, sight.coarse)
+    fit = fitted(sight, state, expected, clock=clock, elapsed=elapsed)
     searched = _limbs_searched(sight, fit, elapsed, clock) if settings.search else Searched(fit)
     body = _Body(searched.fit, elapsed, recovered, ways, searched.restarts)
     searches = settings.search and model.detector is not None

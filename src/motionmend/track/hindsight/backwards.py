@@ -298,7 +298,7 @@ def _stepped(
     assert at.pose is not None
     body, coarse = at.performer, coarse_of(evidence)
     expected = expected_pose(at, settings, elapsed, coarse)
-    terms = terms_of(model, settings, at, evidence, expected)
+    terms = terms_of(model, settings, at, evidence, expected, elapsed)
     solution = solve_pose(body, evidence, terms, expected, settings)
     pose = solution.state
     first = here.estimate.pose if here.tracked else None

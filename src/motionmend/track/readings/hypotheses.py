@@ -57,7 +57,8 @@ def contested(sight: Sight, fit: Fit, elapsed: float, fresh: Hypothesis | None) 
     state, old = fit.state, fit.state.hypothesis
     if old is not None and 0.0 < elapsed < PAUSE:
         twin = replace(state, pose=old.pose, velocity=old.velocity, trust=old.trust, before=None)
-        other = fitted(sight, twin, expected_pose(twin, sight.settings, elapsed, sight.coarse), STEPS)
+        expected = expected_pose(twin, sight.settings, elapsed, sight.coarse)
+        other = fitted(sight, twin, expected, STEPS, elapsed=elapsed)
         odd = strangeness(other.terms, other.pose) - strangeness(fit.terms, fit.pose)
         gained = FADES * old.gained + fit.wrong - other.wrong - odd
         gap = apart(state.performer, other.pose, fit.pose)

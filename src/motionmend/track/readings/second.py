@@ -47,7 +47,7 @@ def faced(
 
     def begin(twin: TrackState, expected: Pose) -> Fit:
         twin = replace(twin, pose=expected, facing=Facing(), sides=Sides(), hypothesis=None)
-        return fitted(sight, twin, expected, STEPS)
+        return fitted(sight, twin, expected, STEPS, elapsed=elapsed)
 
     follow, search = Follow(sight, begin, _finished, _feet), sight.model.database.search
     facing, asked = state.facing, state.facing.question is not None

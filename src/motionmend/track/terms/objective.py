@@ -17,7 +17,7 @@ from .edge import EdgeTerm
 from .freespace import FreespaceTerm
 from .limits import limits_term
 from .prior import prior_term
-from .smooth import SmoothTerm
+from .smooth import SmoothTerm, eased
 from .solve import solve_pose
 from .surface import SurfaceTerm
 
@@ -25,7 +25,12 @@ PAUSE = 0.3  # s without a frame after which nothing is known of the velocity
 
 
 def terms_of(
-    model: TrackerModel, settings: TrackSettings, state: TrackState, evidence: Evidence, expected: Pose
+    model: TrackerModel,
+    settings: TrackSettings,
+    state: TrackState,
+    evidence: Evidence,
+    expected: Pose,
+    elapsed: float = 0.0,
 ) -> list[Term]:
     """The terms that the settings ask for, made for one frame (equation 3.14).
 
@@ -35,10 +40,10 @@ def terms_of(
     settings : which terms, their weights and windows.
     state : after the frame before; it has a pose.
     evidence : what the frame says.
-    expected : the pose that smoothness draws to.
+    expected : the pose that smoothness draws to. elapsed : s since the frame before; 0 of a body found anew.
     """
     assert state.pose is not None
-    weights = np.full(DOFS, settings.smooth)
+    weights = np.full(DOFS, eased(settings.smooth, elapsed))
     terms: list[Term] = [
         SurfaceTerm(evidence, settings, state.before if "color" in settings.terms else None),
         SmoothTerm(expected, weights),
@@ -76,7 +81,12 @@ def expected_pose(state: TrackState, settings: TrackSettings, elapsed: float, co
 
 
 def fitted(
-    sight: Sight, state: TrackState, expected: Pose, iterations: int | None = None, clock: Stages | None = None
+    sight: Sight,
+    state: TrackState,
+    expected: Pose,
+    iterations: int | None = None,
+    clock: Stages | None = None,
+    elapsed: float = 0.0,
 ) -> Fit:
     """The pose that explains a frame best, as the settings' terms have it, near where the body is expected.
 
@@ -87,8 +97,9 @@ def fitted(
     expected : to begin at, and that smoothness draws to.
     iterations : of Gauss-Newton, at most; the settings' when None.
     clock : is told when the terms are made, and when they are solved.
+    elapsed : s since the frame before; 0 of a body found anew.
     """
-    terms = terms_of(sight.model, sight.settings, state, sight.evidence, expected)
+    terms = terms_of(sight.model, sight.settings, state, sight.evidence, expected, elapsed)
     if clock is not None:
         clock.lap("prior")
     solution = solve_pose(state.performer, sight.evidence, terms, expected, sight.settings, iterations)

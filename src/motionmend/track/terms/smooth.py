@@ -13,6 +13,13 @@ from ...kernels.dense import turn_between
 from .contract import Share, Term
 from .view import Sums, View
 
+FRAME = 0.035  # s from frame to frame for which weights are set: 30 Hz, and a time stamp that is a little late
+
+
+def eased(weight: float, elapsed: float) -> float:
+    """The weight after a longer step: a body is as much farther from where it is expected, in proportion to time."""
+    return weight * min(1.0, FRAME / elapsed) ** 2 if elapsed > 0.0 else weight
+
 
 def difference(to: Pose, origin: Pose) -> Floats:
     """(34,) the increment that takes `origin` to `to`, as `advance` understands it."""
