@@ -14,7 +14,7 @@ from .frame.observation import Observation
 from .limbs.mend import mend_limbs
 from .limbs.offers import MUCH, offers_tried
 from .limbs.other_poses import coarse_of, disagreement, left_over
-from .limbs.pieces import CLAIMED, claimed
+from .limbs.pieces import CLAIMED, claimed, in_doubt, laid_in
 from .limbs.rescue import rescued
 from .lost import is_lost
 from .measure.girth import Girth
@@ -175,7 +175,8 @@ def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> Se
     state, coarse = fit.state, sight.coarse
     # Where the detector sees limbs elsewhere, that is this frame's search; the library's poses wait for the next.
     # What is usual drifts while a limb is lost; a piece of the person with no limb in it stays one.
-    left = left_over(state.performer, fit.pose, coarse)
+    left, began = left_over(state.performer, fit.pose, coarse), fit.solution
+    ways = laid_in(state.performer, fit.pose, coarse, left)
     unclaimed = left.area > MUCH
     asks = sight.model.detector is not None and state.searched >= EVERY
     asks = asks and (unclaimed or fit.wrong > DOUBTFUL * state.wrong + 0.01)
@@ -188,7 +189,7 @@ def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> Se
         busy |= bool(restarts) or hypothesis is not None
         clock.lap("limbs")
         if left.area > CLAIMED and not restarts:
-            fit, restarts = claimed(sight, fit, left)
+            fit, restarts = claimed(sight, fit, left, ways)
             if restarts:
                 fit = replace(fit, state=replace(fit.state, hypothesis=None))  # it left the piece over, too
             busy = True
@@ -201,6 +202,9 @@ def _limbs_searched(sight: Sight, fit: Fit, elapsed: float, clock: Stages) -> Se
     fit = contested(sight, fit, elapsed, hypothesis)
     restarts += fit.solution is not mended
     clock.lap("hypothesis")
+    if fit.solution is not began:
+        ways = laid_in(state.performer, fit.pose, coarse, left_over(state.performer, fit.pose, coarse))
+    doubt = np.hypot(doubt, in_doubt(state.performer, fit.pose, fit.wrong, ways))
     fit = replace(fit, state=replace(fit.state, searched=0 if asks else state.searched + 1))
     return Searched(fit, restarts, busy, unclaimed, doubt)
 

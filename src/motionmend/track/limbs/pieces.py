@@ -1,5 +1,9 @@
 """A piece of the person that nothing of the body is near: a limb, and the trunk with it, is laid into it."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
 import numpy as np
 
 from ...arrays import Floats
@@ -10,7 +14,7 @@ from ..state import Fit, Sight
 from ..terms.objective import refined
 from ..terms.prior import strangeness
 from ..terms.smooth import about
-from .other_poses import LIMBS, Coarse, LeftOver, Limb, disagreements, left_over
+from .other_poses import LIMBS, Coarse, LeftOver, Limb, disagreement, left_over, opposite
 
 CLAIMED = 0.012  # m^2 left over, from where on a limb is laid into it
 LEAST = 0.006  # m^2, about a hand: a smaller piece is none, and one that shrinks by less is not claimed
@@ -18,38 +22,78 @@ TIP = 0.09  # m, from the end of a hand to the wrist, of a foot to the ankle
 BAND = 0.05  # m, of the piece on either side of there whose middle is taken
 INSIDE = 0.025  # m, from the skin to the joint
 NEAR = 0.03  # share of the pixels that a pose may explain less before it is refined
+EVEN = 0.1  # share of the pixels by which it is the likelier of two limbs that is in a piece, before it is refined
+MOSTLY = 0.5  # of what is left over: a limb that is in there leaves less of it
 STAYS = 0.3  # weight of where the other joints are, beside 1 of the limb's end
 
 
-def claimed(sight: Sight, fit: Fit, left: LeftOver) -> tuple[Fit, int]:
+@final
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A pose whose `limb` is laid into a piece; `wrong` is the share of the person's pixels it explains wrongly."""
+
+    limb: Limb
+    pose: Pose
+    wrong: float
+
+
+def claimed(sight: Sight, fit: Fit, left: LeftOver, ways: Sequence[Way]) -> tuple[Fit, int]:
     """The fit, or one whose limb is in the largest piece that it leaves over, if that explains more.
 
-    Noise leaves no piece as large as a hand over; so a limb may leap for it as far as it must.
+    Noise leaves no piece as large as a hand over; so a limb may leap for it as far as it must. Nor may it stay left
+    over because an arm in it bends as the library's do not: a piece of which most is explained makes up for that.
 
     Parameters
     ----------
     sight, fit : the frame, and how it is explained so far.
-    left : what of the person that leaves over.
+    left : what of the person that leaves over. ways : limbs laid into that (`laid_in`).
 
     Returns
     -------
     The fit, and how many limbs were moved.
     """
     performer, coarse, terms = fit.state.performer, sight.coarse, fit.terms
-    ways = laid_in(performer, fit.pose, coarse, left)
-    if not ways or ways[0][1] > fit.wrong + NEAR:
+    if not ways or ways[0].wrong > fit.wrong + NEAR:
         return fit, 0
-    way, moved = ways[0][0], 0
-    least = fit.wrong - GAIN + strangeness(terms, fit.pose)
+    way, moved, least = ways[0].pose, 0, fit.wrong - GAIN
+    usual, share = strangeness(terms, fit.pose), _share(left, coarse)
     for some in (terms, about(terms, way)):  # from where the body was expected, and from here
         trial = refined(sight, fit, way, some)
-        odd = strangeness(terms, trial.pose)
-        if trial.wrong + odd < least and left_over(performer, trial.pose, coarse).area < left.area - LEAST:
-            fit, least, moved = trial, trial.wrong + odd, 1
+        still = left_over(performer, trial.pose, coarse)
+        odd = strangeness(terms, trial.pose) - usual
+        if still.area < MOSTLY * left.area:
+            odd = max(odd - share + _share(still, coarse), min(odd, 0.0))
+        price = trial.wrong + odd
+        if price < least and still.area < left.area - LEAST:
+            fit, least, moved = trial, price, 1
     return fit, moved
 
 
-def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[tuple[Pose, float]]:
+def in_doubt(performer: Performer, pose: Pose, wrong: float, ways: Sequence[Way]) -> Floats:
+    """(16,) m, the doubt about each joint while a piece of the person is left over that a limb may well be in.
+
+    Such a limb is elsewhere in the pose, or its fellow on the other side is, and it in the fellow's place.
+
+    Parameters
+    ----------
+    performer, pose : as tracked. wrong : share of the person's pixels that the pose explains wrongly.
+    ways : limbs laid into the piece (`laid_in`).
+    """
+    if not ways or ways[0].wrong > wrong + NEAR:
+        return np.zeros(len(LANDMARKS))
+    likeliest = ways[0].limb
+    ways = [way for way in ways if way.limb in (likeliest, opposite(likeliest))]
+    away = np.array([((landmarks(performer, way.pose) - landmarks(performer, pose)) ** 2).sum(axis=1) for way in ways])
+    share = np.exp(-np.array([way.wrong for way in ways]) / EVEN)
+    return np.asarray(np.sqrt(share @ away / share.sum() / 3.0))
+
+
+def _share(left: LeftOver, coarse: Coarse) -> float:
+    """Of the person's pixels those that are left over."""
+    return len(left.points) / max(coarse.pixels, 1)
+
+
+def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) -> list[Way]:
     """The pose with a limb's end in the largest piece that is left over, each limb that reaches it in its turn.
 
     Parameters
@@ -60,15 +104,15 @@ def laid_in(performer: Performer, pose: Pose, coarse: Coarse, left: LeftOver) ->
 
     Returns
     -------
-    Poses and the share of the person's pixels that each explains wrongly, the best first; to be refined.
+    Poses, the best first; to be refined.
     """
-    piece = _largest(left, coarse)
+    piece = _largest(left, coarse) if left.area > CLAIMED else left.points[:0]
     if len(piece) == 0 or float(piece[:, 2] @ piece[:, 2]) / (coarse.intrinsics[0] * coarse.intrinsics[1]) < LEAST:
         return []
     at = landmarks(performer, pose)
-    ways = [way for limb in LIMBS if (way := _with_end_in(performer, pose, at, limb, piece)) is not None]
-    costs = disagreements(performer, ways, coarse) if ways else np.empty(0)
-    return [(ways[k], float(costs[k])) for k in np.argsort(costs, kind="stable")]
+    ends = [(limb, _with_end_in(performer, pose, at, limb, piece)) for limb in LIMBS]
+    ways = [Way(limb, way, disagreement(performer, way, coarse)) for limb, way in ends if way is not None]
+    return sorted(ways, key=lambda way: way.wrong)
 
 
 def _largest(left: LeftOver, coarse: Coarse) -> Floats:
