@@ -14,11 +14,12 @@ from .contract import Share, Term
 from .view import Sums, View
 
 FRAME = 0.035  # s from frame to frame for which weights are set: 30 Hz, and a time stamp that is a little late
+LONGEST = 0.1  # s, of steps for which weights are eased: after longer ones limbs that little holds were lost
 
 
 def eased(weight: float, elapsed: float) -> float:
     """The weight after a longer step: a body is as much farther from where it is expected, in proportion to time."""
-    return weight * min(1.0, FRAME / elapsed) ** 2 if elapsed > 0.0 else weight
+    return weight * (FRAME / min(max(elapsed, FRAME), LONGEST)) ** 2
 
 
 def difference(to: Pose, origin: Pose) -> Floats:
