@@ -17,7 +17,7 @@ from ..bases.support import missed_by
 from ..channels.pieces import blocks
 from ..gaps.likeliest import Process
 from ..library.local_prior import Neighbourhood, Prior, local_prior
-from .rounds import Adapted, adapt
+from .rounds import Adapted, Heard, adapt
 from .traits import UNKNOWN, Traits
 
 Item = TypeVar("Item")
@@ -43,6 +43,7 @@ class Mended:
     leaps : (C,) samples that look like outliers and were taken for leaps of the recording's own, `FAR` or farther.
     farthest : (C,) of these leaps, channel units.
     tried : (T, C) as `Adapted` has it, and none (0, C) where it was not asked for.
+    heard : of each block, as `Adapted` has it; none where it was not asked for.
     """
 
     found: ChannelRepair
@@ -52,6 +53,7 @@ class Mended:
     leaps: Ints
     farthest: Floats
     tried: Floats
+    heard: tuple[Heard | None, ...] = ()
 
     @property
     def still(self) -> Bools:
@@ -71,6 +73,8 @@ def mend_channels(
     deviations: bool = True,
     trying: bool = False,
     whole: bool = True,
+    hearing: bool = False,
+    heard: tuple[Heard | None, ...] = (),
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -86,6 +90,8 @@ def mend_channels(
     deviations : False leaves them out, where nobody asks how sure the values are.
     trying : True gives `tried` too.
     whole : False where the recording goes on before and after these frames.
+    hearing : True gives `heard` too.
+    heard : of these samples, or of these and a few more, by an earlier repair; none where nothing was repaired.
 
     Returns
     -------
@@ -97,12 +103,24 @@ def mend_channels(
     std = np.empty(measured.shape if deviations else (0, measured.shape[1]), np.float32)
     origin = np.empty(measured.shape, np.uint8)
     tried = np.empty(measured.shape if trying else (0, measured.shape[1]))
-    noises, unseen, missed, weight, steps = [], [], 0.0, 0, 0
+    noises, unseen, listened, missed, weight, steps = [], [], list[Heard | None](), 0.0, 0, 0
     leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
 
-    def block(part: tuple[Floats, Floats | None, tuple[bool, bool]]) -> Adapted:
-        padded, rounding, ends = part
-        return adapt(padded, prior, fps, traits=traits, closer=closer, process=process, rounding=rounding, whole=ends)
+    def block(part: tuple[Floats, Floats | None, tuple[bool, bool], Heard | None]) -> Adapted:
+        padded, rounding, ends, known = part
+        if known is not None and known.loud.shape != padded.shape:  # a short one, set among other missing frames
+            known = None
+        return adapt(
+            padded,
+            prior,
+            fps,
+            traits=traits,
+            closer=closer,
+            process=process,
+            rounding=rounding,
+            whole=ends,
+            heard=known,
+        )
 
     places = blocks(len(measured), max(1, round(BLOCK * fps)), round(MARGIN * fps))
     parts = (
@@ -110,8 +128,9 @@ def mend_channels(
             _among_missing(measured[seen], least),
             None if traits.rounded is None else _among_missing(traits.rounded(seen), least),
             (whole and seen.start == 0, whole and seen.stop == len(measured)),
+            known,
         )
-        for _, seen in places
+        for (_, seen), known in zip(places, heard or [None] * len(places), strict=True)
     )
     for (core, seen), ((padded, *_), adapted) in zip(places, _at_once(block, parts, len(places)), strict=True):
         before = (len(padded) - (seen.stop - seen.start)) // 2 - seen.start
@@ -126,6 +145,8 @@ def mend_channels(
         origin[core] = np.where(present[own], kind, Origin.FILLED)
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
+        if hearing:
+            listened.append(adapted.heard)
         leaps += (adapted.leaps[own] >= FAR).sum(axis=0)
         farthest = np.maximum(farthest, adapted.leaps[own].max(axis=0, initial=0.0))
         size = core.stop - core.start
@@ -140,7 +161,8 @@ def mend_channels(
         std[opened] = np.nan
     said = _unknown(missed, "cm" if traits.together > 1 else "degrees or cm")
     found = ChannelRepair(values, std, origin == Origin.MEASURED, origin, steps, np.empty(0), True, warnings=said)
-    return Mended(found, np.median(noises, axis=0), np.mean(unseen, axis=0), missed, leaps, farthest, tried)
+    noise, bends = np.median(noises, axis=0), np.mean(unseen, axis=0)
+    return Mended(found, noise, bends, missed, leaps, farthest, tried, tuple(listened))
 
 
 def _unknown(missed: float, unit: str) -> tuple[str, ...]:

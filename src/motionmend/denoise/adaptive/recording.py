@@ -63,6 +63,7 @@ from .blocks import Mended, mend_channels
 from .limits import seen_between, within_body_limits, within_seen
 from .own_jumps import channels_that_meet, own_jumps
 from .replaced import hardly_believed, never_seen
+from .rounds import Heard
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .smoothing import least_bend
 from .traits import Traits
@@ -342,13 +343,15 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         root = np.isin(channels.columns, np.concatenate(root_rows(recording.skeleton)))
         return unmoving(values, found, asked, root, recording.fps)
 
-    def seen_alone() -> tuple[Prior, Unmoving]:
+    def seen_alone() -> tuple[Prior, Unmoving, tuple[Heard | None, ...]]:
         seen = values if rounded is None else shaken(values, rounded)
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
         gappy = not np.isfinite(values).all()
-        first = mended(Prior(first_bends(seen, recording.fps, longest, lasting), None), deviations=False, trying=gappy)
+        plain = Prior(first_bends(seen, recording.fps, longest, lasting), None)
+        first = mended(plain, deviations=False, trying=gappy, hearing=True)
         rest = unmoved(first)
-        return _calmed(_own_prior(kept_still(first, rest), recording, known.fps), seen, first, recording), rest
+        prior = _calmed(_own_prior(kept_still(first, rest), recording, known.fps), seen, first, recording)
+        return prior, rest, first.heard
 
     if known.library is not None and known.bases is not None:
         near = neighbourhood(known.library, known.bases, known.fps)
@@ -361,11 +364,12 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         calm = calmer(first, known.library.usual_bends(recording.fps), recording.fps)
         if isinstance(recording, Markers) or not (calm or doubtful(first)):
             return first  # markers get their labels back first
-        if (own := seen_alone()[0]).bases is None:  # what is missing was left open: only the library fills it
+        own, _, heard = seen_alone()
+        if own.bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
-        return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values)), rest)
-    own, rest = seen_alone()
-    again = kept_still(mended(own, into=values), rest)
+        return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values, heard=heard)), rest)
+    own, rest, heard = seen_alone()
+    again = kept_still(mended(own, into=values, heard=heard), rest)
     return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
 
 

@@ -45,6 +45,22 @@ AVERAGED_ALONE, AVERAGED_TAUGHT = 1.0, 10.0
 
 
 @dataclass(frozen=True, eq=False)
+class Heard:
+    """What samples tell of their noise before any repair, alike for all that repair them. (T, C) each.
+
+    Attributes
+    ----------
+    vouched : True where a sample is no outlier; None = nowhere.
+    rattle : the standard deviation of the noise where a channel rattles, 0 elsewhere; None = nowhere.
+    loud : the noise at each moment, by its channel's level.
+    """
+
+    vouched: Bools | None
+    rattle: Floats | None
+    loud: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Adapted:
     """What the adaptive repair finds. (T, C) each where nothing else is said, channel units.
 
@@ -60,6 +76,7 @@ class Adapted:
     tried : the values, but where gaps were laid elsewhere as they were filled there.
     leaps : how far samples leap that were rejected at first, and then taken for the recording's own; 0 elsewhere.
     steps : of conjugate gradients, all rounds together.
+    heard : of the samples, for whoever repairs them again.
     """
 
     values: Floats
@@ -72,6 +89,7 @@ class Adapted:
     tried: Floats
     leaps: Floats
     steps: int
+    heard: Heard | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,6 +208,7 @@ def adapt(
     process: Process | None = None,
     rounding: Floats | None = None,
     whole: tuple[bool, bool] = (True, True),
+    heard: Heard | None = None,
 ) -> Adapted:
     """Find outliers, noise and the motion beneath.
 
@@ -203,14 +222,16 @@ def adapt(
     process : of clean motion, for gaps; None = nothing is known of them.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     whole : whether the recording begins, and ends, with these frames.
+    heard : of these samples, or of these and a few more, by who repaired them before; None = nobody did.
     """
-    vouched = np.zeros(measured.shape, dtype=bool) if traits.leaping is None else traits.leaping(measured)
-    rattle = rattles(measured, fps, traits.together)
-    rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
+    taught = prior.bases is not None and not prior.own
+    if heard is None or taught:
+        heard = _heard(measured, fps, traits, taught=taught)
+    vouched = np.zeros(measured.shape, dtype=bool) if heard.vouched is None else heard.vouched
+    rattle, loud = np.zeros(measured.shape) if heard.rattle is None else heard.rattle, heard.loud
     shaken = rattle > 0
-    if prior.bases is not None and not prior.own:  # clips tell more of what is missing than such samples do
+    if taught:  # clips tell more of what is missing than such samples do
         measured, rattle = np.where(shaken, np.nan, measured), np.zeros(measured.shape)
-    loud = loudness(measured, fps, traits.together, traits.joints)
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
     if traits.lasting is not None:
         least = np.sqrt(np.square(least) + traits.lasting.in_band)
@@ -225,7 +246,17 @@ def adapt(
         smooth = _smoothed(asked, beliefs, search)
         beliefs = _read_off(asked, beliefs, search, smooth, turn)
         steps, last = steps + smooth.steps, search.last
-    return _finished(asked, beliefs, search, smooth, steps)
+    return replace(_finished(asked, beliefs, search, smooth, steps), heard=heard)
+
+
+def _heard(measured: Floats, fps: float, traits: Traits, *, taught: bool) -> Heard:
+    """What samples tell of their noise; if clips are `taught`, those that rattle count for nothing."""
+    vouched = np.zeros(measured.shape, dtype=bool) if traits.leaping is None else traits.leaping(measured)
+    rattle = rattles(measured, fps, traits.together)
+    rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
+    left = np.where(rattle > 0, np.nan, measured) if taught else measured
+    loud = loudness(left, fps, traits.together, traits.joints)
+    return Heard(vouched if vouched.any() else None, rattle if rattle.any() else None, loud)
 
 
 def _bursts(fps: float) -> tuple[float, float]:
