@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Ints
 from ...errors import MismatchError
+from ..channels.pieces import pieces
 from .evidence import (
     Continuity,
     Ends,
@@ -42,6 +43,7 @@ _SHORTEST = 3  # frames below which two spikes look like a swap, which is then o
 _TRIED = 4  # pairs tried in a round, times the number of markers: spikes without end propose any
 _ROUNDS = 5  # a cycle of three takes two, a recording full of swaps some more
 _BLOCK = 256  # frames or breaks compared at a time, to bound the memory
+_AT_ONCE = 1 << 18  # steps looked at, likewise
 
 
 @dataclass(frozen=True)
@@ -227,14 +229,17 @@ def _steps(positions: Floats, seen: Bools, continuity: Continuity) -> _Steps:
     after, marker = np.nonzero(seen[1:] & (last[:-1] >= 0))
     before = last[after, marker]
     after = after + 1
-    density, lost = continuity.log_density(
-        left.at(before * markers + marker), right.at(after * markers + marker), after - before
-    )
-    kept = (lost < _BREAK) | (after > before + 1)
-    marker, before, after = marker[kept], before[kept], after[kept]
-    error, way = mismatch(left.at(before * markers + marker), right.at(after * markers + marker), after - before)
+    parts = []
+    for some in pieces(len(marker), _AT_ONCE):  # of a long recording hardly a step is kept
+        a, b = left.at(before[some] * markers + marker[some]), right.at(after[some] * markers + marker[some])
+        length = after[some] - before[some]
+        density, lost = continuity.log_density(a, b, length)
+        kept = np.flatnonzero((lost < _BREAK) | (length > 1))
+        error, way = mismatch(a.at(kept), b.at(kept), length[kept])
+        parts.append((some.start + kept, density[kept], error + way, lost[kept] < _BREAK))
+    rows, density, reach, broken = (np.concatenate(column) for column in zip(*parts, strict=True))
     return _Steps(
-        marker, before, after, density[kept], error + way, lost[kept] < _BREAK, last, following, left, right, continuity
+        marker[rows], before[rows], after[rows], density, reach, broken, last, following, left, right, continuity
     )
 
 
