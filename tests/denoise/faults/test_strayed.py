@@ -7,6 +7,7 @@ import pytest
 
 from motionmend.bodies.motion import Origin
 from motionmend.denoise import repair_without_model
+from motionmend.denoise.faults import strayed as straying
 from motionmend.denoise.faults.drawn_lines import drawn_lines
 from motionmend.denoise.faults.strayed import strayed
 from motionmend.samples import markers
@@ -73,6 +74,20 @@ def test_honest_samples_beside_gaps_are_left(seed):
     bad, _ = _with_gaps(shaken, seed, 0.0)
     std = np.full(bad.present.shape, 0.001)
     assert not strayed(bad.positions, std, ~bad.present, FPS).any()
+
+
+@pytest.mark.parametrize(("home", "strays"), [(0.001, True), (0.006, False)])
+def test_who_strayed_is_back_and_who_moves_as_nowhere_else_stays_away(monkeypatch, home, strays):
+    """A finger was 6 to 15 mm from where the hand had it all along, and lost its samples next to the gap."""
+    away = np.full((200, 3), np.nan)
+    away[110:120, 1] = np.r_[0.015, 0.012, 0.010, np.full(7, home)]
+    monkeypatch.setattr(straying, "away_and_doubt", lambda *_: (away, np.full(away.shape, 0.0035)))
+    positions = np.zeros((200, 3, 3))
+    positions[80:110, 1] = np.nan
+    missing = np.isnan(positions[..., 0])
+    found = strayed(positions, np.full(missing.shape, 0.001), missing, FPS)
+    assert found[110:113, 1].all() == strays
+    assert found.sum() == 3 * strays
 
 
 def test_where_nothing_is_missing_nothing_strays():

@@ -19,6 +19,7 @@ SHORTEST = 0.03  # s; a gap no longer is bridged by how the marker moves
 SEEN = 3.0  # times as many frames have to be seen on end beside a gap, or none of them is asked
 SURE, BEGINS = 4.0, 2.0  # deviations: who is farther has strayed, and began to where it was as far as that
 LEAST = 0.004  # m; skin moves as far
+BACK = 0.2  # of that, the mean of the other frames asked: a hand that moves as nowhere else stays away in all of them
 AT_LEAST = 2  # frames; one alone is found among outliers, or hardly matters
 
 
@@ -77,11 +78,17 @@ def _strayed(positions: Floats, std: Floats, missing: Bools, fps: float) -> Bool
     off = away > BEGINS * doubt
     far = away > np.maximum(SURE * doubt, LEAST)
     for marker, frames in edges:
-        here = np.array(frames)[np.logical_and.accumulate(off[frames, marker])]
+        count = int(np.logical_and.accumulate(off[frames, marker]).sum())
+        here, home = frames[:count], frames[count:]
         # all of them: the marker may be at home there
-        if AT_LEAST <= len(here) < len(frames) and far[here, marker].any():
-            found[here, marker] = True
+        if count >= AT_LEAST and home and far[here, marker].any():
+            found[here, marker] = _mean_of_known(away[home, marker]) <= BACK * away[here, marker].max()
     return found
+
+
+def _mean_of_known(away: Floats) -> float:
+    known = away[np.isfinite(away)]
+    return float(known.mean()) if len(known) else 0.0
 
 
 def _edges(seen: Bools, missing: Bools, fps: float) -> list[tuple[int, list[int]]]:
