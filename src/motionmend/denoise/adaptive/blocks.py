@@ -4,7 +4,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -31,6 +31,16 @@ NEAR = 2 / 3  # s: a sample missing further from anything seen has no support
 
 
 @dataclass(frozen=True, eq=False)
+class Grounds:
+    """What a repair of a recording by itself went by: what its channels are and how it moves, and what was heard of
+    each block."""
+
+    traits: Traits
+    prior: Prior
+    heard: tuple[Heard | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Mended:
     """A channel repair and what the recording told of itself.
 
@@ -44,6 +54,7 @@ class Mended:
     farthest : (C,) of these leaps, channel units.
     tried : (T, C) as `Adapted` has it, and none (0, C) where it was not asked for.
     heard : of each block, as `Adapted` has it; none where it was not asked for.
+    grounds : of a repair without a library; None = not kept.
     """
 
     found: ChannelRepair
@@ -54,6 +65,7 @@ class Mended:
     farthest: Floats
     tried: Floats
     heard: tuple[Heard | None, ...] = ()
+    grounds: Grounds | None = None
 
     @property
     def still(self) -> Bools:
@@ -74,6 +86,7 @@ def mend_channels(
     trying: bool = False,
     whole: bool = True,
     hearing: bool = False,
+    resumed: bool = False,
     heard: tuple[Heard | None, ...] = (),
 ) -> Mended:
     """Repair channels without being told how noisy they are.
@@ -91,6 +104,7 @@ def mend_channels(
     trying : True gives `tried` too.
     whole : False where the recording goes on before and after these frames.
     hearing : True gives `heard` too.
+    resumed : whether a repair that gets this goes on where this one ended; else it only need not listen again.
     heard : of these samples, or of these and a few more, by an earlier repair; none where nothing was repaired.
 
     Returns
@@ -146,7 +160,8 @@ def mend_channels(
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
         if hearing:
-            listened.append(adapted.heard)
+            told = adapted.heard
+            listened.append(told if resumed or told is None else replace(told, ended=None))
         leaps += (adapted.leaps[own] >= FAR).sum(axis=0)
         farthest = np.maximum(farthest, adapted.leaps[own].max(axis=0, initial=0.0))
         size = core.stop - core.start

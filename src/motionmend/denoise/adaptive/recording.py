@@ -1,7 +1,9 @@
 """A whole recording repaired by the adaptive method: joint angles, or markers with their gaps and labels."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Generic
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from ...bodies.motion import Markers, Motion, Origin, Recording, Repaired
 from ...bodies.skeleton import ROTATION
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from ..channels.cloud import in_metres
-from ..channels.joints import CENTIMETRES, JointChannels, joints_of, root_rows
+from ..channels.joints import JointChannels, root_rows
 from ..channels.layout import Layout, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
@@ -27,9 +29,7 @@ from ..faults.stood_still import stood_still
 from ..faults.stuck_again import said_of_stuck_again
 from ..faults.takes import repaired_in_takes
 from ..faults.thrown_root import thrown
-from ..gaps.hedge import filled_both_ways
 from ..gaps.likeliest import Process
-from ..gaps.markers import fill_gaps
 from ..gaps.unseen_frames import as_unsure_as_it_moves, made_up_beyond
 from ..labels.relabelling import (
     but_for_throughout,
@@ -47,26 +47,19 @@ from ..library.exemplars import Library
 from ..library.learning import at_rate as series_at_rate
 from ..library.local_prior import Prior, neighbourhood
 from ..library.markers import MarkerLibrary
-from ..noise.band_limited import band_limited_by_distances, band_limited_noise
 from ..noise.barely_moving import most_bends
-from ..noise.digits import rounding, shaken
-from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, lasting_by_distances, lasting_noise
+from ..noise.digits import shaken
 from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
 from ..outcome import brought_back, repaired_recording
-from ..outliers.as_pose import of_one_limb, smoother_as_pose
-from ..outliers.bursts import long_runs, short_runs
-from ..outliers.other_pose import other_poses
-from ..outliers.poles import pole_crossings
-from ..rivals.filtered import Filtered
 from ..too_short import FEWEST_FRAMES, as_recorded
-from .blocks import Mended, mend_channels
+from .blocks import Grounds, Mended, mend_channels
 from .limits import seen_between, within_body_limits, within_seen
-from .own_jumps import channels_that_meet, own_jumps
+from .marker_gaps import filled_from_all, with_gaps_filled
 from .replaced import hardly_believed, never_seen
 from .rounds import Heard
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .smoothing import least_bend
-from .traits import Traits
+from .traits import traits_of
 from .unmoving import Unmoving, kept_still, nothing_still, unmoving
 from .untaught import with_untaught
 
@@ -90,6 +83,7 @@ class Knowledge:
     fps : Hz.
     process : how clean motion goes on, for gaps.
     whole : False where the recording goes on before and after its frames.
+    orderly : the recording itself, if it was seen that at first sight no labels are swapped in it.
     """
 
     layout: Layout
@@ -99,6 +93,7 @@ class Knowledge:
     fps: float
     process: Process | None = None
     whole: bool = True
+    orderly: Markers | None = None
 
 
 def mend_alone(recording: Recording) -> Repaired[Recording]:
@@ -134,7 +129,11 @@ def _by_its_labels(recording: Recording, known: Knowledge) -> Repaired[Recording
     told_apart = known.postures is not None and tell_distances(known.postures)
     if told_apart or not isinstance(recording, Markers):
         return _mended_take(recording, known)
-    return but_for_undecided(partial(_mended_take, known=known), recording)
+    repair = partial(_mended_take, known=known)
+    if known.library is not None:
+        return but_for_undecided(repair, recording)
+    orderly = partial(_mended_take, known=replace(known, orderly=recording))
+    return but_for_undecided(repair, recording, orderly)
 
 
 def _mended_take(recording: Recording, known: Knowledge) -> Repaired[Recording]:
@@ -161,22 +160,63 @@ def _brought_back(recording: Recording, known: Knowledge) -> Repaired[Recording]
     leapt = thrown(recording) if isinstance(recording, Motion) else leapt_back(recording)
     stood = stood_joints(recording) if isinstance(recording, Motion) else stood_still(recording)
     wrong = leapt | stood
-    outcome = _mended_once(without(recording, wrong) if wrong.any() else recording, known)
+    look = _first_look(without(recording, wrong) if wrong.any() else recording, known)
+    outcome = look.outcome
     still = in_noise(held(recording), outcome, recording) & ~wrong
     away = leapt
     if isinstance(recording, Markers):
         away = leapt | (_elsewhere(recording, outcome) & ~still & ~wrong)
     beside = contradicted(recording, outcome)
     lost = still | away | stood | beside.beside | beside.drawn
-    if (lost != wrong).any():
-        del outcome  # of a long recording only one is held at once
-        outcome = _mended_once(without(recording, lost), known)
+    if (lost == wrong).all():
+        outcome = look.filled()
+    else:
+        again = look.again if (lost == wrong | beside.beside).all() else None
+        del look, outcome  # of a long recording only one is held at once
+        outcome = _mended_once(without(recording, lost), known) if again is None else again(without(recording, lost))
     if not lost.any():
         return outcome
     outcome = recorded_but_lost(told(outcome, still, away, stood), lost, beside.said(recording))
     if isinstance(recording, Motion) and isinstance(outcome.recording, Motion):
         return kept_where_open(outcome, recording, for_long(still, recording.fps), lost)
     return outcome
+
+
+@dataclass(frozen=True, eq=False)
+class _Look(Generic[Recording]):
+    """A first repair of a recording, of which what was measured is looked at.
+
+    Attributes
+    ----------
+    outcome : in which gaps of markers may be left open, for most of what is filled now would be filled again.
+    filled : the same with its gaps filled.
+    again : the repair of the recording without a few more samples, by what this one went by; None = these may be many,
+        or have misled it.
+    """
+
+    outcome: Repaired[Recording]
+    filled: Callable[[], Repaired[Recording]]
+    again: Callable[[Recording], Repaired[Recording]] | None
+
+
+def _first_look(recording: Recording, known: Knowledge) -> _Look[Recording]:
+    if not isinstance(recording, Markers) or not np.isin(names_of(recording), known.layout.names).all():
+        outcome = _mended_once(recording, known)
+        return _Look(outcome, lambda: outcome, None)
+    found = _marker_channels(recording, known)
+    grounds, swaps, fps = found.mended.grounds, found.swaps, recording.fps
+
+    def again(fewer: Markers) -> Repaired[Markers]:
+        channels = to_channels(fewer, known.layout)
+        mended = with_gaps_filled(_mended(channels.values, fewer, channels, known, grounds), fps, None, False)
+        return _of_channels(_MarkerChannels(fewer, channels, mended, swaps, False), known)
+
+    def filled() -> Repaired[Markers]:
+        mended = with_gaps_filled(found.mended, fps, known.postures, found.beside)
+        return _of_channels(replace(found, mended=mended), known)
+
+    anew = grounds is None or known.library is not None or any(swap.put_right for swap in swaps)
+    return _Look(_of_channels(found, known), filled, None if anew else again)
 
 
 def _elsewhere(recording: Markers, outcome: Repaired[Markers]) -> Bools:
@@ -201,40 +241,50 @@ def _mended_once(recording: Recording, known: Knowledge) -> Repaired[Recording]:
         return _of_markers(beside, _of_itself(beside, whole=known.whole), asked)
 
     found = with_untaught(recording, _of_markers(recording, known), known.layout, markers_alone)
-    return _filled_from_all(found, known.layout)
+    return filled_from_all(found, known.layout)
 
 
-def _filled_from_all(outcome: Repaired[Markers], layout: Layout) -> Repaired[Markers]:
-    """Gaps of markers that the library knows, filled beside it from all markers: the nearest may be others."""
-    taught = np.isin(names_of(outcome.recording), layout.names)
-    missing = outcome.origin >= Origin.FILLED
-    short = short_runs(outcome.origin != Origin.MEASURED, outcome.recording.fps)
-    filled = taught & (outcome.origin == Origin.FILLED) & ~short
-    if taught.all() or not filled.any():
-        return outcome
-    markers = outcome.recording
-    known = np.where(missing[..., None], np.nan, markers.positions)
-    both = filled_both_ways(
-        Filtered(markers.positions, outcome.std.astype(np.float64), filled), fill_gaps(known, markers.fps)
-    )
-    return replace(outcome, recording=markers.with_positions(both.values), std=both.std.astype(np.float32))
+@dataclass(frozen=True, eq=False)
+class _MarkerChannels:
+    """A marker recording, the labels of these `swaps` given back, its channels and their repair.
+
+    A library that may not know the motion is believed `beside` what the recording alone tells.
+    """
+
+    right: Markers
+    channels: Channels
+    mended: Mended
+    swaps: tuple[Swap, ...]
+    beside: bool
 
 
 def _of_markers(recording: Markers, known: Knowledge, asked: Ints | None = None) -> Repaired[Markers]:
     """A marker recording's repair; only of markers that are asked for, if not of all, labels are given back."""
+    found = _marker_channels(recording, known, asked)
+    mended = with_gaps_filled(found.mended, recording.fps, known.postures, found.beside)
+    return _of_channels(replace(found, mended=mended), known)
+
+
+def _marker_channels(recording: Markers, known: Knowledge, asked: Ints | None = None) -> _MarkerChannels:
+    """A marker recording's channels repaired, but for gaps that the markers about them fill."""
     right, channels, mended, swaps = _with_labels(recording, known, asked)
     beside = known.library is not None and doubtful(mended)
     if beside:
         untaught = replace(known, library=None, bases=None, process=None)
         own = _mended(channels.values.copy(), right, channels, untaught)  # which would write over what was measured
         mended = of_one_cloud(mended, own, channels.values, right.fps)
-    mended = _with_gaps_filled(mended, right.fps, known.postures, beside)
+    return _MarkerChannels(right, channels, mended, swaps, beside)
+
+
+def _of_channels(found: _MarkerChannels, known: Knowledge) -> Repaired[Markers]:
+    """The repaired recording, and what is said of its labels."""
+    right, channels, mended = found.right, found.channels, found.mended
     outcome: Repaired[Markers] = repaired_recording(
         right, known.layout, channels, mended.found, "adaptive", mended.noise
     )
-    origin = relabelled_origin(outcome.origin, channels, swaps)
+    origin = relabelled_origin(outcome.origin, channels, found.swaps)
     taught = known.postures is not None and tell_distances(known.postures)
-    said = swaps_told(swaps, right, channels, taught=taught)
+    said = swaps_told(found.swaps, right, channels, taught=taught)
     return replace(outcome, origin=origin, warnings=(*outcome.warnings, *said))
 
 
@@ -256,7 +306,9 @@ def _with_labels(
             return swaps
         return swaps_of(swaps, set(np.flatnonzero(np.isin(channels.columns, asked)).tolist()))
 
-    recording, at_first = right_at_first_sight(recording, to_channels(recording, known.layout), those_asked)
+    at_first: tuple[Swap, ...] = ()
+    if recording is not known.orderly:
+        recording, at_first = right_at_first_sight(recording, to_channels(recording, known.layout), those_asked)
     channels, mended = repaired(recording)
     swaps = swaps_seen(_cleaned(mended, recording, known.layout), recording.fps, known.postures)
     swaps = those_asked(swaps, channels)
@@ -328,9 +380,18 @@ def _seen(motion: Motion, channels: Channels, known: Knowledge) -> Floats:
     return seen_between(known.library.exemplars, _held(motion, channels))
 
 
-def _mended(values: Floats, recording: Motion | Markers, channels: Channels, known: Knowledge) -> Mended:
-    """Channels repaired; `values`, those of `channels`, may be lost by it."""
-    traits = _traits(values, recording, channels)
+def _mended(
+    values: Floats,
+    recording: Motion | Markers,
+    channels: Channels,
+    known: Knowledge,
+    grounds: Grounds | None = None,
+) -> Mended:
+    """Channels repaired; `values`, those of `channels`, may be lost by it.
+
+    What a repair of the recording by itself went by serves for the same recording without a few samples.
+    """
+    traits = traits_of(values, recording, channels) if grounds is None else grounds.traits
     rounded, lasting = traits.rounded, traits.lasting
     mended = partial(mend_channels, values, fps=recording.fps, traits=traits, whole=known.whole)
 
@@ -367,34 +428,17 @@ def _mended(values: Floats, recording: Motion | Markers, channels: Channels, kno
         own, _, heard = seen_alone()
         if own.bases is None:  # what is missing was left open: only the library fills it
             own = _own_prior(first, recording, known.fps)
-        return first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values, heard=heard)), rest)
-    own, rest, heard = seen_alone()
-    again = kept_still(mended(own, into=values, heard=heard), rest)
-    return replace(again, found=replace(again.found, warnings=()))  # there is no library that could miss anything
-
-
-def _traits(values: Floats, recording: Motion | Markers, channels: Channels) -> Traits:
-    """What the channels are whose samples are `values` (T, C)."""
-    rounded = rounding(recording, channels.columns)
-    usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
-    lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
-    if isinstance(recording, Markers):
-        if rounded is None:
-            told = lasting_by_distances(values, recording.fps) or band_limited_by_distances(values, recording.fps)
-            return Traits(together=3, rounded=rounded, lasting=told or lasting)
-        return Traits(together=3, rounded=rounded)
-    skeleton, columns = recording.skeleton, channels.columns
-    return Traits(
-        joints=joints_of(skeleton, columns),
-        limb=of_one_limb(skeleton, columns),
-        leaping=lambda angles: (
-            pole_crossings(angles, skeleton, columns) | other_poses(angles, skeleton, columns, recording.fps)
-        ),
-        as_pose=partial(smoother_as_pose, skeleton=skeleton, columns=columns),
-        own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps),
-        rounded=rounded,
-        lasting=lasting or (band_limited_noise(values, recording.fps) if rounded is None else None),
-    )
+        return (
+            first if own.bases is None else kept_still(of_one_mind(first, mended(own, into=values, heard=heard)), rest)
+        )
+    if grounds is None:
+        own, rest, heard = seen_alone()
+    else:
+        own, rest, heard = grounds.prior, nothing_still(values.shape[1]), grounds.heard
+    alike = isinstance(recording, Markers) and grounds is None  # may be asked for again
+    again = kept_still(mended(own, into=values, heard=heard, hearing=alike, resumed=alike), rest)
+    found = replace(again.found, warnings=())  # there is no library that could miss anything
+    return replace(again, found=found, grounds=Grounds(traits, own, again.heard) if alike else None)
 
 
 def _held(motion: Motion, channels: Channels) -> Bools:
@@ -450,37 +494,3 @@ def _cleaned(mended: Mended, recording: Markers, layout: Layout) -> Floats:
     if elsewhere.any():
         values = np.where(elsewhere, to_channels(recording, layout).values, values)
     return in_metres(values)
-
-
-def _with_gaps_filled(mended: Mended, fps: float, postures: MarkerLibrary | None, beside: bool) -> Mended:
-    """Gaps but the shortest, and long bursts of outliers, taken from the markers about them: what walks cannot know.
-
-    In the travelling frame, so that a recording made elsewhere, facing elsewhere, is filled the same. A library that
-    may not know the motion is believed `beside` what the recording alone tells of its gaps.
-    """
-    found = mended.found
-    unseen = found.origin != Origin.MEASURED
-    short = short_runs(unseen, fps) & (found.origin == Origin.FILLED)
-    missing = (found.origin >= Origin.FILLED) & ~short
-    lost = missing | long_runs(unseen, fps)
-    if not lost.any():
-        return mended
-    frames = len(found.values)
-    known = in_metres(np.where(lost, np.nan, found.values))
-    filled = fill_gaps(known, fps, library=postures)
-    if beside:
-        filled = filled_both_ways(filled, fill_gaps(known, fps))
-    three = np.isfinite(filled.values).all(axis=2).repeat(3, axis=1)
-    places = np.where(three, CENTIMETRES * filled.values.reshape(frames, -1), np.nan)
-    spread = np.where(three, CENTIMETRES * filled.std.repeat(3, axis=1), np.nan)
-    kind = np.where(three, Origin.FILLED, Origin.LEFT_OPEN).astype(np.uint8)
-    taken = missing | (lost & three)
-    return replace(
-        mended,
-        found=replace(
-            found,
-            values=np.where(taken, places, found.values),
-            std=np.where(taken, spread, found.std),
-            origin=np.where(missing, kind, found.origin),
-        ),
-    )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Bools, Bytes, Floats
+from ...arrays import Bools, Bytes, Floats, Singles
 from ...numerics.coupled import lone_step_variance, smooth_coupled
 from ..bases.support import Support, as_alike_for_long, ends_alone
 from ..gaps.likeliest import Process
@@ -53,11 +53,13 @@ class Heard:
     vouched : True where a sample is no outlier; None = nowhere.
     rattle : the standard deviation of the noise where a channel rattles, 0 elsewhere; None = nowhere.
     loud : the noise at each moment, by its channel's level.
+    ended : the beliefs with which a repair of them ended; None = another begins anew.
     """
 
     vouched: Bools | None
     rattle: Floats | None
     loud: Floats
+    ended: "Ended | None" = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,7 @@ class Adapted:
     tried : the values, but where gaps were laid elsewhere as they were filled there.
     leaps : how far samples leap that were rejected at first, and then taken for the recording's own; 0 elsewhere.
     steps : of conjugate gradients, all rounds together.
-    heard : of the samples, for whoever repairs them again.
+    heard : of the samples, for whoever repairs them again, with the beliefs at the end.
     """
 
     values: Floats
@@ -162,6 +164,17 @@ class _Beliefs:
 
 
 @dataclass(frozen=True, eq=False)
+class Ended:
+    """Beliefs with which a repair ended, in half the memory: (T, C) values, liveliness and `averaged`, and the others
+    but for what these and the samples tell."""
+
+    others: _Beliefs
+    values: Singles
+    liveliness: Singles
+    averaged: Singles
+
+
+@dataclass(frozen=True, eq=False)
 class _Search:
     """What a search for outliers found. (T, C) where nothing else is said.
 
@@ -222,7 +235,8 @@ def adapt(
     process : of clean motion, for gaps; None = nothing is known of them.
     rounding : (T, C) variance of what rounding took from the samples; None = nothing.
     whole : whether the recording begins, and ends, with these frames.
-    heard : of these samples, or of these and a few more, by who repaired them before; None = nobody did.
+    heard : of these samples, or of these and a few more, by who repaired them before; None = nobody did. With beliefs
+        it takes a last round, and another prior is not asked.
     """
     taught = prior.bases is not None and not prior.own
     if heard is None or taught:
@@ -236,8 +250,8 @@ def adapt(
     if traits.lasting is not None:
         least = np.sqrt(np.square(least) + traits.lasting.in_band)
     asked = _Asked(measured, shaken, rattle, loud, least, fps, traits, closer, process, whole)
-    beliefs = _first(asked, prior, vouched)
-    steps, turn, last = 0, 0, False
+    beliefs = _first(asked, prior, vouched) if heard.ended is None else _as_they_were(asked, heard.ended)
+    steps, turn, last = 0, 0 if heard.ended is None else ROUNDS - 1, False
     while not last:
         if closer is not None and beliefs.values is not None and turn == 1:
             beliefs = _with_prior(beliefs, closer(beliefs.values), fps)
@@ -246,7 +260,7 @@ def adapt(
         smooth = _smoothed(asked, beliefs, search)
         beliefs = _read_off(asked, beliefs, search, smooth, turn)
         steps, last = steps + smooth.steps, search.last
-    return replace(_finished(asked, beliefs, search, smooth, steps), heard=heard)
+    return replace(_finished(asked, beliefs, search, smooth, steps), heard=replace(heard, ended=_in_short(beliefs)))
 
 
 def _heard(measured: Floats, fps: float, traits: Traits, *, taught: bool) -> Heard:
@@ -289,6 +303,28 @@ def _first(asked: _Asked, prior: Prior, vouched: Bools) -> _Beliefs:
         alone=np.diag(calm),
         averaged=np.ones(shape),
         leaps=np.zeros(shape),
+    )
+
+
+def _in_short(beliefs: _Beliefs) -> Ended:
+    assert beliefs.values is not None
+    kept = (one.astype(np.float32) for one in (beliefs.values, beliefs.liveliness, beliefs.averaged))
+    no = np.empty((0, 0))
+    return Ended(replace(beliefs, louder=no, noise=no, leaps=no, values=None, liveliness=no, averaged=no), *kept)
+
+
+def _as_they_were(asked: _Asked, ended: Ended) -> _Beliefs:
+    """The beliefs with which a repair of much the same samples ended; no leap is known of them."""
+    level = ended.others.level
+    louder = asked.louder(level)
+    return replace(
+        ended.others,
+        louder=louder,
+        noise=np.maximum(level * louder, asked.least),
+        leaps=np.zeros(louder.shape),
+        values=ended.values.astype(np.float64),
+        liveliness=ended.liveliness.astype(np.float64),
+        averaged=ended.averaged.astype(np.float64),
     )
 
 

@@ -2,10 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from ...arrays import Bools, Floats, Ints
-from ..noise.band_limited import BandLimited
-from ..noise.lasting import Lasting
+from ...bodies.motion import Markers, Motion
+from ..channels.joints import joints_of
+from ..channels.recording import Channels
+from ..noise.band_limited import BandLimited, band_limited_by_distances, band_limited_noise
+from ..noise.digits import rounding
+from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, Lasting, lasting_by_distances, lasting_noise
+from ..outliers.as_pose import of_one_limb, smoother_as_pose
+from ..outliers.other_pose import other_poses
+from ..outliers.poles import pole_crossings
+from .own_jumps import channels_that_meet, own_jumps
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,3 +46,27 @@ class Traits:
 
 
 UNKNOWN = Traits()
+
+
+def traits_of(values: Floats, recording: Motion | Markers, channels: Channels) -> Traits:
+    """What the channels are whose samples are `values` (T, C)."""
+    rounded = rounding(recording, channels.columns)
+    usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
+    lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None
+    if isinstance(recording, Markers):
+        if rounded is None:
+            told = lasting_by_distances(values, recording.fps) or band_limited_by_distances(values, recording.fps)
+            return Traits(together=3, rounded=rounded, lasting=told or lasting)
+        return Traits(together=3, rounded=rounded)
+    skeleton, columns = recording.skeleton, channels.columns
+    return Traits(
+        joints=joints_of(skeleton, columns),
+        limb=of_one_limb(skeleton, columns),
+        leaping=lambda angles: (
+            pole_crossings(angles, skeleton, columns) | other_poses(angles, skeleton, columns, recording.fps)
+        ),
+        as_pose=partial(smoother_as_pose, skeleton=skeleton, columns=columns),
+        own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps),
+        rounded=rounded,
+        lasting=lasting or (band_limited_noise(values, recording.fps) if rounded is None else None),
+    )

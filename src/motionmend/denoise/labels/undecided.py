@@ -22,9 +22,16 @@ def undecided(recording: Markers) -> tuple[Swap, ...]:
 
     Where a marker changes labels with several, what leaps in one of these swaps may be another's leap.
     """
-    seen = at_first_sight(recording, to_channels(recording, own_layout(recording)))
+    return _undecided_of(_seen(recording), recording.positions.shape[1])
+
+
+def _seen(recording: Markers) -> tuple[Swap, ...]:
+    return at_first_sight(recording, to_channels(recording, own_layout(recording)))
+
+
+def _undecided_of(seen: tuple[Swap, ...], markers: int) -> tuple[Swap, ...]:
     pairs = {frozenset(swap.markers) for swap in seen}
-    shared = [len([pair for pair in pairs if marker in pair]) for marker in range(recording.positions.shape[1])]
+    shared = [len([pair for pair in pairs if marker in pair]) for marker in range(markers)]
     return tuple(
         swap
         for swap in seen
@@ -32,11 +39,23 @@ def undecided(recording: Markers) -> tuple[Swap, ...]:
     )
 
 
-def but_for_undecided(repair: Callable[[Markers], Repaired[Markers]], recording: Markers) -> Repaired[Markers]:
-    """A repair of a recording whose labels no library tells apart: undecided swaps are told, and stay as recorded."""
-    swaps = undecided(recording)
+def but_for_undecided(
+    repair: Callable[[Markers], Repaired[Markers]],
+    recording: Markers,
+    orderly: Callable[[Markers], Repaired[Markers]] | None = None,
+) -> Repaired[Markers]:
+    """A repair of a recording whose labels no library tells apart: undecided swaps are told, and stay as recorded.
+
+    Parameters
+    ----------
+    repair : of a recording.
+    recording : T frames of M markers.
+    orderly : the same of one in which no swap at all is seen; None = `repair`.
+    """
+    seen = _seen(recording)
+    swaps = _undecided_of(seen, recording.positions.shape[1])
     if not swaps:
-        return repair(recording)
+        return repair(recording) if seen or orderly is None else orderly(recording)
     columns = _exchanged(recording, swaps)
     frames = np.arange(recording.frames)[:, None]
     outcome = repair(recording.with_positions(recording.positions[frames, columns]))
