@@ -62,6 +62,16 @@ def test_who_moves_by_more_than_the_noise_moves_however_fast(seed):
     assert not still_in(4.0 * rng.standard_normal((60, 20)), 1.0).still.any()
 
 
+def test_the_few_samples_that_were_believed_of_what_swings_are_no_constant(rng):
+    """A library that knows a joint as still rejects most of a tremble, and the rest looks like a constant in noise."""
+    values = rng.standard_normal((200, 4))
+    origin = np.full(values.shape, Origin.MEASURED, np.uint8)
+    origin[:100, 0] = Origin.REPAIRED
+    assert not still_in(values, 1.5, origin).still[0]
+    origin[:100, 0] = Origin.MEASURED
+    assert still_in(values, 1.5, origin).still[0] == still_in(values, 1.5).still[0]
+
+
 def test_what_says_nothing_is_left(rng):
     few = rng.standard_normal((200, 4))
     few[FEWEST - 1 :, 0] = np.nan

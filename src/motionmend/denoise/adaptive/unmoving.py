@@ -17,6 +17,7 @@ from ..channels.travel import slow_part
 from .blocks import Mended
 
 FEWEST = 24  # samples that tell that nothing moves
+BELIEVED = 0.6  # of a channel's samples
 BY_CHANCE = 0.05  # at which slow changes are taken for motion: rather too often, for that only costs what it did before
 NO_LOUDER = 1.2  # times the noise that was found
 LEFT = 0.3  # of a cosine; of which less is left tells nothing of what was there
@@ -65,6 +66,8 @@ def unmoving(measured: Floats, mended: Mended, asked: Bools, travelling: Bools, 
     for c in np.flatnonzero(asked).tolist():
         # what is constant but for white noise stays so without the samples that are left out
         seen = measured[mended.found.origin[:, c] == Origin.MEASURED, c]
+        if len(seen) < BELIEVED * np.isfinite(measured[:, c]).sum():
+            continue  # but the few that lie where it is expected are no constant
         left = 1.0 - slow_part(len(seen), fps) if travelling[c] else np.ones(max(len(seen) - 1, 0))
         if len(seen) >= FEWEST and seen.std() <= NO_LOUDER * mended.noise[c] and _white(seen, left):
             rest.still[c], rest.place[c] = True, seen.mean()
