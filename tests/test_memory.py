@@ -76,7 +76,7 @@ def test_a_repair_holds_its_results_and_little_else(
         outlier = np.abs(np.diff(measured, axis=0, prepend=measured[:1])) > 20.0
         ones, one = np.ones(measured.shape), np.ones(measured.shape[1])
         told = Support(values + off, ones, ones)
-        return Adapted(values, ones, outlier, one, one, told, one, values, 0.0 * ones, 1)
+        return Adapted(values, ones, outlier, one, one, told, one, values, 0.0 * ones, one, one, 1)
 
     monkeypatch.setattr(mending, "adapt", quick)
     monkeypatch.setattr(mending, "BLOCK", 20.0)

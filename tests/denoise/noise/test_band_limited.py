@@ -7,6 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 
 import motionmend as mm
 from motionmend.denoise.noise.band_limited import band_limited_by_distances, band_limited_noise
+from motionmend.denoise.noise.trembling import trembling
 from performers import lessened
 
 FRAMES, CHANNELS = 600, 20
@@ -66,6 +67,14 @@ def tremble(rng, fps, channels=CHANNELS):
     pace = 5.0 + 0.3 * np.cumsum(rng.standard_normal((FRAMES, 1)), axis=0) / np.sqrt(FRAMES)
     size = 1.0 + 0.4 * np.sin(2.0 * np.pi * np.arange(FRAMES)[:, None] / fps / 3.0)
     return 3.0 * size * np.sin(2.0 * np.pi * np.cumsum(pace, axis=0) / fps + rng.uniform(0.0, 6.0, channels))
+
+
+def test_who_trembles_is_seen_among_samples_that_are_far_off():
+    rng, fps = np.random.default_rng(3), 30.0
+    spoilt = motion(rng, fps) + tremble(rng, fps) + rng.standard_normal((FRAMES, CHANNELS))
+    spoilt[rng.random(spoilt.shape) < 0.1] += 35.0  # louder than all else together
+    assert band_limited_noise(spoilt, fps) is None
+    assert trembling(spoilt, 0.7 * np.pi, fps)[0]
 
 
 @pytest.mark.parametrize("fps", [60.0, 120.0])

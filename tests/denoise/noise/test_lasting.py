@@ -45,6 +45,13 @@ def test_motion_alone_and_noise_that_is_new_in_every_frame_do_not_last():
     assert lasting_noise(smooth + 2.0 * rng.standard_normal(smooth.shape), FPS, USUAL_OF_ANGLES) is None
 
 
+def test_who_trembles_beside_noise_that_is_new_in_every_frame_shows_none_that_lasts():
+    rng = np.random.default_rng(2)
+    turns = np.cumsum(5.0 + 0.2 * rng.standard_normal((FRAMES, CHANNELS)), axis=0) / 30.0 + rng.random(CHANNELS)
+    trembling = 3.0 * np.sin(2.0 * np.pi * turns) + 3.0 * rng.standard_normal((FRAMES, CHANNELS))
+    assert lasting_noise(trembling, 30.0, USUAL_OF_ANGLES) is None
+
+
 def test_what_clean_recordings_show_as_well_is_taken_off():
     rng = np.random.default_rng(2)
     measured = motion(rng) + 0.3 * lasts(rng, (FRAMES, CHANNELS), 0.9)

@@ -4,7 +4,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
 
@@ -17,7 +17,8 @@ from ..bases.support import missed_by
 from ..channels.pieces import blocks
 from ..gaps.likeliest import Process
 from ..library.local_prior import Neighbourhood, Prior, local_prior
-from .rounds import Adapted, Heard, adapt
+from .beliefs import Heard
+from .rounds import Adapted, adapt
 from .traits import UNKNOWN, Traits
 
 Item = TypeVar("Item")
@@ -52,6 +53,7 @@ class Mended:
     missed : root mean square of what the library misses, channel units; 0 without a library.
     leaps : (C,) samples that look like outliers and were taken for leaps of the recording's own, `FAR` or farther.
     farthest : (C,) of these leaps, channel units.
+    swings, pace : (C,) as `Adapted` has them, of the block in which a channel swings most; of none by default.
     tried : (T, C) as `Adapted` has it, and none (0, C) where it was not asked for.
     heard : of each block, as `Adapted` has it; none where it was not asked for.
     grounds : of a repair without a library; None = not kept.
@@ -64,6 +66,8 @@ class Mended:
     leaps: Ints
     farthest: Floats
     tried: Floats
+    swings: Floats = field(default_factory=lambda: np.zeros(0))
+    pace: Floats = field(default_factory=lambda: np.zeros(0))
     heard: tuple[Heard | None, ...] = ()
     grounds: Grounds | None = None
 
@@ -119,6 +123,7 @@ def mend_channels(
     tried = np.empty(measured.shape if trying else (0, measured.shape[1]))
     noises, unseen, listened, missed, weight, steps = [], [], list[Heard | None](), 0.0, 0, 0
     leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
+    swings, pace = np.zeros(measured.shape[1]), np.zeros(measured.shape[1])
 
     def block(part: tuple[Floats, Floats | None, tuple[bool, bool], Heard | None]) -> Adapted:
         padded, rounding, ends, known = part
@@ -164,6 +169,8 @@ def mend_channels(
             listened.append(told if resumed or told is None else replace(told, ended=None))
         leaps += (adapted.leaps[own] >= FAR).sum(axis=0)
         farthest = np.maximum(farthest, adapted.leaps[own].max(axis=0, initial=0.0))
+        pace = np.where(adapted.swings > swings, adapted.pace, pace)
+        swings = np.maximum(swings, adapted.swings)
         size = core.stop - core.start
         if prior.bases is not None:
             missed += size * missed_by(adapted.supported, present & ~adapted.outlier, adapted.values) ** 2
@@ -177,7 +184,7 @@ def mend_channels(
     said = _unknown(missed, "cm" if traits.together > 1 else "degrees or cm")
     found = ChannelRepair(values, std, origin == Origin.MEASURED, origin, steps, np.empty(0), True, warnings=said)
     noise, bends = np.median(noises, axis=0), np.mean(unseen, axis=0)
-    return Mended(found, noise, bends, missed, leaps, farthest, tried, tuple(listened))
+    return Mended(found, noise, bends, missed, leaps, farthest, tried, swings, pace, tuple(listened))
 
 
 def _unknown(missed: float, unit: str) -> tuple[str, ...]:

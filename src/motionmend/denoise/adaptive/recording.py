@@ -52,11 +52,12 @@ from ..noise.digits import shaken
 from ..noise.own_bends import LONGEST_OF_ANGLES, LONGEST_OF_MARKERS, first_bends, own_bends
 from ..outcome import brought_back, repaired_recording
 from ..too_short import FEWEST_FRAMES, as_recorded
+from .beliefs import Heard
 from .blocks import Grounds, Mended, mend_channels
+from .given_back import said_of_swings
 from .limits import seen_between, within_body_limits, within_seen
 from .marker_gaps import filled_from_all, with_gaps_filled
 from .replaced import hardly_believed, never_seen
-from .rounds import Heard
 from .second_opinion import calmer, doubtful, of_one_cloud, of_one_mind
 from .smoothing import least_bend
 from .traits import traits_of
@@ -334,6 +335,8 @@ def _of_motion(motion: Motion, known: Knowledge, asked: Ints | None = None) -> t
     done[way_back.columns[here]] = _seen(motion, way_back, known)[here]
     values = brought_back(motion, way_back, mended.found)
     said = (*mended.found.warnings, *_leaping(mended, way_back, known.layout, asked))
+    if known.library is not None:
+        said = (*said, *said_of_swings(mended.swings, mended.pace, known.layout.names))
     found = replace(mended.found.but_for_values(), warnings=said)
     outcome: Repaired[Motion] = repaired_recording(
         motion, known.layout, way_back, found, "adaptive", mended.noise, values

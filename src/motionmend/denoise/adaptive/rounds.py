@@ -10,31 +10,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Bools, Bytes, Floats, Singles
+from ...arrays import Bools, Bytes, Floats
 from ...numerics.coupled import lone_step_variance, smooth_coupled
 from ..bases.support import Support, as_alike_for_long, ends_alone
 from ..gaps.likeliest import Process
 from ..gaps.never_seen import never_seen
 from ..library.local_prior import Prior
 from ..noise.kept_distances import noise_by_distances
-from ..noise.level import first_noise, next_follow, next_held, next_noise, next_rate, overlooked
-from ..noise.passing import loudness, without_floor
-from ..noise.rattling import but_for_poses, rattles
+from ..noise.level import next_follow, next_held, next_noise, next_rate, overlooked
 from ..outliers.bursts import long_runs
 from ..outliers.moved_away import moved_away
 from ..outliers.one_ended import begins_or_ends
 from ..outliers.poles import bends_of
+from .beliefs import Asked, Beliefs, Heard, as_they_were, bursts, first_beliefs, heard_of, in_short, with_prior
 from .filling import DOUBT, in_gaps, with_dynamics
+from .given_back import given_back
 from .histories import FACTORS, OUTLIER_SPAN, likeliest_histories, pulled
 from .liveliness import LEAST_LIVELY, MOST_LIVELY, liveliness_of, lively_around
-from .smoothing import calm_bends, certainty, joined, told_by_library
+from .smoothing import certainty, joined, told_by_library
 from .traits import UNKNOWN, Traits
 
 ROUNDS = 3
 # Where outliers come in bursts each round finds more of every burst, and so how long they are: it goes on meanwhile.
 MOST_ROUNDS, RISES = 6, 1.1
-# before anything is known: the share of outliers, and that of samples after one, 1/30 s on, that are off by as much
-FIRST_RATE, FIRST_HELD = 0.08, 0.12
 # Markers go together more than the covariance of second differences has it, more than that of other clips, and err
 # less.
 DOUBT_OF_MARKERS_ALONE, DOUBT_OF_MARKERS_TAUGHT = 0.82, 0.95
@@ -42,24 +40,6 @@ ONE_DISTANCE = 0.2  # of its samples, as many as a marker's distances alone say 
 FEW = 6.0  # frames; a recording of n of them that has no library adds FEW / n to the variance
 # s; a sample is never surer than the mean of those about it for so long: how smooth motion is was itself told in noise
 AVERAGED_ALONE, AVERAGED_TAUGHT = 1.0, 10.0
-
-
-@dataclass(frozen=True, eq=False)
-class Heard:
-    """What samples tell of their noise before any repair, alike for all that repair them. (T, C) each.
-
-    Attributes
-    ----------
-    vouched : True where a sample is no outlier; None = nowhere.
-    rattle : the standard deviation of the noise where a channel rattles, 0 elsewhere; None = nowhere.
-    loud : the noise at each moment, by its channel's level.
-    ended : the beliefs with which a repair of them ended; None = another begins anew.
-    """
-
-    vouched: Bools | None
-    rattle: Floats | None
-    loud: Floats
-    ended: "Ended | None" = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +57,7 @@ class Adapted:
     unseen_bends : (C,) mean variance of the second differences that the samples leave open.
     tried : the values, but where gaps were laid elsewhere as they were filled there.
     leaps : how far samples leap that were rejected at first, and then taken for the recording's own; 0 elsewhere.
+    swings, pace : (C,) root mean square of what was taken for noise at first and given back, and about how many Hz.
     steps : of conjugate gradients, all rounds together.
     heard : of the samples, for whoever repairs them again, with the beliefs at the end.
     """
@@ -90,88 +71,10 @@ class Adapted:
     unseen_bends: Floats
     tried: Floats
     leaps: Floats
+    swings: Floats
+    pace: Floats
     steps: int
     heard: Heard | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class _Asked:
-    """What is asked: the channels, and what is known of them before the first round. (T, C) where nothing else is said.
-
-    Attributes
-    ----------
-    measured : NaN = missing; what rattles counts as missing where a library tells more.
-    shaken, rattle : True where samples rattle, and by how much where they still count, 0 elsewhere.
-    loud : the noise, by its channel's level.
-    least : no noise is smaller.
-    fps, traits, closer, process, whole : as of `adapt`.
-    """
-
-    measured: Floats
-    shaken: Bools
-    rattle: Floats
-    loud: Floats
-    least: Floats
-    fps: float
-    traits: Traits
-    closer: Callable[[Floats], Prior | None] | None
-    process: Process | None
-    whole: tuple[bool, bool]
-
-    @property
-    def present(self) -> Bools:
-        """(T, C) True where there is a sample."""
-        return np.isfinite(self.measured)
-
-    def louder(self, level: Floats) -> Floats:
-        """(T, C) times the level (C,) of its channel that the noise is at each moment."""
-        return np.maximum(without_floor(self.loud, level, self.traits.together), self.rattle / level)
-
-
-@dataclass(frozen=True, eq=False)
-class _Beliefs:
-    """What a round begins with. (T, C) where nothing else is said, channel units.
-
-    Attributes
-    ----------
-    prior, calm : of the motion, and (C, C) the covariance of its second differences when calm.
-    level, louder, noise : (C,) of the noise, times that at each moment, and both together.
-    rate : (C,) share of outliers.
-    follow, held : share of the samples after one that are some as well, and of these that are off by as much.
-    vouched : True where a sample is no outlier.
-    outlier : of the round before.
-    values : smoothed in the round before; None before the first.
-    liveliness, alone : factors on `calm`, and (C,) what of it the other channels leave open.
-    averaged : samples' worth of each frame's estimate.
-    leaps : as of `Adapted`.
-    """
-
-    prior: Prior
-    calm: Floats
-    level: Floats
-    louder: Floats
-    noise: Floats
-    rate: Floats
-    follow: float
-    held: float
-    vouched: Bools
-    outlier: Bools
-    values: Floats | None
-    liveliness: Floats
-    alone: Floats
-    averaged: Floats
-    leaps: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Ended:
-    """Beliefs with which a repair ended, in half the memory: (T, C) values, liveliness and `averaged`, and the others
-    but for what these and the samples tell."""
-
-    others: _Beliefs
-    values: Singles
-    liveliness: Singles
-    averaged: Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +84,7 @@ class _Search:
     Attributes
     ----------
     outlier, mode : rejected samples, and which of `FACTORS` the motion has.
-    vouched, follow, leaps : as of `_Beliefs`.
+    vouched, follow, leaps : as of `Beliefs`.
     told : what the library says, or without one the straight lines across gaps.
     left : the samples, without outliers for so long that they are gaps.
     last : no further round is needed.
@@ -200,7 +103,7 @@ class _Search:
 @dataclass(frozen=True, eq=False)
 class _Smooth:
     """The channels smoothed: values, variance of their errors and of their second differences (`doubt`), all (T, C);
-    weights of the samples, liveliness and `alone` as of `_Beliefs`, and steps of conjugate gradients."""
+    weights of the samples, liveliness and `alone` as of `Beliefs`, and steps of conjugate gradients."""
 
     values: Floats
     variance: Floats
@@ -240,7 +143,7 @@ def adapt(
     """
     taught = prior.bases is not None and not prior.own
     if heard is None or taught:
-        heard = _heard(measured, fps, traits, taught=taught)
+        heard = heard_of(measured, fps, traits, taught=taught)
     vouched = np.zeros(measured.shape, dtype=bool) if heard.vouched is None else heard.vouched
     rattle, loud = np.zeros(measured.shape) if heard.rattle is None else heard.rattle, heard.loud
     shaken = rattle > 0
@@ -249,95 +152,21 @@ def adapt(
     least = np.zeros(measured.shape) if rounding is None else np.sqrt(np.nan_to_num(rounding))
     if traits.lasting is not None:
         least = np.sqrt(np.square(least) + traits.lasting.in_band)
-    asked = _Asked(measured, shaken, rattle, loud, least, fps, traits, closer, process, whole)
-    beliefs = _first(asked, prior, vouched) if heard.ended is None else _as_they_were(asked, heard.ended)
+    asked = Asked(measured, shaken, rattle, loud, least, fps, traits, closer, process, whole)
+    beliefs = first_beliefs(asked, prior, vouched) if heard.ended is None else as_they_were(asked, heard.ended)
     steps, turn, last = 0, 0 if heard.ended is None else ROUNDS - 1, False
     while not last:
         if closer is not None and beliefs.values is not None and turn == 1:
-            beliefs = _with_prior(beliefs, closer(beliefs.values), fps)
+            beliefs = with_prior(beliefs, closer(beliefs.values), fps)
         turn += 1
         search = _searched(asked, beliefs, turn)
         smooth = _smoothed(asked, beliefs, search)
         beliefs = _read_off(asked, beliefs, search, smooth, turn)
         steps, last = steps + smooth.steps, search.last
-    return replace(_finished(asked, beliefs, search, smooth, steps), heard=replace(heard, ended=_in_short(beliefs)))
+    return replace(_finished(asked, beliefs, search, smooth, steps), heard=replace(heard, ended=in_short(beliefs)))
 
 
-def _heard(measured: Floats, fps: float, traits: Traits, *, taught: bool) -> Heard:
-    """What samples tell of their noise; if clips are `taught`, those that rattle count for nothing."""
-    vouched = np.zeros(measured.shape, dtype=bool) if traits.leaping is None else traits.leaping(measured)
-    rattle = rattles(measured, fps, traits.together)
-    rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
-    left = np.where(rattle > 0, np.nan, measured) if taught else measured
-    loud = loudness(left, fps, traits.together, traits.joints)
-    return Heard(vouched if vouched.any() else None, rattle if rattle.any() else None, loud)
-
-
-def _bursts(fps: float) -> tuple[float, float]:
-    """Share of the samples after an outlier that are some as well, and of these that are off by as much, before any is
-    known."""
-    stays = FIRST_HELD ** (30.0 / fps)  # a slip lasts for a time, whatever the rate
-    follow = 1.0 - (1.0 - FIRST_RATE) * (1.0 - stays)
-    return follow, stays / follow
-
-
-def _first(asked: _Asked, prior: Prior, vouched: Bools) -> _Beliefs:
-    """What is supposed before the first round."""
-    shape, calm = asked.measured.shape, calm_bends(prior, asked.fps)
-    level = first_noise(asked.measured, asked.loud)
-    louder = asked.louder(level)
-    follow, held = _bursts(asked.fps)
-    return _Beliefs(
-        prior=prior,
-        calm=calm,
-        level=level,
-        louder=louder,
-        noise=np.maximum(level * louder, asked.least),
-        rate=np.full(shape[1], FIRST_RATE),
-        follow=follow,
-        held=held,
-        vouched=vouched,
-        outlier=np.zeros(shape, dtype=bool),
-        values=None,
-        liveliness=np.ones(shape),
-        alone=np.diag(calm),
-        averaged=np.ones(shape),
-        leaps=np.zeros(shape),
-    )
-
-
-def _in_short(beliefs: _Beliefs) -> Ended:
-    assert beliefs.values is not None
-    kept = (one.astype(np.float32) for one in (beliefs.values, beliefs.liveliness, beliefs.averaged))
-    no = np.empty((0, 0))
-    return Ended(replace(beliefs, louder=no, noise=no, leaps=no, values=None, liveliness=no, averaged=no), *kept)
-
-
-def _as_they_were(asked: _Asked, ended: Ended) -> _Beliefs:
-    """The beliefs with which a repair of much the same samples ended; no leap is known of them."""
-    level = ended.others.level
-    louder = asked.louder(level)
-    return replace(
-        ended.others,
-        louder=louder,
-        noise=np.maximum(level * louder, asked.least),
-        leaps=np.zeros(louder.shape),
-        values=ended.values.astype(np.float64),
-        liveliness=ended.liveliness.astype(np.float64),
-        averaged=ended.averaged.astype(np.float64),
-    )
-
-
-def _with_prior(beliefs: _Beliefs, prior: Prior | None, fps: float) -> _Beliefs:
-    """What is believed with another prior, under which the motion bends as much as before; None = the one there is."""
-    if prior is None:
-        return beliefs
-    calm = calm_bends(prior, fps)
-    liveliness = np.clip(beliefs.liveliness * np.diag(beliefs.calm) / np.diag(calm), LEAST_LIVELY, MOST_LIVELY)
-    return replace(beliefs, prior=prior, calm=calm, liveliness=liveliness)
-
-
-def _searched(asked: _Asked, beliefs: _Beliefs, turn: int) -> _Search:
+def _searched(asked: Asked, beliefs: Beliefs, turn: int) -> _Search:
     """Outliers as the likeliest histories have them, but for what the recording itself gives back."""
     measured, present, fps, values = asked.measured, asked.present, asked.fps, beliefs.values
     prior, calm, noise = beliefs.prior, beliefs.calm, beliefs.noise
@@ -386,7 +215,7 @@ def _searched(asked: _Asked, beliefs: _Beliefs, turn: int) -> _Search:
     return _Search(outlier, mode, vouched, follow, leaps, told, left, last)
 
 
-def _smoothed(asked: _Asked, beliefs: _Beliefs, search: _Search) -> _Smooth:
+def _smoothed(asked: Asked, beliefs: Beliefs, search: _Search) -> _Smooth:
     """All channels at once, twice: the first time tells how lively the motion is."""
     calm, values, steps = beliefs.calm, beliefs.values, 0
     liveliness = np.clip(beliefs.liveliness * FACTORS[search.mode], LEAST_LIVELY, MOST_LIVELY)
@@ -405,14 +234,14 @@ def _smoothed(asked: _Asked, beliefs: _Beliefs, search: _Search) -> _Smooth:
     return _Smooth(values, variance, doubt, weight, liveliness, alone, steps)
 
 
-def _read_off(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth, turn: int) -> _Beliefs:
+def _read_off(asked: Asked, beliefs: Beliefs, search: _Search, smooth: _Smooth, turn: int) -> Beliefs:
     """What the next round begins with: noise and outliers as this one leaves them."""
     present, together, louder = asked.present, asked.traits.together, beliefs.louder
     # of noise twice, and of what the repair is off
     spread = 4.0 * np.square(beliefs.noise) + np.diag(beliefs.calm) * smooth.liveliness
     off = np.where(present, asked.measured, 0.0) - smooth.values
     density = OUTLIER_SPAN**-together
-    held = next_held(off, search.outlier, spread, density, together, beliefs.held, _bursts(asked.fps)[1])
+    held = next_held(off, search.outlier, spread, density, together, beliefs.held, bursts(asked.fps)[1])
     believed = smooth.weight > 0
     taken_up = smooth.weight * smooth.variance
     freedom = np.where(believed, 1.0 - np.minimum(taken_up, 1.0), 0.0).sum(axis=0)
@@ -443,14 +272,21 @@ def _read_off(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth
     )
 
 
-def _finished(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth, steps: int) -> Adapted:
+def _finished(asked: Asked, beliefs: Beliefs, search: _Search, smooth: _Smooth, steps: int) -> Adapted:
     """What is found, with learned dynamics and gaps filled, and as sure as it is."""
     measured, fps, process = asked.measured, asked.fps, asked.process
     prior, noise, calm = beliefs.prior, beliefs.noise, beliefs.calm
-    outlier, values, variance = search.outlier, smooth.values, smooth.variance
+    outlier, values, variance, level = search.outlier, smooth.values, smooth.variance, beliefs.level
+    swings = pace = np.zeros(len(level))
     taught, markers = prior.bases is not None and not prior.own, asked.traits.together > 1
     if not markers:
         values, variance = with_dynamics(measured, outlier, values, variance, process, noise, fps)
+        # noise that lasts is no whiter in what is left of it
+        if asked.traits.lasting is None and (back := given_back(measured, asked.present & ~outlier, values, fps)):
+            values, variance = values + back.motion, variance + back.variance
+            quieter = np.minimum(back.noise / level, 1.0)
+            level, noise = quieter * level, quieter * noise
+            swings, pace = np.sqrt(np.square(back.motion).mean(axis=0)), back.about
     if asked.traits.lasting is not None:
         variance = asked.traits.lasting.left_by(variance)
     variance = _doubted(
@@ -476,12 +312,14 @@ def _finished(asked: _Asked, beliefs: _Beliefs, search: _Search, smooth: _Smooth
         values=values,
         variance=variance,
         outlier=outlier | asked.shaken,  # next to nothing is left of these either
-        noise=beliefs.level * np.sqrt(np.square(beliefs.louder).mean(axis=0)),
+        noise=level * np.sqrt(np.square(beliefs.louder).mean(axis=0)),
         rate=beliefs.rate,
         supported=search.told,
         unseen_bends=(np.diag(calm) * smooth.liveliness * smooth.doubt).mean(axis=0),
         tried=tried,
         leaps=search.leaps,
+        swings=swings,
+        pace=pace,
         steps=steps,
     )
 

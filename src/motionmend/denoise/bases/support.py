@@ -101,9 +101,9 @@ def support(
         return np.asarray(CARRIED * (np.maximum(missed, usual) + bases.discarded + LEAST**2) / (1.0 - leverage) ** 2)
 
     away = interpolated(measured - values)
-    middle = _running_median(away, span)
+    middle = running_median(away, span)
     # what a library misses is smooth; what scatters is noise, or a burst of outliers, and moves the median by chance
-    scatter = np.maximum(noise, DEVIATION * _running_median(np.abs(away - middle), span))
+    scatter = np.maximum(noise, DEVIATION * running_median(np.abs(away - middle), span))
     missed = np.maximum(np.square(middle) - SCATTER_LEFT * np.pi / (2.0 * span) * np.square(scatter), 0.0)
     if smooth is None:
         known = variance(missed)
@@ -113,7 +113,7 @@ def support(
     known = variance(np.maximum(missed, apart))
     if own:
         return Support(values, known, known)
-    return Support(values, known, variance(np.maximum(missed, np.minimum(apart, _running_median(apart, span)))))
+    return Support(values, known, variance(np.maximum(missed, np.minimum(apart, running_median(apart, span)))))
 
 
 def ends_alone(verdict: Floats, rate: Floats) -> Floats:
@@ -164,7 +164,7 @@ def missed_by(support: Support, believed: Bools, smooth: Floats) -> float:
     return float(np.sqrt(apart[believed].mean())) if believed.any() else 0.0
 
 
-def _running_median(values: Floats, span: int) -> Floats:
+def running_median(values: Floats, span: int) -> Floats:
     """(T, C) median of the `span` frames, odd, about each; near an end that of the outermost `span`.
 
     Mirrored frames would count twice there, and two outliers in four frames be most of them.

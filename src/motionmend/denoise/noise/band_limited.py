@@ -8,13 +8,11 @@ tremble, which is motion, but it is stronger about its own frequency than below;
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import dct
-from scipy.special import fdtrc
 
-from ...arrays import Bools, Floats, Ints
-from ..bases.support import interpolated
+from ...arrays import Floats, Ints
 from .kept_distances import steadiest_distances
 from .lasting import FEWEST_FRAMES, MOMENT, OF_CORRELATIONS, fourth_by_lag
+from .trembling import trembling
 
 # Doublings of a lag add this much to the logarithm (base 2) of the differences' variance: at least, before, and at
 # most, once the lag is so long that noise shows no more than before.
@@ -23,10 +21,6 @@ LONGEST = 0.2  # s; noise smoothed to 6 Hz is flat from then on
 ABOUT = 2  # lags before that one that tell to what frequency it was smoothed; shorter ones show what came upon it later
 USUAL, LEAST = 0.35, 0.3  # degrees of such noise that clean recordings show as well, and of what is followed at least
 OF_DISTANCES = 0.05, 0.08  # cm, the same of distances between markers
-# Times as strong in a band as in one below it, half of the channels or one alone: a tremble. Bands are half an octave
-# wide, from the edge down to `SLOWEST` Hz; of one channel they may be so by chance.
-TREMBLES, BY_CHANCE = (1.5, 2.0), 1e-3
-BAND, SLOWEST, FEWEST_COSINES = np.sqrt(0.5), 1.0, 6
 _EDGES = np.pi * np.geomspace(0.03, 0.95, 80)
 _NOTHING = 1e-12
 
@@ -100,7 +94,7 @@ def band_limited_noise(measured: Floats, fps: float, usual: float = USUAL, least
     if np.median(variance[asked]) < least**2:
         return None
     edge = float(edges[best])
-    most, each = _trembling(measured[:, asked], edge, fps)
+    most, each = trembling(measured[:, asked], edge, fps)
     if most:
         return None
     trembles = np.zeros(len(asked), dtype=np.bool_)
@@ -136,24 +130,3 @@ def _variance_by_lag(lags: Ints) -> Floats:
     """(E, L) variance of fourth differences over lags (L,), of noise of variance one below each of the edges."""
     turns = np.arange(len(OF_CORRELATIONS)) * _EDGES[:, None, None] * lags[:, None] / np.pi
     return np.asarray(np.sinc(turns) @ OF_CORRELATIONS)
-
-
-def _trembling(measured: Floats, edge: float, fps: float) -> tuple[bool, Bools]:
-    """Whether changes of samples (T, C) are stronger in a band below the edge (radians a frame) than further below, as
-    neither noise that was smoothed nor motion is: of most channels, and (C,) of each."""
-    known = interpolated(measured)
-    power = np.square(dct(known - known.mean(axis=0), axis=0, norm="ortho"))
-    bands: list[Floats] = []
-    counts: list[int] = []
-    most, each = False, np.zeros(measured.shape[1], dtype=np.bool_)
-    upper = edge * len(measured) / np.pi  # a cosine of index k makes k half turns in T frames
-    while upper * BAND >= 2.0 * SLOWEST * len(measured) / fps and upper * (1.0 - BAND) >= FEWEST_COSINES:
-        here = power[round(upper * BAND) + 1 : round(upper) + 1]
-        for above, count in zip(bands, counts, strict=True):
-            stronger = above / np.maximum(here.mean(axis=0), _NOTHING)
-            most |= bool(np.median(stronger) > TREMBLES[0])
-            each |= (stronger > TREMBLES[1]) & (fdtrc(count, len(here), stronger) < BY_CHANCE)
-        bands.append(here.mean(axis=0))
-        counts.append(len(here))
-        upper *= BAND
-    return most, each

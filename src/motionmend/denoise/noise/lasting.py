@@ -8,6 +8,7 @@ import numpy as np
 from ...arrays import Bools, Floats, Ints
 from .kept_distances import steadiest_distances
 from .quiet import quiet_variance
+from .trembling import trembling
 
 ORDER = 4  # of the differences that are asked: motion hardly shows in them, over short lags
 _OF_WHITE = 70.0  # variance of fourth differences of white noise of variance one
@@ -26,6 +27,7 @@ FEWEST_FRAMES, FEWEST_LAGS, MOST = 64, 3, 0.5
 USUAL_OF_DISTANCES, BETWEEN, MOST_KEPT = 0.2, (0.4, 1.7), 0.9
 MOMENT = 0.25  # s, of which means tell which distance is steady
 FLAT = 1.5  # Hz; of what changes more slowly nothing tells noise from motion
+BELOW = 0.7  # of the highest frequency: where a tremble is looked for
 _EDGE = np.pi - 1e-6
 _STAYS = np.concatenate([np.linspace(0.3, 0.9, 61), 1.0 - np.geomspace(0.09, 0.005, 40)])
 _NOTHING = 1e-12
@@ -119,7 +121,8 @@ def lasting_noise(measured: Floats, fps: float, usual: float) -> Lasting | None:
     loud it is is told by those of neighbouring frames, which motion reaches last; what clean recordings show as well
     is taken off.
     """
-    return _lasting(measured, fps, usual, _STAYS, _before_motion)
+    found = _lasting(measured, fps, usual, _STAYS, _before_motion)
+    return None if found is None or trembling(measured, BELOW * np.pi, fps)[0] else found
 
 
 def lasting_by_distances(measured: Floats, fps: float) -> Lasting | None:
