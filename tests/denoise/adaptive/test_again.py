@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from motionmend.denoise import repair_without_model
+from motionmend.denoise.adaptive import beliefs, rounds
 from motionmend.denoise.adaptive import recording as mending
-from motionmend.denoise.adaptive import rounds
 from motionmend.denoise.adaptive.blocks import mend_channels
 from motionmend.denoise.faults.contradicted import Contradicted
 from motionmend.denoise.faults.held import without
@@ -80,7 +80,7 @@ def test_where_nothing_strays_gaps_are_filled_as_ever(monkeypatch):
 
 def test_samples_tell_of_their_noise_once(monkeypatch):
     _, bad, _ = _walk()
-    calls = _counted(monkeypatch, rounds, "loudness", "rattles")
+    calls = _counted(monkeypatch, beliefs, "loudness", "rattles")
     values = 100.0 * bad.positions.reshape(bad.frames, -1)[:80, :9]
     prior = Prior(np.diag(np.full(9, 0.01)), None)
     first = mend_channels(values, prior, bad.fps, hearing=True)

@@ -15,7 +15,9 @@ from ...errors import few
 
 BANDWIDTH = 1.0  # Hz over which the strength of what is left is averaged
 WHITE = 2 / 3  # of the highest frequency there is: above it motion is no stronger than noise
-BY_CHANCE, AMONG_MANY = 1e-4, 0.05  # how seldom noise alone looks so strong about a frequency; where many channels do
+# How seldom noise alone looks so strong: about any frequency of any channel; about one, of all channels together; and
+# about that one in a channel then.
+FALSELY, BY_CHANCE, AMONG_MANY = 0.01, 1e-4, 0.05
 TOGETHER, MOST_USUAL = 1.2, 10.0  # times as strong as noise on average: what many channels show; none counts for more
 FEWEST = 6  # frequencies that tell how strong the noise is
 LEAST_SEEN = 0.5  # of a channel's samples
@@ -30,24 +32,26 @@ class GivenBack:
     Attributes
     ----------
     motion : (T, C).
-    variance : of the noise that comes with it.
-    noise : standard deviation by what no motion reaches; infinite where nothing is given back.
+    variance : (T, C) of the noise that comes with it.
+    quieter : what is left of the deviation of the noise; 1 where nothing is given back.
     about : Hz, of what is strongest; 0 where nothing is.
     """
 
     motion: Floats
     variance: Floats
-    noise: Floats
+    quieter: Floats
     about: Floats
 
 
-def given_back(measured: Floats, believed: Bools, values: Floats, fps: float) -> GivenBack | None:
+def given_back(measured: Floats, believed: Bools, values: Floats, louder: Floats, fps: float) -> GivenBack | None:
     """What of the samples' distance to a repair is stronger about some frequency than noise is; None where nothing is.
 
     Parameters
     ----------
     measured, values : (T, C) samples, NaN = missing, and the repair, channel units.
     believed : (T, C) True where a sample is there and not rejected.
+    louder : (T, C) times its channel's usual that the noise is at each moment: what comes in bursts looks like motion
+        here and there, however white it is.
     fps : Hz.
 
     Source
@@ -58,7 +62,7 @@ def given_back(measured: Floats, believed: Bools, values: Floats, fps: float) ->
     first = round(WHITE * frames)  # a cosine of index k makes k half turns in T frames
     if frames - first < FEWEST:
         return None
-    left = np.where(believed, measured - values, 0.0)
+    left = np.where(believed, measured - values, 0.0) / louder
     cosines = dct(left, axis=0, norm="ortho")
     power = np.square(cosines) / np.maximum(seen, LEAST_SEEN)
     white = power[first:].mean(axis=0)
@@ -72,18 +76,19 @@ def given_back(measured: Floats, believed: Bools, values: Floats, fps: float) ->
     many = float(asked.sum())
     together = (usual > TOGETHER) & (fdtrc(count * many, (frames - first) * many, usual) < BY_CHANCE)
     chance = fdtrc(count, float(frames - first), stronger)
-    told = (chance < BY_CHANCE) | (together & (chance < AMONG_MANY))
+    apart = many * first / (2 * half + 1)  # bands that tell of their own
+    told = (chance < FALSELY / apart) | (together & (chance < AMONG_MANY))
     told[first:] = False
     told &= asked
     if not told.any():
         return None
     share = np.where(told, 1.0 - 1.0 / np.maximum(stronger, 1.0), 0.0)
-    motion = idct(share * cosines, axis=0, norm="ortho")
+    motion = louder * idct(share * cosines, axis=0, norm="ortho")
     some = told.any(axis=0)
     return GivenBack(
         motion=motion,
-        variance=white * share.mean(axis=0),
-        noise=np.where(some, np.sqrt(white), np.inf),
+        variance=white * share.mean(axis=0) * np.square(louder),
+        quieter=np.sqrt(1.0 - (share * power).sum(axis=0) / np.maximum(power.sum(axis=0), _NOTHING)),
         about=np.where(some, (share * strength).argmax(axis=0) * 0.5 * fps / frames, 0.0),
     )
 

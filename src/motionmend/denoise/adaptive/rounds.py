@@ -282,10 +282,10 @@ def _finished(asked: Asked, beliefs: Beliefs, search: _Search, smooth: _Smooth, 
     if not markers:
         values, variance = with_dynamics(measured, outlier, values, variance, process, noise, fps)
         # noise that lasts is no whiter in what is left of it
-        if asked.traits.lasting is None and (back := given_back(measured, asked.present & ~outlier, values, fps)):
+        believed = asked.present & ~outlier
+        if asked.traits.lasting is None and (back := given_back(measured, believed, values, beliefs.louder, fps)):
             values, variance = values + back.motion, variance + back.variance
-            quieter = np.minimum(back.noise / level, 1.0)
-            level, noise = quieter * level, quieter * noise
+            level, noise = back.quieter * level, back.quieter * noise
             swings, pace = np.sqrt(np.square(back.motion).mean(axis=0)), back.about
     if asked.traits.lasting is not None:
         variance = asked.traits.lasting.left_by(variance)
