@@ -10,13 +10,16 @@ from math import exp, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from ..arrays import Bools, Floats, frozen
 from ..kernels import throwing as kernel
-from ..kernels.throwing import AWAY, SHARP
+from ..kernels.throwing import AWAY, FINEST, SHARP
+from ..numerics.quantiles import quantile_of_known
 from ..numerics.robust import ESTIMATORS
 from ..numerics.whittaker import whittaker
+from .trembling import SURELY, WHILE
 
 OFTEN, CALMEST = 0.12, 0.25  # share of the frames in which they are, of the joint that this share of joints is below
 FEWEST = 10  # frames that tell
@@ -26,8 +29,6 @@ ROUNDS, COUNTS, BARELY = 8, 4.2, 1e-6  # of weighing; deviations at which a plac
 THROWN, LEAST = 4.0, 0.03  # deviations from the course, and m at least, beyond which a joint was thrown
 MIDDLE = 1.538  # median distance of white noise in space, by the deviation of a coordinate
 AGAIN = 1.8  # times as often as by chance; who is thrown away for longer than a frame is not about the course
-WHILE, SURELY = 0.25, 3.0  # s to either side, and deviations of how often by chance, by which a joint is thrown alone
-FINEST = 0.007  # m, of a coordinate; courses are no nearer than that
 OFTEN_LIVE, FEWEST_LIVE = 0.2, 7  # the same live, where less is known, half of it from then on; and frames that tell
 SOON = 30  # such frames; until then what was learned of a person was learned from thrown joints, and is asked anew
 MEMORY, MEMORY_OF_NOISE = 1.0, 0.5  # s, in which all but a share of 1 / e of what was said before is forgotten
@@ -120,10 +121,7 @@ def _alone(thrown: Bools, usual: float) -> Bools:
 def _medians(positions: Floats, half: int) -> Floats:
     """(T, J, 3) each coordinate's median in so many frames to either side; NaN where none of them shows the joint."""
     padded = np.pad(positions, ((half, half), (0, 0), (0, 0)), constant_values=np.nan)
-    around = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0), axis=-1)
-    count = np.isfinite(around).sum(axis=-1)[..., None]
-    low, high = (np.take_along_axis(around, np.maximum(k, 0), axis=-1) for k in ((count - 1) // 2, count // 2))
-    return np.asarray(0.5 * (low + high)[..., 0])
+    return quantile_of_known(np.moveaxis(sliding_window_view(padded, 2 * half + 1, axis=0), -1, 0), 0.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +166,7 @@ def unknown(joints: int) -> Courses:
         np.full((joints, kernel.STATE), np.nan),
         np.zeros(joints),
         np.ones(joints),
-        kernel.FINEST**2,
+        FINEST**2,
         nothing,
         nothing,
         np.nan,
@@ -192,12 +190,18 @@ def followed(before: Courses, given: Floats, time: float) -> tuple[Courses, Beli
     """One live frame (J, 3) in m of a sensor that may throw its joints about: those that are thrown are put back.
 
     As long as most joints were not thrown often, everything is as it came.
+
+    Parameters
+    ----------
+    before : the frame before.
+    given : (J, 3) m, as the sensor has them, NaN = missing.
+    time : s, of this frame; unless it is later, and soon after, all begins anew.
     """
     as_came = Believed(given, np.ones(len(given)), np.zeros(len(given)))
     seconds = time - before.time
     if not 0.0 < seconds < LONGEST:
         begun = unknown(len(given))
-        motion, _, _ = kernel.along(given, 1.0 / 30.0, begun.motion, kernel.FINEST)
+        motion, _, _ = kernel.along(given, LONGEST, begun.motion, FINEST)  # of who is first seen no time is asked
         return replace(begun, motion=motion, last=frozen(given), time=time), as_came
     often, variance, frames = before.often, before.variance, before.frames
     if before.step > 0.0:
@@ -207,7 +211,7 @@ def followed(before: Courses, given: Floats, time: float) -> tuple[Courses, Beli
             share = max(1.0 - exp(-seconds / MEMORY), 1.0 / frames)
             often = np.where(known, often + share * (off - often), often)
             share = max(1.0 - exp(-seconds / MEMORY_OF_NOISE), 1.0 / frames)
-            variance += share * (min(max(noise, kernel.FINEST), kernel.COARSEST) ** 2 - variance)
+            variance += share * (min(max(noise, FINEST), kernel.COARSEST) ** 2 - variance)
     motion, believed, off_course = kernel.along(given, seconds, before.motion, sqrt(variance))
     share = 1.0 - exp(-seconds / WHILE)
     strange = before.strange + share * (np.minimum(off_course, FAR) - before.strange)

@@ -118,7 +118,15 @@ class Heard:
 
 
 def heard_of(measured: Floats, fps: float, traits: Traits, *, taught: bool) -> Heard:
-    """What samples tell of their noise; if clips are `taught`, those that rattle count for nothing."""
+    """What samples tell of their noise.
+
+    Parameters
+    ----------
+    measured : (T, C) in degrees and cm, NaN = missing.
+    fps : Hz.
+    traits : what the channels are.
+    taught : whether clips tell of the motion: samples that rattle count for nothing then.
+    """
     vouched = np.zeros(measured.shape, dtype=bool) if traits.leaping is None else traits.leaping(measured)
     rattle = rattles(measured, fps, traits.together)
     rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
@@ -161,6 +169,7 @@ def first_beliefs(asked: Asked, prior: Prior, vouched: Bools) -> Beliefs:
 
 
 def in_short(beliefs: Beliefs) -> Ended:
+    """Beliefs after a round, but for what `as_they_were` works out again."""
     assert beliefs.values is not None
     kept = (one.astype(np.float32) for one in (beliefs.values, beliefs.liveliness, beliefs.averaged))
     no = np.empty((0, 0))

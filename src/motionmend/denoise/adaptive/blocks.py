@@ -17,7 +17,7 @@ from ..bases.support import missed_by
 from ..channels.pieces import blocks
 from ..gaps.likeliest import Process
 from ..library.local_prior import Neighbourhood, Prior, local_prior
-from .beliefs import Heard
+from .beliefs import Heard, in_short
 from .rounds import Adapted, adapt
 from .traits import UNKNOWN, Traits
 
@@ -38,7 +38,7 @@ class Grounds:
 
     traits: Traits
     prior: Prior
-    heard: tuple[Heard | None, ...]
+    heard: tuple[Heard, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Mended:
     tried: Floats
     swings: Floats = field(default_factory=lambda: np.zeros(0))
     pace: Floats = field(default_factory=lambda: np.zeros(0))
-    heard: tuple[Heard | None, ...] = ()
+    heard: tuple[Heard, ...] = ()
     grounds: Grounds | None = None
 
     @property
@@ -91,7 +91,7 @@ def mend_channels(
     whole: bool = True,
     hearing: bool = False,
     resumed: bool = False,
-    heard: tuple[Heard | None, ...] = (),
+    heard: tuple[Heard, ...] = (),
 ) -> Mended:
     """Repair channels without being told how noisy they are.
 
@@ -121,7 +121,7 @@ def mend_channels(
     std = np.empty(measured.shape if deviations else (0, measured.shape[1]), np.float32)
     origin = np.empty(measured.shape, np.uint8)
     tried = np.empty(measured.shape if trying else (0, measured.shape[1]))
-    noises, unseen, listened, missed, weight, steps = [], [], list[Heard | None](), 0.0, 0, 0
+    noises, unseen, listened, missed, weight, steps = [], [], list[Heard](), 0.0, 0, 0
     leaps, farthest = np.zeros(measured.shape[1], dtype=np.int64), np.zeros(measured.shape[1])
     swings, pace = np.zeros(measured.shape[1]), np.zeros(measured.shape[1])
 
@@ -164,9 +164,8 @@ def mend_channels(
         origin[core] = np.where(present[own], kind, Origin.FILLED)
         noises.append(adapted.noise)
         unseen.append(adapted.unseen_bends)
-        if hearing:
-            told = adapted.heard
-            listened.append(told if resumed or told is None else replace(told, ended=None))
+        if hearing and adapted.heard is not None and adapted.ended is not None:
+            listened.append(replace(adapted.heard, ended=in_short(adapted.ended) if resumed else None))
         leaps += (adapted.leaps[own] >= FAR).sum(axis=0)
         farthest = np.maximum(farthest, adapted.leaps[own].max(axis=0, initial=0.0))
         pace = np.where(adapted.swings > swings, adapted.pace, pace)

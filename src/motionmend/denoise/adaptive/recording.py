@@ -407,7 +407,7 @@ def _mended(
         root = np.isin(channels.columns, np.concatenate(root_rows(recording.skeleton)))
         return unmoving(values, found, asked, root, recording.fps)
 
-    def seen_alone() -> tuple[Prior, Unmoving, tuple[Heard | None, ...]]:
+    def seen_alone() -> tuple[Prior, Unmoving, tuple[Heard, ...]]:
         seen = values if rounded is None else shaken(values, rounded)
         longest = LONGEST_OF_MARKERS if isinstance(recording, Markers) else LONGEST_OF_ANGLES
         gappy = not np.isfinite(values).all()

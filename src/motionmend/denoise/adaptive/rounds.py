@@ -22,7 +22,7 @@ from ..outliers.bursts import long_runs
 from ..outliers.moved_away import moved_away
 from ..outliers.one_ended import begins_or_ends
 from ..outliers.poles import bends_of
-from .beliefs import Asked, Beliefs, Heard, as_they_were, bursts, first_beliefs, heard_of, in_short, with_prior
+from .beliefs import Asked, Beliefs, Heard, as_they_were, bursts, first_beliefs, heard_of, with_prior
 from .filling import DOUBT, in_gaps, with_dynamics
 from .given_back import given_back
 from .histories import FACTORS, OUTLIER_SPAN, likeliest_histories, pulled
@@ -59,7 +59,7 @@ class Adapted:
     leaps : how far samples leap that were rejected at first, and then taken for the recording's own; 0 elsewhere.
     swings, pace : (C,) root mean square of what was taken for noise at first and given back, and about how many Hz.
     steps : of conjugate gradients, all rounds together.
-    heard : of the samples, for whoever repairs them again, with the beliefs at the end.
+    heard, ended : of the samples, and the beliefs at the end, for whoever repairs them again.
     """
 
     values: Floats
@@ -75,6 +75,7 @@ class Adapted:
     pace: Floats
     steps: int
     heard: Heard | None = None
+    ended: Beliefs | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +164,7 @@ def adapt(
         smooth = _smoothed(asked, beliefs, search)
         beliefs = _read_off(asked, beliefs, search, smooth, turn)
         steps, last = steps + smooth.steps, search.last
-    return replace(_finished(asked, beliefs, search, smooth, steps), heard=replace(heard, ended=in_short(beliefs)))
+    return replace(_finished(asked, beliefs, search, smooth, steps), heard=heard, ended=beliefs)
 
 
 def _searched(asked: Asked, beliefs: Beliefs, turn: int) -> _Search:

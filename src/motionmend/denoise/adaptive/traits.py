@@ -49,7 +49,7 @@ UNKNOWN = Traits()
 
 
 def traits_of(values: Floats, recording: Motion | Markers, channels: Channels) -> Traits:
-    """What the channels are whose samples are `values` (T, C)."""
+    """What the channels are whose samples are `values` (T, C), degrees or cm, of a recording."""
     rounded = rounding(recording, channels.columns)
     usual = USUAL_OF_MARKERS if isinstance(recording, Markers) else USUAL_OF_ANGLES
     lasting = lasting_noise(values, recording.fps, usual) if rounded is None else None

@@ -82,7 +82,7 @@ def _strayed(positions: Floats, std: Floats, missing: Bools, fps: float) -> Bool
         here, home = frames[:count], frames[count:]
         # all of them: the marker may be at home there
         if count >= AT_LEAST and home and far[here, marker].any():
-            found[here, marker] = _mean_of_known(away[home, marker]) <= BACK * away[here, marker].max()
+            found[here, marker] |= _mean_of_known(away[home, marker]) <= BACK * away[here, marker].max()
     return found
 
 

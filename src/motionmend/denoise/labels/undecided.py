@@ -4,6 +4,7 @@ The markers leap where such a swap begins and ends. A repair takes that for a fa
 the other has the marker, which is another marker's place: with the labels exchanged for the repair nothing leaps.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -17,21 +18,14 @@ from .relabelling import AT_FIRST_SIGHT, at_first_sight, swaps_told
 from .swaps import Swap
 
 
-def undecided(recording: Markers) -> tuple[Swap, ...]:
-    """Swaps beyond doubt in a recording of which a part may be wrong or all the rest: of two markers, and these alone.
+def undecided(seen: tuple[Swap, ...]) -> tuple[Swap, ...]:
+    """Of the swaps that are seen those beyond doubt of which a part may be wrong or all the rest: of two markers, and
+    these alone.
 
     Where a marker changes labels with several, what leaps in one of these swaps may be another's leap.
     """
-    return _undecided_of(_seen(recording), recording.positions.shape[1])
-
-
-def _seen(recording: Markers) -> tuple[Swap, ...]:
-    return at_first_sight(recording, to_channels(recording, own_layout(recording)))
-
-
-def _undecided_of(seen: tuple[Swap, ...], markers: int) -> tuple[Swap, ...]:
     pairs = {frozenset(swap.markers) for swap in seen}
-    shared = [len([pair for pair in pairs if marker in pair]) for marker in range(markers)]
+    shared = Counter(marker for pair in pairs for marker in pair)
     return tuple(
         swap
         for swap in seen
@@ -52,8 +46,8 @@ def but_for_undecided(
     recording : T frames of M markers.
     orderly : the same of one in which no swap at all is seen; None = `repair`.
     """
-    seen = _seen(recording)
-    swaps = _undecided_of(seen, recording.positions.shape[1])
+    seen = at_first_sight(recording, to_channels(recording, own_layout(recording)))
+    swaps = undecided(seen)
     if not swaps:
         return repair(recording) if seen or orderly is None else orderly(recording)
     columns = _exchanged(recording, swaps)
