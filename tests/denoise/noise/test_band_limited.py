@@ -89,6 +89,17 @@ def test_who_trembles_is_no_noise(fps):
     assert band_limited_noise(body, fps) is None
 
 
+@pytest.mark.parametrize(("fps", "frames"), [(60.0, 158), (120.0, 316)])
+@pytest.mark.parametrize("loud", [0.0, 1.0])
+def test_who_trembles_is_no_noise_where_there_are_too_few_frames_for_a_band_below(fps, frames, loud):
+    """It was taken for noise below 13 to 15 Hz, and with it went the tremor: 2.4 degrees off, clean recordings too."""
+    rng = np.random.default_rng(2)
+    time = np.arange(FRAMES)[:, None] / fps
+    swing = 3.0 * np.sin(2.0 * np.pi * 5.0 * time + rng.uniform(0.0, 6.0, CHANNELS))
+    measured = motion(rng, fps) + swing + loud * rng.standard_normal((FRAMES, CHANNELS))
+    assert band_limited_noise(measured[:frames], fps) is None
+
+
 @pytest.mark.parametrize("fps", [60.0, 120.0])
 def test_a_limb_that_trembles_in_noise_is_as_noisy_as_the_others(fps):
     rng = np.random.default_rng(2)

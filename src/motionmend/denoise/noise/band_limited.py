@@ -94,7 +94,7 @@ def band_limited_noise(measured: Floats, fps: float, usual: float = USUAL, least
     if np.median(variance[asked]) < least**2:
         return None
     edge = float(edges[best])
-    most, each = trembling(measured[:, asked], edge, fps)
+    most, each = trembling(measured[:, asked], edge, fps, BandLimited(variance, edge).in_band[asked])
     if most:
         return None
     trembles = np.zeros(len(asked), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Who trembles: changes that are stronger about one frequency than below it."""
+"""Who trembles: changes that are stronger about one frequency than below it, or than noise would be about others."""
 
 import numpy as np
 from scipy.fft import dct
@@ -11,18 +11,24 @@ from ..bases.support import interpolated, running_median
 # wide, from the edge down to `SLOWEST` Hz; of one channel they may be so by chance.
 TREMBLES, BY_CHANCE = (1.5, 2.0), 1e-3
 BAND, SLOWEST, FEWEST_COSINES = np.sqrt(0.5), 1.0, 6
+# Noise that was smoothed down to an edge fades over the band up to there, to 0.2 of its strength in the next one at
+# least (four takes at three rates, smoothed in three ways, half of their channels), and is no weaker anywhere below:
+# there it shows at least 0.28 of its strength.
+FADES, WEAKEST = 0.12, 0.2
 SPAN, FAR = 5, 6.0  # frames, and times the median distance from their median: beyond it a sample tells nothing
 _NOTHING = 1e-12
 
 
-def trembling(measured: Floats, edge: float, fps: float) -> tuple[bool, Bools]:
-    """Whether changes are stronger in a band below an edge than further below, as neither noise nor motion is.
+def trembling(measured: Floats, edge: float, fps: float, strength: Floats | None = None) -> tuple[bool, Bools]:
+    """Whether changes are stronger in a band below an edge than further below, as neither noise nor motion is; or in
+    some band weaker than the noise that they are taken for.
 
     Parameters
     ----------
     measured : (T, C) samples, NaN = missing. Single ones that are far off would hide all else, and are left out.
     edge : radians a frame.
     fps : Hz.
+    strength : (C,) of such noise below the edge, as the variance of white noise that is as strong; None = not told.
 
     Returns
     -------
@@ -43,6 +49,9 @@ def trembling(measured: Floats, edge: float, fps: float) -> tuple[bool, Bools]:
         bands.append(here.mean(axis=0))
         counts.append(len(here))
         upper *= BAND
+    if strength is not None and bands:
+        share = np.median(np.array(bands) / np.maximum(strength, _NOTHING), axis=1)
+        most |= bool(share[0] < FADES * np.append(share, 1.0)[1] or (share[1:] < WEAKEST).any())
     return most, each
 
 
