@@ -36,10 +36,10 @@ def main(argv: list[str] | None = None) -> int:
     if options.gate and options.update:
         parser.error("--gate compares with the baseline, --update replaces it: give one of them")
     try:
-        baseline = record.load() if options.gate else {}
+        baseline = record.of_one(record.load(), record.machine()["cpu"]) if options.gate else {}
         records = [_run(name, Plan()) for name in dict.fromkeys(options.suites or SUITES)]
         if options.update:
-            write_results(record.save(records))
+            write_results(record.of_one(record.save(records)))
     except record.RecordError as error:
         print(f"benchmarks: {error}", file=sys.stderr)
         return 1
@@ -47,7 +47,15 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def gate(records: list[record.Record], baseline: dict[str, record.Record]) -> int:
-    """Compare suite by suite, say what is worse; 0 when nothing is."""
+    """Compare suite by suite, say what is worse and where another processor stands in; 0 when nothing is worse."""
+    for one in records:
+        known = baseline[one.suite].machine["cpu"] if one.suite in baseline else one.machine["cpu"]
+        if known != one.machine["cpu"]:
+            print(
+                f"{one.suite}: no baseline of this processor ({one.machine['cpu']}), compared with one of {known}; "
+                "where it is worse see whether the commit before is, too",
+                file=sys.stderr,
+            )
     worse = [line for one in records for line in regressions(one.metrics, _metrics(baseline, one.suite))]
     for line in worse:
         print(f"worse: {line}", file=sys.stderr)

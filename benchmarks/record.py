@@ -1,4 +1,4 @@
-"""What a run leaves behind: `baseline.json` with every measurement and the machine it was made on, suite by suite."""
+"""What a run leaves behind: `baseline.json`, all measurements by processor and suite, with the machine of each."""
 
 import json
 import os
@@ -61,8 +61,8 @@ def load_average() -> float | None:
     return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
 
 
-def load(path: Path = BASELINE) -> dict[str, Record]:
-    """The baseline, by suite.
+def load(path: Path = BASELINE) -> dict[str, dict[str, Record]]:
+    """The baselines, by processor and suite; the one recorded last is the first.
 
     Raises
     ------
@@ -71,18 +71,32 @@ def load(path: Path = BASELINE) -> dict[str, Record]:
     if not path.exists():
         raise RecordError(f"{path.name}: no baseline yet; make one with --update")
     try:
-        return {name: _record(name, stored) for name, stored in json.loads(path.read_text("utf-8")).items()}
+        stored = json.loads(path.read_text("utf-8"))
+        found = {cpu: {suite: _record(suite, one) for suite, one in suites.items()} for cpu, suites in stored.items()}
+        if not all(found.values()):
+            raise ValueError("a processor without suites")
+        return found
     except (ValueError, KeyError, TypeError, AttributeError) as failure:
         raise RecordError(f"{path.name}: not a baseline ({failure}); restore it or make one with --update") from None
 
 
-def save(records: Sequence[Record], path: Path = BASELINE) -> dict[str, Record]:
-    """Put these suites into the baseline; the others stay as they were. Returns all of it."""
+def save(records: Sequence[Record], path: Path = BASELINE) -> dict[str, dict[str, Record]]:
+    """Put these suites into the baseline of their processor; all else stays as it was. Returns all of it."""
     whole = load(path) if path.exists() else {}
-    whole |= {record.suite: record for record in records}
-    stored = {name: _stored(whole[name]) for name in sorted(whole)}
+    for record in records:
+        cpu = record.machine["cpu"]
+        whole = {cpu: whole.get(cpu, {}) | {record.suite: record}} | {k: v for k, v in whole.items() if k != cpu}
+    stored = {cpu: {suite: _stored(suites[suite]) for suite in sorted(suites)} for cpu, suites in whole.items()}
     path.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
     return load(path)
+
+
+def of_one(whole: dict[str, dict[str, Record]], cpu: str | None = None) -> dict[str, Record]:
+    """Each suite as `cpu` ran it, else (and for None) as the processor did that was recorded last."""
+    chosen: dict[str, Record] = {}
+    for suites in [whole.get(cpu or "", {}), *whole.values()]:
+        chosen |= {suite: record for suite, record in suites.items() if suite not in chosen}
+    return {suite: chosen[suite] for suite in sorted(chosen)}
 
 
 def _stored(record: Record) -> dict[str, Any]:

@@ -116,7 +116,7 @@ def test_a_suite_measures_what_it_says(measured: record.Record) -> None:
 
 def test_the_gate_over_a_record(measured: record.Record, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """What was saved is read back as it was; it passes against itself, and not with one ratio halved or left out."""
-    baseline = record.save([measured], tmp_path / "baseline.json")
+    baseline = record.of_one(record.save([measured], tmp_path / "baseline.json"))
     for before, after in zip(measured.metrics, baseline["kinematics"].metrics, strict=True):
         assert (before.key, before.unit, before.direction) == (after.key, after.unit, after.direction)
         assert after.value == pytest.approx(before.value, rel=1e-5)
@@ -137,7 +137,24 @@ def test_saving_one_suite_keeps_the_others(measured: record.Record, tmp_path: Pa
     path = tmp_path / "baseline.json"
     record.save([measured], path)
     record.save([replace(measured, suite="other")], path)
-    assert set(record.load(path)) == {"kinematics", "other"}
+    assert set(record.of_one(record.load(path))) == {"kinematics", "other"}
+
+
+def test_each_processor_has_a_baseline_of_its_own(
+    measured: record.Record, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "baseline.json"
+    other = replace(measured, machine=measured.machine | {"cpu": "another"}, minutes=9.0)
+    whole = record.save([replace(other, suite="alone"), other], path) and record.save([measured], path)
+    here = record.of_one(whole, measured.machine["cpu"])
+    assert here["kinematics"].minutes == 0.1
+    assert record.of_one(whole)["kinematics"].minutes == 0.1, "the last one recorded"
+    assert record.of_one(whole, "another")["kinematics"].minutes == 9.0
+    assert here["alone"].minutes == 9.0, "where there is no other"
+    command.gate([measured], here)
+    assert "no baseline of this processor" not in capsys.readouterr().err
+    command.gate([replace(measured, suite="alone")], here)
+    assert "no baseline of this processor" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -232,11 +249,11 @@ def test_an_exponent_is_the_slope() -> None:
 @pytest.mark.slow
 def test_the_results_are_the_baseline(tmp_path: Path) -> None:
     """RESULTS.md is generated: it says what baseline.json says."""
-    results.write_results(record.load(), tmp_path)
+    results.write_results(record.of_one(record.load()), tmp_path)
     committed = (record.FOLDER / "RESULTS.md").read_text("utf-8")
     assert (tmp_path / "RESULTS.md").read_text("utf-8") == committed
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_baseline_holds_every_suite() -> None:
-    assert set(record.load()) == {*command.SUITES, *command.LONG}
+    assert set(record.of_one(record.load())) == {*command.SUITES, *command.LONG}
