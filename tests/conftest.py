@@ -1,8 +1,11 @@
 """What every test may ask for: the folder of real recordings, a seeded generator, a browser."""
 
+import gc
 import os
 import shutil
 import signal
+import sys
+from collections.abc import Generator
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers have the cores: threads of theirs wait for each other
@@ -15,6 +18,25 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in a shell's backgr
     signal.signal(signal.SIGINT, signal.default_int_handler)
 settings.register_profile("motionmend", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("motionmend")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Where Python is told to leave no bytecode beside the sources it goes into pytest's own cache, for otherwise each
+    of the hundred processes of the tests compiles all that it imports."""
+    if sys.dont_write_bytecode and hasattr(config, "cache"):
+        sys.dont_write_bytecode = False
+        sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = str(config.cache.mkdir("bytecode"))
+        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """What is collected stays: to look through it for waste again and again is a fifth of the work."""
+    gc.disable()
+    collected = yield
+    gc.freeze()
+    gc.enable()
+    return collected
 
 
 @pytest.fixture(scope="session")
