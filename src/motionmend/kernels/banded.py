@@ -89,31 +89,36 @@ def walk_certainty(weight: Floats, step_var: Floats, place_var: Floats, speed_va
     de Jong, Smoothing and interpolation with the state-space model, J. American Statistical Association 84, 1989.
     """
     frames, channels = weight.shape
-    variance, doubt = np.empty((frames, channels)), np.ones((frames, channels))
-    place, both, pace = np.empty(frames), np.empty(frames), np.empty(frames)
-    for ch in range(channels):
-        a, b, c = place_var[ch], 0.0, speed_var[ch]
-        for t in range(frames):
+    # of each frame, before its sample is seen, the variance of the place and its covariance with the speed; then what
+    # is asked for
+    variance, doubt = np.empty((frames, channels)), np.empty((frames, channels))
+    place, both, pace = place_var.copy(), np.zeros(channels), speed_var.copy()
+    for t in range(frames):
+        for ch in range(channels):  # walks side by side: each waits for its own divisions only
+            a, b, c, w = place[ch], both[ch], pace[ch], weight[t, ch]
             if t > 0:
                 e = step_var[t, ch]
                 a, b, c = max(a + 2.0 * b + c, 0.0) + e, b + c + e, c + e
-            place[t], both[t], pace[t] = a, b, c
+            variance[t, ch], doubt[t, ch] = a, b
             # a divided, not a less what is known: beside a free step and a sure sample the difference would be lost
-            one = 1.0 / (1.0 + a * weight[t, ch])
-            a, b, c = a * one, b * one, max(c - weight[t, ch] * one * b * b, 0.0)
-        n00, n01, n11 = 0.0, 0.0, 0.0  # what all later samples know of the state
-        for t in range(frames - 1, -1, -1):
-            m00, m01, m11 = n00, n00 + n01, n00 + 2.0 * n01 + n11
-            one = 1.0 / (1.0 + place[t] * weight[t, ch])
-            gain, other = weight[t, ch] * one, -both[t] * weight[t, ch] * one
-            a, b = place[t] * one, both[t] * one
+            one = 1.0 / (1.0 + a * w)
+            a, b, c = a * one, b * one, max(c - w * one * b * b, 0.0)
+            place[ch], both[ch], pace[ch] = a, b, c
+    n00, n01, n11 = np.zeros(channels), np.zeros(channels), np.zeros(channels)  # what later samples know of the state
+    for t in range(frames - 1, -1, -1):
+        for ch in range(channels):
+            a, b, w = variance[t, ch], doubt[t, ch], weight[t, ch]
+            m00, m01, m11 = n00[ch], n00[ch] + n01[ch], n00[ch] + 2.0 * n01[ch] + n11[ch]
+            one = 1.0 / (1.0 + a * w)
+            gain, other = w * one, -b * w * one
+            a, b = a * one, b * one
             left = a - (a * a * m00 + 2.0 * a * b * m01 + b * b * m11)
             variance[t, ch] = max(left, PRECISION * a)
-            n00 = one * one * m00 + 2.0 * one * other * m01 + other * other * m11 + gain
-            n01 = one * m01 + other * m11
-            n11 = m11
-            if t > 0:
-                doubt[t, ch] = min(1.0, max(1e-3, 1.0 - step_var[t, ch] * (n00 + 2.0 * n01 + n11)))
+            k00 = one * one * m00 + 2.0 * one * other * m01 + other * other * m11 + gain
+            k01 = one * m01 + other * m11
+            n00[ch], n01[ch], n11[ch] = k00, k01, m11
+            told = 1.0 - step_var[t, ch] * (k00 + 2.0 * k01 + m11)
+            doubt[t, ch] = min(1.0, max(1e-3, told)) if t > 0 else 1.0
     return variance, doubt
 
 
