@@ -104,3 +104,8 @@ def moments_alike(one, other, clip, clips, frame, frames, edges, reach, linear, 
         if clip[i] == 0 and clips[j] == 0:
             found[i, j] += lasting[abs(frame[i] - frames[j])]
     return found
+
+
+def student_squares(square, scale, tails):
+    """(C,) sums over the rows of squares (N, C), each over the degrees of freedom and what it is of its scale (C,)."""
+    return [sum(one / (tails + one / own) for one in column) for column, own in zip(square.T, scale, strict=True)]

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_denoise as naive
-from motionmend.kernels.medians import geometric_medians, running_median
+from motionmend.kernels.medians import geometric_medians, running_median, student_squares
 from motionmend.kernels.turned import places_and_axes
 
 SEEDS = st.integers(0, 10**6)
@@ -31,6 +31,14 @@ def test_geometric_medians_are_the_twin_s(seed, count):
     found = geometric_medians(points, 12, 1e-6)
     twin = np.array([naive.geometric_median(one, 12, 1e-6) for one in points])
     np.testing.assert_allclose(found, twin, rtol=0, atol=1e-9)
+
+
+@given(SEEDS, st.integers(0, 20), st.integers(0, 4))
+@settings(max_examples=60)
+def test_squares_of_which_large_ones_count_less_are_the_twin_s(seed, count, channels):
+    rng = np.random.default_rng(seed)
+    square, scale = np.square(rng.normal(size=(count, channels))), rng.uniform(0.1, 2.0, channels)
+    np.testing.assert_allclose(student_squares(square, scale, 3.0), naive.student_squares(square, scale, 3.0))
 
 
 @given(SEEDS, st.integers(3, 7), st.booleans())

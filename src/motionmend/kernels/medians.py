@@ -1,4 +1,4 @@
-"""Medians of the frames about each, and of points in space."""
+"""Medians of the frames about each, and of points in space; squares of which large ones count less."""
 
 import numpy as np
 
@@ -82,3 +82,20 @@ def geometric_medians(points: Floats, rounds: int, least: float) -> Floats:
             x, y, z = sum_x / total, sum_y / total, sum_z / total
         found[n, 0], found[n, 1], found[n, 2] = x, y, z
     return found
+
+
+@compiled
+def student_squares(square: Floats, scale: Floats, tails: float) -> Floats:
+    """(C,) sum of squares (N, C), each over what it says of Student's distribution: square / (tails + square / scale).
+
+    Parameters
+    ----------
+    square : (N, C).
+    scale : (C,) squares of the distribution's scale.
+    tails : its degrees of freedom.
+    """
+    total = np.zeros(square.shape[1])
+    for n in range(square.shape[0]):
+        for c in range(square.shape[1]):
+            total[c] += square[n, c] / (tails + square[n, c] / scale[c])
+    return total

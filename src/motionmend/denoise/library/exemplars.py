@@ -138,15 +138,16 @@ def typical_bends(windows: Floats | Singles) -> Floats:
     channels = windows.shape[2]
     if windows.shape[0] == 0 or windows.shape[1] < 3:
         return np.zeros((channels, channels))
+    from ...kernels.medians import student_squares
+
     bends = windows.shape[1] - 2
     count = windows.shape[0] * bends
     which, at = np.divmod(np.arange(0, count, max(1, count // _SCALE_SAMPLES)), bends)
     some = _bends(np.stack([windows[which, at + k] for k in range(3)], axis=1))
-    scale, square = 1.4826 * np.median(np.abs(some), axis=0) + _LEAST_SCALE, np.square(some)
+    scale, square = 1.4826 * np.median(np.abs(np.ascontiguousarray(some.T)), axis=1) + _LEAST_SCALE, np.square(some)
     for _ in range(_SCALE_ROUNDS):
         before = scale
-        weighed = square / (_TAILS + square / np.square(scale))
-        scale = np.sqrt((_TAILS + 1.0) * weighed.mean(axis=0)) + _LEAST_SCALE
+        scale = np.sqrt((_TAILS + 1.0) * student_squares(square, np.square(scale), _TAILS) / len(square)) + _LEAST_SCALE
         if np.abs(scale - before).max() <= _SCALE_TOLERANCE * before.min():
             break
     products = np.zeros((channels, channels))
@@ -164,7 +165,7 @@ def mean_bends(windows: Floats | Singles) -> Floats:
 
 def _bends(windows: Floats | Singles) -> Floats:
     """(N (M - 2), C) second differences in windows (N, M, C); a missing sample counts as 0."""
-    whole: Floats = np.nan_to_num(windows)
+    whole: Any = windows if np.isfinite(windows).all() else np.nan_to_num(windows)
     bend = whole[:, :-2] - 2.0 * whole[:, 1:-1] + whole[:, 2:]
     return np.asarray(bend.reshape(-1, windows.shape[2]), dtype=np.float64)
 
