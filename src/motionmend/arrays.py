@@ -34,5 +34,8 @@ def away_from(mask: ArrayLike) -> Floats:
 
 def runs(mask: ArrayLike) -> list[tuple[int, int]]:
     """Start and stop, the first index after it, of each longest stretch in which a mask (T,) holds, in order."""
-    edges = np.flatnonzero(np.diff(np.asarray(mask, np.int8), prepend=0, append=0))
+    inside = np.asarray(mask, np.bool_)
+    holds = np.zeros(len(inside) + 2, np.bool_)
+    holds[1:-1] = inside
+    edges = np.flatnonzero(holds[1:] != holds[:-1])
     return [(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]

@@ -7,6 +7,7 @@ import numpy as np
 from ...arrays import Bools, Floats
 from ...bodies.skeleton import wrapped
 from ...kernels.banded import walk_certainty
+from ...numerics.quantiles import median
 from ...numerics.robust import ESTIMATORS
 from ...numerics.whittaker import passed, response, whittaker
 
@@ -133,5 +134,5 @@ def _smoothness(fps: float, cutoff: float) -> float:
 
 
 def _weights(residual: Floats, present: Bools, floor: float) -> Floats:
-    scale = 3.0 * max(floor, 1.4826 * float(np.median(residual[present])))
+    scale = 3.0 * max(floor, 1.4826 * float(median(residual[present])))
     return present * ESTIMATORS["welsch"].weight(residual, scale)

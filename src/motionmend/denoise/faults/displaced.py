@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import binary_opening
 
 from ...arrays import Bools, Floats, Ints, runs
+from ...numerics.quantiles import median
 from ...numerics.robust import ESTIMATORS
 from ..bases.support import interpolated
 from ..channels.cloud import distance_change
@@ -142,7 +143,7 @@ def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[_Stretch
         limit = max(0.5 * LEAST if leaps[:, marker].any() else UNSEEN, ELSEWHERE * float(np.median(away[there])))
         for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), frames], strict=True):
             here = away[start:stop][there[start:stop]]
-            if len(here) and stop - start <= LONGEST * frames and np.median(here) > limit:
+            if len(here) and stop - start <= LONGEST * frames and median(here) > limit:
                 nearest = positions[:, [marker, *guides[:NEAREST]]]
                 at_home: Bools = np.asarray(there & (away <= limit))
                 odd = not _at_usual_distances(nearest[start:stop], nearest[at_home])
@@ -247,7 +248,7 @@ def place_by_guides(places: Floats, marker: int, guides: Ints, unsteady: Floats,
 def _belief(errors: Floats) -> Floats:
     """(N,) Welsch's weights of errors (N, 3) m, by their median."""
     size = np.sqrt(np.square(errors).sum(axis=1))
-    usual = max(float(np.median(size)), _LEAST_USUAL)
+    usual = max(float(median(size)), _LEAST_USUAL)
     return np.asarray(ESTIMATORS["welsch"].weight(size / (_TIMES_USUAL * usual), 1.0))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays import Bools, Floats, Ints, runs
 from ...bodies.motion import Markers, Motion
 from ...bodies.skeleton import ROTATION
+from ...numerics.quantiles import median
 from ..channels.joints import CENTIMETRES, unit
 from ..noise.digits import coarseness
 
@@ -161,7 +162,7 @@ def repeats(values: Floats, coarse: float, fps: float) -> Repeats:
     if not len(start):
         return Repeats(start, stop, *np.empty((4, 0)))
     changes = np.sqrt(np.square(np.diff(steps, axis=0)).sum(axis=1))
-    usual = max(float(np.median(changes[honest])), FINEST)
+    usual = max(float(median(changes[honest])), FINEST)
     fastest = AT_MOST * float(np.quantile(far[moving], FAST))
 
     def leaps(step: Ints, beside: Ints) -> Floats:

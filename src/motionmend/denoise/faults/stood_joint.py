@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Motion
 from ...bodies.skeleton import ROTATION, Skeleton
+from ...numerics.quantiles import median
 from ..channels.joints import joint_rotation, root_rows, unit
 from ..noise.level import first_noise
 
@@ -131,9 +132,9 @@ def _after_rest(angles: Floats, leaps: Ints, reach: Floats, least: int) -> list[
 def _since(angles: Floats, leap: int, reach: Floats, least: int) -> int:
     """The first frame from which a joint stands until it leaps; it does for so many frames at least."""
     start = leap - least
-    place = np.median(angles[start:leap], axis=0)
+    place = median(angles[start:leap])
     while start > 0 and (np.abs(angles[start - 1] - place) <= reach).all():
         start -= 1
         if (leap - start) % least == 0:
-            place = np.median(angles[start:leap], axis=0)
+            place = median(angles[start:leap])
     return start

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Ints
 from ...bodies.motion import Markers
+from ...numerics.quantiles import median
 from ..channels.cloud import distance_change
 from ..channels.joints import CENTIMETRES
 from ..channels.pieces import PIECE, blocks
@@ -96,14 +97,14 @@ def _leaps(positions: Floats) -> Bools:
         after = after[np.isfinite(after[:, 0])]
         here = positions[frame - 1, marker]
         far = np.linalg.norm(after - here, axis=1)
-        leaps[frame, marker] = bool(np.median(far) > HALF * far[0] and far[0] > LEAST)
+        leaps[frame, marker] = bool(median(far) > HALF * far[0] and far[0] > LEAST)
     return leaps
 
 
 def _since(path: Floats, reach: float, least: int) -> int:
     """The first frame from which a marker (T, 3) m, NaN = missing, stands until the last; that after it if it moves."""
     last = path[-least:]
-    place = np.median(last, axis=0)
+    place = median(last)
     if len(last) < least or not (np.linalg.norm(last - place, axis=1) <= reach).all():
         return len(path)
     start, beyond = len(path) - least, 0

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Ints, frozen
 from ...numerics.kriging import Prediction, krige, likeliest_amplitudes, matern32, matern52, squared_distances
+from ...numerics.quantiles import median
 
 GROUPS = (4, 6, 14)  # markers, nearest first; each group's say is found from the data
 OWN = 2  # of the groups may say something else in this recording than in the library
@@ -66,7 +67,7 @@ def relation(points: Points, markers: int, taught: bool, fps: float) -> Relation
     groups = tuple(slice(3 * int(a), 3 * int(b)) for a, b in pairwise(edges) if b > a)
     own: Bools = points.clip == 0
     some = points.features[own if own.sum() >= ENOUGH else slice(None)][::2]
-    reach = [float(np.sqrt(np.median(squared_distances(some[:, g], some[:, g])))) for g in groups]
+    reach = [float(np.sqrt(median(squared_distances(some[:, g], some[:, g]).ravel()))) for g in groups]
     return Relation(groups, tuple(max(r, 1e-3) for r in reach), taught, fps)
 
 

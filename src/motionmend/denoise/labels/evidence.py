@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import Bools, Floats, Ints, frozen
 from ...errors import MismatchError
+from ...numerics.quantiles import median
 
 TAIL = 3.0  # degrees of freedom of Student's t: impacts and soft tissue have heavier tails than a normal law
 _T3 = -2.5510  # log of the constant of a 3-D Student t density with 3 degrees of freedom
@@ -160,18 +161,18 @@ def measure_continuity(positions: Floats, fps: float) -> Continuity:
 
 def _usual(error: Floats) -> float:
     """m per coordinate: the median length of a 3-D error over that of unit noise."""
-    return float(np.median(error)) / 1.538 if len(error) >= 20 else np.nan
+    return float(median(error)) / 1.538 if len(error) >= 20 else np.nan
 
 
 def _scale(error: Floats, way: Floats) -> tuple[float, float]:
     """Rest and share that explain the errors of slow and of fast steps."""
     if len(error) < 20:
         return np.nan, 0.0
-    fast = way > np.median(way)
+    fast = way > median(way)
     if not fast.any():
         return _usual(error), 0.0
-    slow_scale, fast_scale = np.median(error[~fast]) / 1.538, np.median(error[fast]) / 1.538
-    slow_way, fast_way = np.median(way[~fast]), np.median(way[fast])
+    slow_scale, fast_scale = (float(median(error[some])) / 1.538 for some in (~fast, fast))
+    slow_way, fast_way = (float(median(way[some])) for some in (~fast, fast))
     growth = max(0.0, float((fast_scale**2 - slow_scale**2) / (fast_way**2 - slow_way**2)))
     return float(np.sqrt(max(slow_scale**2 - growth * slow_way**2, _LEAST**2))), float(np.sqrt(growth))
 
@@ -240,7 +241,7 @@ def learn_distances(clips: Sequence[Floats]) -> MarkerDistances:
     each = [measure_distances([c]) for c in clips]
     known = np.isfinite(each[0].mean)
     np.fill_diagonal(known, False)
-    first = float(np.median(each[0].mean[known])) if known.any() else 1.0
+    first = float(median(each[0].mean[known])) if known.any() else 1.0
     body = MarkerDistances(each[0].mean / first, np.hypot(each[0].spread, _APART * each[0].mean) / first, first)
     sizes = [first, *(_body_size(d.mean, body) or first for d in each[1:])]
     means = np.stack([d.mean / s for d, s in zip(each, sizes, strict=True)])

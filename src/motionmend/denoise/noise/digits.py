@@ -53,9 +53,9 @@ def _alike(columns: list[Floats]) -> Floats:
 
 def _differences(column: Floats) -> Floats:
     """Distances between neighbours among the values that occur."""
-    values = np.unique(column[np.isfinite(column)])
-    apart = np.diff(values)
-    return apart[apart > FINEST * max(np.ptp(values), 1.0)] if len(values) else apart
+    values = np.sort(column[np.isfinite(column)])
+    apart = values[1:] - values[:-1]
+    return apart[apart > FINEST * max(values[-1] - values[0], 1.0)] if len(values) else apart
 
 
 def _step(apart: Floats) -> float:

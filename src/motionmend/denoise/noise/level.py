@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from ...arrays import Bools, Floats
-from ...numerics.quantiles import quantile_of_known
+from ...numerics.quantiles import median, quantile_of_known
 from ...numerics.walk import noise_level
 
 LEAST_NOISE = 0.01  # degrees or cm
@@ -66,7 +66,7 @@ def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
     apart = loud[told] / np.maximum(quiet[told], _NOTHING)
     level = np.log(np.maximum(quiet[told], LEAST_NOISE))
     kin = np.abs(level[:, None] - level) < ALIKE
-    apart = np.maximum(apart, [np.median(apart[near]) for near in kin])
+    apart = np.maximum(apart, [median(apart[near]) for near in kin])
     # quantiles q of noise that shares its samples with so many spoilt ones are those at q / (1 - share) of its own
     too_much = _size(_QUIET / (1.0 - _SPOILT)) / _size(_QUIET)
     louder = _size(_LOUD / (1.0 - _SPOILT)) / _size(_LOUD) / too_much

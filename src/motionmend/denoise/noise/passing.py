@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ...arrays import Bools, Floats, Ints
 from ...numerics.gaussian import gaussian_smooth
+from ...numerics.quantiles import median
 from .swift import goes_with_speed, speeds
 
 # s, of the Gaussian over which noise is taken to last; and frames that tell enough: no more are asked
@@ -66,7 +67,7 @@ def loudness(measured: Floats, fps: float, together: int = 1, joints: Ints | Non
         faint,
     )
     noise, most = (one - gaussian_smooth(swift, width) for one in (noise, most))
-    usual = np.array([np.median(noise[noisy[:, c], c]) if noisy[:, c].any() else np.inf for c in range(channels)])
+    usual = np.array([median(noise[noisy[:, c], c]) if noisy[:, c].any() else np.inf for c in range(channels)])
     louder = np.where(noisy, noise - usual, np.minimum(most - usual, 0.0))
     tells = np.isfinite(louder) & (seen > _UNKNOWN) & (louder != 0.0)
     louder = np.where(tells, louder, 0.0)
