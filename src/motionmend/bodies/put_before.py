@@ -1,7 +1,5 @@
 """A rest pose that stands before a recording: many exporters put one there, to show the body by it."""
 
-import warnings
-
 import numpy as np
 
 from ..arrays import Floats
@@ -53,8 +51,7 @@ def _away(angles: Floats) -> Floats:
 
 def _medians(values: Floats) -> Floats:
     """Medians over the last axis of what is there; NaN where nothing is."""
-    if np.isfinite(values).all():
-        return np.asarray(np.median(values, axis=-1))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # an empty row has no median: NaN is the answer
-        return np.asarray(np.nanmedian(values, axis=-1))
+    ordered = np.sort(values, axis=-1)  # what is missing comes last
+    count = (~np.isnan(ordered)).sum(axis=-1, keepdims=True)
+    low, high = (np.take_along_axis(ordered, np.maximum(at, 0), axis=-1) for at in ((count - 1) // 2, count // 2))
+    return np.asarray((low + high)[..., 0] / 2.0)

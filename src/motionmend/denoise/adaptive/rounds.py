@@ -224,10 +224,10 @@ def _smoothed(asked: Asked, beliefs: Beliefs, search: _Search) -> _Smooth:
     weight = np.where(present & ~search.outlier, 1.0 / np.square(beliefs.noise), 0.0)
     told = as_alike_for_long(search.told, beliefs.averaged)
     everything, goal = joined(np.where(present, asked.measured, 0.0), weight, told)
+    alone = lone_step_variance(everything, calm)
     for again in (True, False):
         values, taken = smooth_coupled(goal, everything, calm, np.sqrt(liveliness), values)
         steps += taken
-        alone = lone_step_variance(everything, calm)
         variance, doubt = certainty(everything, alone * liveliness)
         if again:
             liveliness = liveliness_of(values, np.diag(calm), doubt, asked.fps)
