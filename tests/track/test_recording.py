@@ -15,6 +15,7 @@ from motionmend.track.hindsight.backwards import moment, revised
 from motionmend.track.person.room import scene_of
 from motionmend.track.recording import UNSURE, Told, follow
 from motionmend.track.settings import settings_of
+from motionmend.track.starting.furniture import Room
 from motionmend.track.tracker import start, step
 
 BODY = anatomy.average()
@@ -91,6 +92,18 @@ def test_where_the_body_is_lost_no_joint_is_said_to_be_known():
     assert tracked.seen.tolist() == [True, False]
     assert (tracked.std[1] >= UNSURE).all()
     assert tracked.std[0].min() < UNSURE
+
+
+def test_of_what_never_sways_no_joint_is_said_to_be_known():
+    """A coat rack explains as much as a body does: it may be a dummy, and nobody there."""
+    told = Told()
+    _, estimate = step(MODEL, settings_of(), start(MODEL, settings_of(), IMAGES[0], BODY, TRUE[0]), IMAGES[0])
+    told.add(estimate)
+    nothing = np.full((KINECT.height, KINECT.width), np.nan, np.float32)
+    for still in (False, True):
+        tracked = told.tracked(np.zeros(1), BODY, Room(KINECT, nothing, still), steady=False)
+        assert tracked.seen.all()
+        assert (tracked.std.min() >= UNSURE) == still
 
 
 def test_a_recording_without_frames_is_refused():

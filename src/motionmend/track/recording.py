@@ -36,7 +36,8 @@ class Tracked:
     ----------
     times : (T,) s.
     joints : (T, 16, 3) m, `LANDMARKS` in camera axes; NaN in a frame without anybody.
-    std : (T, 16) m, standard deviation of each joint (one coordinate), `UNSURE` or more where the body is lost.
+    std : (T, 16) m, standard deviation of each joint (one coordinate), `UNSURE` or more where the body is lost or may
+        be nobody's.
     poses : T poses of true left and right; in a frame without the person that of the last one with it, NaN before the
         first.
     performer : the body that was followed, with the widths as they were learned by the end.
@@ -169,7 +170,8 @@ class Told:
             for rows in (way, root, joints):
                 rows[t] = rows[t - 1] if t else np.nan
         std = in_hindsight(std, settled, places, root[:, :, 2], seen, changed[:, 0])
-        std[~seen] = np.maximum(std[~seen], UNSURE)  # where the body was last, or may be
+        unsure = ~seen | still  # where the body was last, or may be; what never sways may be nobody
+        std[unsure] = np.maximum(std[unsure], UNSURE)
         places[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root, joints)
         if steady:
