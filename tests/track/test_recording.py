@@ -8,7 +8,7 @@ import pytest
 import motionmend as mm
 from motionmend.bodies import anatomy
 from motionmend.bodies.camera import KINECT, Camera, DepthFrame
-from motionmend.bodies.performer import DOFS, advance, landmarks, standing
+from motionmend.bodies.performer import DOFS, LANDMARKS, advance, landmarks, standing
 from motionmend.bodies.surface import render
 from motionmend.track.database import PoseDatabase
 from motionmend.track.hindsight.backwards import moment, revised
@@ -104,6 +104,24 @@ def test_of_what_never_sways_no_joint_is_said_to_be_known():
         tracked = told.tracked(np.zeros(1), BODY, Room(KINECT, nothing, still), steady=False)
         assert tracked.seen.all()
         assert (tracked.std.min() >= UNSURE) == still
+
+
+def test_what_was_never_seen_is_not_said_to_be_known():
+    """Legs behind a desk from the first frame on had to be out of sight for half a second first."""
+    wish, legs, head = (
+        settings_of(),
+        [LANDMARKS.index(f"{side}_{joint}") for side in "lr" for joint in ("knee", "ankle")],
+        3,
+    )
+    depth = np.array(IMAGES[0].depth)
+    depth[130:] = 1.5  # nearer than the person
+    behind = DepthFrame(KINECT, depth, None, 0.0)
+    given = start(MODEL, wish, behind, BODY, TRUE[0])
+    never = start(replace(MODEL, detector=object()), wish, behind, BODY).hidden
+    for hidden in (given.hidden, never):
+        _, estimate = step(MODEL, wish, replace(given, hidden=hidden), behind)
+        assert estimate.std[head] < 0.05
+        assert (estimate.std[legs] >= UNSURE).all() == (hidden is never)
 
 
 def test_a_recording_without_frames_is_refused():

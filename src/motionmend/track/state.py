@@ -189,7 +189,8 @@ class TrackState:
     performer : whose lengths and widths are used. scene : the room as known so far; None before the first frame.
     pose : of the last frame; None while nobody was ever found. velocity : (34,) per second.
     trust : (28,) in [0, 1] how well the last frame showed each joint coordinate.
-    hidden : (16,) s since each joint was last seen. lost : the body was not found in the last frame.
+    hidden : (16,) s since each joint was last seen; `tracker.NEVER` and more, if it never was.
+    lost : the body was not found in the last frame.
     found : s since the body was found anew after it had been lost.
     wrong : share of pixels explained wrongly, a running mean over tracked frames; NaN before the first.
     misread : log odds that the body is followed wrongly, a running mean since it was found; NaN before.

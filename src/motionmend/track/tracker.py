@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Singles, frozen
 from ..bodies.camera import DepthFrame
-from ..bodies.performer import DOFS, Performer, Pose
+from ..bodies.performer import DOFS, LANDMARKS, Performer, Pose
 from ..errors import UsageError
 from .frame.evidence import evidence_of
 from .frame.observation import Observation
@@ -34,6 +34,7 @@ from .starting.look import look_for_body, taken_up
 from .state import EVERY, Fit, Sight, TrackState
 from .terms.objective import expected_pose, fitted
 
+NEVER = 3.0  # s; a joint that was not seen yet is no surer than one that was last seen so long ago
 RESCUE = 1.25  # times the usual share of pixels explained wrongly, above which other poses of the body are tried
 
 
@@ -86,7 +87,10 @@ def start(
     room = scene_of(evened(frame)) if scene is None else scene
     room = room if pose is None else replace(room, vouched=True)  # who is pointed at is the person
     body = anatomy.average() if performer is None else performer
-    return TrackState(body, room, pose, lost=pose is None, girth=Girth(body) if settings.girth else None)
+    # Of who is found behind a desk nobody has ever seen the legs.
+    hidden = frozen(np.full(len(LANDMARKS), 0.0 if pose is not None else NEVER))
+    girth = Girth(body) if settings.girth else None
+    return TrackState(body, room, pose, hidden=hidden, lost=pose is None, girth=girth)
 
 
 def step(
