@@ -13,7 +13,7 @@ from ..bodies.performer import AXES, LANDMARKS, Performer, Pose, Poses
 from ..errors import MismatchError
 from .hindsight.backwards import Moment, moment, revised
 from .hindsight.smoothing import smoothed
-from .measure.plausible import doubts, unlike
+from .measure.plausible import STILL_UNLIKE, doubts, unlike
 from .model import TrackerModel
 from .outcome import Estimate
 from .person.company import is_accompanied
@@ -36,8 +36,8 @@ class Tracked:
     ----------
     times : (T,) s.
     joints : (T, 16, 3) m, `LANDMARKS` in camera axes; NaN in a frame without anybody.
-    std : (T, 16) m, standard deviation of each joint (one coordinate), `UNSURE` or more where the body is lost or may
-        be nobody's.
+    std : (T, 16) m, standard deviation of each joint (one coordinate), `UNSURE` or more where the body is lost or
+        may be nobody's.
     poses : T poses of true left and right; in a frame without the person that of the last one with it, NaN before the
         first.
     performer : the body that was followed, with the widths as they were learned by the end.
@@ -170,7 +170,9 @@ class Told:
             for rows in (way, root, joints):
                 rows[t] = rows[t - 1] if t else np.nan
         std = in_hindsight(std, settled, places, root[:, :, 2], seen, changed[:, 0])
-        unsure = ~seen | still  # where the body was last, or may be; what never sways may be nobody
+        unsure = ~seen  # where the body was last, or may be
+        if still and unlike(wrong[:, 0], STILL_UNLIKE):  # what never sways may be nobody
+            unsure[:] = True
         std[unsure] = np.maximum(std[unsure], UNSURE)
         places[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root, joints)

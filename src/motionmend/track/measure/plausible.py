@@ -9,13 +9,15 @@ from ...bodies.performer import BONES, Performer
 LONG = tuple(b for b, bone in enumerate(BONES) if bone.endswith(("thigh", "shank", "upperarm", "forearm")))
 SHORTEST, LONGEST = 0.35, 1.45  # times an average adult's; an infant's are 0.4, and of the tallest people ever 1.4
 UNLIKE = 0.3  # share of pixels explained wrongly in the median frame: the right bodies' come to 0.25
+STILL_UNLIKE = 0.25  # of what never sways; six bodies unlike the own come to 0.14 to 0.19 there, a coat rack to 0.29
 FRAMES = 5  # that say so at least
 
 
-def unlike(wrong: Floats) -> bool:
-    """Whether a body that explains shares (N,) of the pixels wrongly is not this person's, or nobody's."""
+def unlike(wrong: Floats, most: float = UNLIKE) -> bool:
+    """Whether a body that explains shares (N,) of the pixels wrongly, more than `most` in the median frame, is not this
+    person's, or nobody's."""
     shares = wrong[np.isfinite(wrong)]
-    return bool(len(shares) >= FRAMES and np.median(shares) > UNLIKE)
+    return bool(len(shares) >= FRAMES and np.median(shares) > most)
 
 
 def doubts(performer: Performer, wrong: Floats, *, still: bool = False) -> tuple[str, ...]:
