@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import motionmend as mm
 from motionmend.bodies.motion import Origin
 from motionmend.bodies.skeleton import ROTATION
-from motionmend.denoise.adaptive.own_jumps import channels_that_meet, own_jumps
+from motionmend.denoise.adaptive.own_jumps import channels_beside, channels_that_meet, own_jumps
 from performers import truth
 
 SEEDS = st.integers(0, 10**6)
@@ -77,6 +77,26 @@ def test_what_lies_anywhere_one_by_one_is_an_outlier(seed, count, off):
     values, _ = _moving(rng)
     measured, hit = _jumps(rng, values, np.full(CHANNELS, off), count, paired=False)
     assert not own_jumps(measured, hit, values, PAIRS, FPS).any()
+
+
+def test_what_two_joints_beside_each_other_leap_alike_is_their_own():
+    """Six times as sharp as the motion; but one leap, not two that happen to be as far."""
+    beside, found = np.zeros_like(PAIRS), []
+    beside[:2, :2] = PAIRS[:2, :2]
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        values, sharpest = _moving(rng)
+        hit = np.zeros(values.shape, dtype=bool)
+        hit[rng.choice(np.arange(2, FRAMES - 2, 3), 2, replace=False), :2] = True
+        off = 6.0 * sharpest[:2].max() * hit
+        against = off * np.where(np.arange(CHANNELS) == 1, -1.0, 1.0)
+        ways = ((off, beside), (off, None), (against, beside), (against, None))
+        backs = [own_jumps(values + by, hit, values, np.zeros_like(PAIRS), FPS, which) for by, which in ways]
+        np.testing.assert_array_equal(backs[2], backs[3])
+        found.append([back[hit].mean() for back in backs])
+    alike, unheard, *_ = np.mean(found, axis=0)
+    assert alike > 0.8
+    assert unheard < 0.2
 
 
 TRIPLES = np.kron(np.eye(CHANNELS // 3, dtype=bool), np.ones((3, 3), dtype=bool)) & ~np.eye(CHANNELS, dtype=bool)
@@ -238,6 +258,20 @@ def test_channels_of_a_joint_and_of_its_parent_and_children_meet():
             )
     assert not met[-1].any()
     assert not met[:, -1].any()
+
+
+def test_angles_of_joints_that_hang_on_one_are_beside_each_other():
+    skeleton = truth().skeleton
+    columns = np.append(np.arange(len(skeleton.dof_names)), -1)
+    beside = channels_beside(skeleton, columns)
+    one, other = np.nonzero(beside)
+    assert len(one)
+    np.testing.assert_array_equal(beside, beside.T)
+    joint = skeleton.dof_joint
+    assert (joint[one] != joint[other]).all()
+    np.testing.assert_array_equal(skeleton.parents[joint[one]], skeleton.parents[joint[other]])
+    assert (skeleton.dof_kind[np.stack([one, other])] == ROTATION).all()
+    assert not beside[-1].any()
 
 
 @pytest.mark.slow

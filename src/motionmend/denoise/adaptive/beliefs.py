@@ -11,6 +11,7 @@ from ..library.local_prior import Prior
 from ..noise.level import first_noise
 from ..noise.passing import loudness, without_floor
 from ..noise.rattling import but_for_poses, rattles
+from ..noise.said_twice import rattles_once
 from .liveliness import LEAST_LIVELY, MOST_LIVELY
 from .smoothing import calm_bends
 from .traits import Traits
@@ -128,7 +129,7 @@ def heard_of(measured: Floats, fps: float, traits: Traits, *, taught: bool) -> H
     taught : whether clips tell of the motion: samples that rattle count for nothing then.
     """
     vouched = np.zeros(measured.shape, dtype=bool) if traits.leaping is None else traits.leaping(measured)
-    rattle = rattles(measured, fps, traits.together)
+    rattle = rattles_once(rattles(measured, fps, traits.together), measured, traits.beside)
     rattle = but_for_poses(rattle, measured, vouched, traits.as_pose, traits.joints, traits.limb)
     left = np.where(rattle > 0, np.nan, measured) if taught else measured
     loud = loudness(left, fps, traits.together, traits.joints)

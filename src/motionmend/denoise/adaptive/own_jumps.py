@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ...arrays import Bools, Floats, Ints
-from ...bodies.skeleton import Skeleton
+from ...bodies.skeleton import ROTATION, Skeleton
 from ..noise.level import LEAST_NOISE
 from .histories import OUTLIER_SPAN
 
@@ -29,13 +29,17 @@ HALF = 0.5  # sample of either kind that is taken for granted
 # Of outliers those that come with others of their joint, before anything is known, and as many outliers as say as much.
 # Where fewer than these do, what comes together is as likely a jump of its own: they are taken for less, to this power.
 SPOILT, SAYS, MOSTLY, FURTHER = 0.1, 5.0, 0.5, 3.0
+LIKE_AXES = 0.5  # cosine: joints that hang on one turn the same way about them
+AS_FAR = 0.1  # of how far two jumps are off: by which those of joints beside each other differ at most
 BRIEF = 2  # frames on end; a joint that is solved wrongly for longer has passed to another set of angles
 HALF_TURN = 180.0  # degrees
 AT_AN_END = 2  # rejected samples on end before which, or after which, none is believed
 _NOTHING = 1e-12
 
 
-def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, fps: float) -> Bools:
+def own_jumps(
+    measured: Floats, outlier: Bools, values: Floats, linked: Bools, fps: float, beside: Bools | None = None
+) -> Bools:
     """Rejected samples that are more likely the recording's own than outliers.
 
     Parameters
@@ -45,6 +49,7 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
     values : (T, C) the repair of an earlier round.
     linked : (C, C) channels that jump together: `channels_that_meet`.
     fps : Hz.
+    beside : (C, C) `channels_beside`; None = there are none.
 
     Returns
     -------
@@ -91,8 +96,26 @@ def own_jumps(measured: Floats, outlier: Bools, values: Floats, linked: Bools, f
         alien = brief * (1.0 - share)
         meant = alien * together * spoilt / (spoilt + (1.0 - spoilt) * by_chance)
         spoilt = (meant.sum() + SPOILT * SAYS) / (alien.sum() + SAYS)
+    # what two joints say of it says nothing of the others that are rejected
+    odds *= _leapt_as_far(measured - values, outlier, beside)[frames, channels]
     back[frames, channels] |= (odds > 1.0) & ~_bursts(outlier, fps)[frames, channels]
     return back
+
+
+def _leapt_as_far(off: Floats, outlier: Bools, beside: Bools | None) -> Floats:
+    """(T, C) by how much a jump of the recording's own is likelier than an outlier since a channel beside jumps as far.
+
+    Outliers are as far off as each other by chance alone; hand and thumb are often turned by one marker.
+    """
+    likelier = np.ones(off.shape)
+    if beside is None:
+        return likelier
+    for c in np.flatnonzero(outlier.any(axis=0) & beside.any(axis=0)):
+        own, others = off[:, [c]], np.where(outlier[:, beside[c]], off[:, beside[c]], np.nan)
+        far = np.maximum(np.abs(own), np.abs(others))
+        alike = (outlier[:, [c]] & (np.abs(own - others) < AS_FAR * far)).any(axis=1)
+        likelier[alike, c] = np.maximum(OUTLIER_SPAN / (2.0 * AS_FAR * np.abs(off[alike, c])), 1.0)
+    return likelier
 
 
 def _slight(off: Floats, outlier: Bools) -> Bools:
@@ -150,3 +173,13 @@ def channels_that_meet(skeleton: Skeleton, columns: Ints) -> Bools:
     met: Bools = above | above.T | (joint[:, None] == joint) & (joint >= 0)
     np.fill_diagonal(met, val=False)
     return met
+
+
+def channels_beside(skeleton: Skeleton, columns: Ints) -> Bools:
+    """(C, C) True for two angles about like axes of different joints that hang on one; as `channels_that_meet`."""
+    joint = np.where((columns >= 0) & (skeleton.dof_kind[columns] == ROTATION), skeleton.dof_joint[columns], -1)
+    parent = np.where(joint >= 0, skeleton.parents[joint], -1)
+    axis = skeleton.dof_axis[columns]
+    like = (axis @ axis.T) > LIKE_AXES
+    beside: Bools = like & (parent[:, None] == parent) & (parent >= 0) & (joint[:, None] != joint)
+    return beside

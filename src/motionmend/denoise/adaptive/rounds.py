@@ -18,6 +18,7 @@ from ..gaps.never_seen import never_seen
 from ..library.local_prior import Prior
 from ..noise.kept_distances import noise_by_distances
 from ..noise.level import next_follow, next_held, next_noise, next_rate, overlooked
+from ..noise.said_twice import loudest
 from ..outliers.bursts import long_runs
 from ..outliers.moved_away import moved_away
 from ..outliers.one_ended import begins_or_ends
@@ -254,6 +255,8 @@ def _read_off(asked: Asked, beliefs: Beliefs, search: _Search, smooth: _Smooth, 
         kept = np.square(next_noise(np.sqrt(kept), worth * kept, worth, misread=0.0))
         square, freedom = square + tells * kept, freedom + tells
     level = next_noise(beliefs.level, square, freedom)
+    if asked.traits.beside is not None:
+        level = np.minimum(level, loudest(asked.measured, believed, louder, asked.traits.beside))
     louder = asked.louder(level)
     return replace(
         beliefs,

@@ -14,7 +14,7 @@ from ..noise.lasting import USUAL_OF_ANGLES, USUAL_OF_MARKERS, Lasting, lasting_
 from ..outliers.as_pose import of_one_limb, smoother_as_pose
 from ..outliers.other_pose import other_poses
 from ..outliers.poles import pole_crossings
-from .own_jumps import channels_that_meet, own_jumps
+from .own_jumps import channels_beside, channels_that_meet, own_jumps
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +26,7 @@ class Traits:
     together : G, neighbouring columns that are outliers together: 1 for angles, 3 for markers.
     joints : (C,) a number for each joint, alike where columns are angles of one; None = each has one of its own.
     limb : (C, C) which columns are angles of joints of which one carries the other; None = none are.
+    beside : (C, C) which columns are angles of joints that hang on one: `own_jumps.channels_beside`; None = none are.
     leaping : of some frames (T, C) where no sample is an outlier and what bends may bend as it will:
         `poles.pole_crossings` and `other_pose.other_poses`; None = nowhere.
     as_pose : of measured, rejected and values (T, C) what is no outlier for the pose: `as_pose.smoother_as_pose`;
@@ -38,6 +39,7 @@ class Traits:
     together: int = 1
     joints: Ints | None = None
     limb: Bools | None = None
+    beside: Bools | None = None
     leaping: Callable[[Floats], Bools] | None = None
     as_pose: Callable[[Floats, Bools, Floats], Bools] | None = None
     own_leaps: Callable[[Floats, Bools, Floats], Bools] | None = None
@@ -59,6 +61,7 @@ def traits_of(values: Floats, recording: Motion | Markers, channels: Channels) -
             return Traits(together=3, rounded=rounded, lasting=told or lasting)
         return Traits(together=3, rounded=rounded)
     skeleton, columns = recording.skeleton, channels.columns
+    beside = channels_beside(skeleton, columns)
     return Traits(
         joints=joints_of(skeleton, columns),
         limb=of_one_limb(skeleton, columns),
@@ -66,7 +69,8 @@ def traits_of(values: Floats, recording: Motion | Markers, channels: Channels) -
             pole_crossings(angles, skeleton, columns) | other_poses(angles, skeleton, columns, recording.fps)
         ),
         as_pose=partial(smoother_as_pose, skeleton=skeleton, columns=columns),
-        own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps),
+        own_leaps=partial(own_jumps, linked=channels_that_meet(skeleton, columns), fps=recording.fps, beside=beside),
+        beside=beside,
         rounded=rounded,
         lasting=lasting or (band_limited_noise(values, recording.fps) if rounded is None else None),
     )

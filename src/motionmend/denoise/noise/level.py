@@ -68,8 +68,8 @@ def first_noise(measured: Floats, loudness: Floats | None = None) -> Floats:
     kin = np.abs(level[:, None] - level) < ALIKE
     apart = np.maximum(apart, [median(apart[near]) for near in kin])
     # quantiles q of noise that shares its samples with so many spoilt ones are those at q / (1 - share) of its own
-    too_much = _size(_QUIET / (1.0 - _SPOILT)) / _size(_QUIET)
-    louder = _size(_LOUD / (1.0 - _SPOILT)) / _size(_LOUD) / too_much
+    too_much = size_of(_QUIET / (1.0 - _SPOILT)) / size_of(_QUIET)
+    louder = size_of(_LOUD / (1.0 - _SPOILT)) / size_of(_LOUD) / too_much
     noise = np.full(measured.shape[1], np.nan)
     noise[told] = quiet[told] * np.where(apart < louder[-1], 1.0 / np.interp(apart, louder, too_much), _CAUTION)
     return np.maximum(np.where(told, noise, np.median(noise[told])), LEAST_NOISE)
@@ -83,7 +83,7 @@ def _told_by(quantiles: tuple[float, ...], measured: Floats, loudness: Floats | 
         third = np.where(louder > QUIETER, third / louder, np.nan)
     if len(third) < FEWEST:
         return np.full((len(quantiles), measured.shape[1]), np.nan)
-    found = np.stack([quantile_of_known(third, share) / _size(share) for share in quantiles])
+    found = np.stack([quantile_of_known(third, share) / size_of(share) for share in quantiles])
     return np.where(np.isfinite(third).sum(axis=0) < FEWEST, np.nan, found)
 
 
@@ -91,7 +91,7 @@ def _size_by(quantiles: tuple[float, ...], third: Floats) -> Floats:
     """(Q,) standard deviation of white noise by quantiles of scaled third differences (N,); NaN where too few."""
     if len(third) < FEWEST:
         return np.full(len(quantiles), np.nan)
-    return np.asarray(np.quantile(third, quantiles) / _size(quantiles))
+    return np.asarray(np.quantile(third, quantiles) / size_of(quantiles))
 
 
 def _third_louder(loudness: Floats) -> Floats:
@@ -100,7 +100,7 @@ def _third_louder(loudness: Floats) -> Floats:
     return np.asarray(np.sqrt((square[:-3] + 9.0 * square[1:-2] + 9.0 * square[2:-1] + square[3:]) / 20.0))
 
 
-def _size(shares: ArrayLike) -> Floats:
+def size_of(shares: ArrayLike) -> Floats:
     """Quantiles of |N(0, 1)| at shares in [0, 1)."""
     return np.asarray(ndtri(0.5 + 0.5 * np.asarray(shares)))
 
