@@ -83,6 +83,7 @@ def _hand_and_thumb():
     return Motion(thumb, np.hstack([q, own + 0.1]), walk.fps)
 
 
+@pytest.mark.slow
 def test_a_clean_hand_that_jitters_with_its_thumb_stays():
     clean = _hand_and_thumb()
     repaired = mm.repair_without_model(clean).recording
