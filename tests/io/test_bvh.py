@@ -300,6 +300,14 @@ def test_more_frames_than_stated_are_read_and_said(tmp_path):
     assert read_bvh(tmp_path / "again.bvh").frames == 3
 
 
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8-sig"])
+def test_the_hierarchy_comes_back_to_the_byte(tmp_path, encoding):
+    source, target = tmp_path / "in.bvh", tmp_path / "out.bvh"
+    source.write_bytes(TEXT.replace("Hips", "Hüfte").replace("\n", "\r\n").encode(encoding))
+    write_bvh(target, read_bvh(source))
+    assert target.read_bytes() == source.read_bytes()
+
+
 def test_missing_samples(tmp_path):
     motion = read_text(tmp_path, TEXT.replace("1.5 2.5", "nan NaN"))
     assert (~motion.present).sum() == 2

@@ -88,6 +88,7 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
         metres=metres,
         shift=shift,
         rate_guesses=tuple(rate_guesses),
+        encoding=text.encoding,
     )
     motion = Motion(skeleton, q, fps or rate, source, tuple(guesses))
     if rested := rest_frames(motion):
@@ -99,8 +100,8 @@ def read_bvh(path: str | Path, fps: float | None = None) -> Motion:
 def write_bvh(path: str | Path, motion: Motion) -> None:
     """Write a Biovision hierarchy.
 
-    A motion read from a .bvh keeps the text of its hierarchy, channel order and unit; any other is first made one by
-    `bvh_of`. Missing samples are written as `nan`. Ten digits are kept of each value.
+    A motion read from a .bvh keeps the text of its hierarchy, its encoding too, channel order and unit; any other is
+    first made one by `bvh_of`. Missing samples are written as `nan`. Ten digits are kept of each value.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def write_bvh(path: str | Path, motion: Motion) -> None:
     frame_time = source.frame_time if motion.fps == source.fps else f"{1 / motion.fps!r}"
     head = f"{source.before}{motion.frames}{source.between}{frame_time}{newline}"
     with atomic(path) as temporary, temporary.open("wb") as file:
-        file.write(head.encode())
+        file.write(head.encode(source.encoding))
         for start in range(0, motion.frames, WRITTEN):
             q = motion.q[start : start + WRITTEN]
             values = ((np.where(np.isfinite(q), q, np.nan) + source.shift) / unit)[:, order]

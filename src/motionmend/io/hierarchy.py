@@ -32,6 +32,7 @@ class BvhSource:
     metres : per unit of length.
     shift : (D,) m or rad, the file's value where the degree of freedom is zero.
     rate_guesses : those of the motion's guesses that are of its rate.
+    encoding : of the text.
     """
 
     before: str
@@ -43,6 +44,7 @@ class BvhSource:
     metres: float
     shift: Floats
     rate_guesses: tuple[str, ...] = ()
+    encoding: str = "utf-8"
 
 
 @dataclass
