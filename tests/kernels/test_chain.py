@@ -1,18 +1,22 @@
 """The compiled chain against its plain twin, and where numba keeps what it compiles."""
 
+import errno
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from numba.core import caching
 
 import motionmend
 import naive
 from motionmend.bodies import skeleton as bodies
+from motionmend.kernels.compile import compiled
 from skeletons import skeletons
 
 
@@ -169,3 +173,23 @@ def test_a_folder_others_may_write_to_is_not_trusted(tmp_path):
     assert run.returncode == 0, run.stderr
     assert run.stdout.startswith("[[[3.0, 1.0, 1.0]]]")
     assert not list(planted.iterdir())
+
+
+def test_a_full_disk_or_a_damaged_cache_costs_time_alone(tmp_path, monkeypatch):
+    def kernel(x):
+        return x + 1.0
+
+    def full(cache_file, path):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    with monkeypatch.context() as disk:
+        disk.setattr(caching.IndexDataCacheFile, "_open_for_write", full)
+        assert compiled(kernel)(1.0) == 2.0
+    assert compiled(kernel)(1.0) == 2.0
+    (index,) = tmp_path.rglob("*.nbi")
+    index.write_bytes(b"")
+    assert compiled(kernel)(1.0) == 2.0
+    again = compiled(kernel)
+    assert again(1.0) == 2.0
+    assert again.stats.cache_hits, "what was compiled anew must be kept again"
