@@ -22,6 +22,7 @@ from motionmend.bodies.motion import Origin, Repaired
 from motionmend.errors import FileError
 from motionmend.io.c3d import read_c3d, write_c3d
 from motionmend.io.c3d_layout import frames_of, parse
+from motionmend.io.conversion import first_frame
 
 
 @pytest.mark.slow
@@ -234,6 +235,26 @@ def test_longer_than_the_header_counts_is_whole_where_a_parameter_says_how_long(
     parameter = parse((tmp_path / "b.c3d").read_bytes(), "b").find("MOTIONMEND", "FILLED")
     assert parameter is not None
     assert np.frombuffer(parameter.values, "<f4").tolist() == [1, 40_001, 40_010, 1, frames - 8, frames]
+
+
+@pytest.mark.parametrize("first", [65_530, 70_001, 131_060])
+@pytest.mark.parametrize("header", ["as far as it counts", "run over"])
+def test_a_piece_of_a_long_trial_is_whole(tmp_path: Path, rng, first: int, header: str) -> None:
+    path, recording = tmp_path / "a.c3d", some_markers(rng)
+    write_c3d(path, recording)
+    raw, numbers = bytearray(path.read_bytes()), (first, first + recording.frames - 1)
+    for name, number in zip((b"ACTUAL_START_FIELD", b"ACTUAL_END_FIELD"), numbers, strict=True):
+        at = raw.index(name) + len(name) + 5  # behind the way to the next, type and dimension
+        raw[at : at + 4] = struct.pack("<HH", number % 65_536, number // 65_536)
+    shown = [number % 65_536 if header == "run over" else min(number, 65_535) for number in numbers]
+    raw[6:10] = struct.pack("<HH", *shown)
+    path.write_bytes(raw)
+    read = read_c3d(path)
+    assert (read.frames, first_frame(read)) == (recording.frames, first)
+    assert not any("frame" in guess for guess in read.guesses)
+    np.testing.assert_allclose(read.positions, recording.positions, rtol=1e-6)
+    write_c3d(tmp_path / "b.c3d", read)
+    assert (tmp_path / "b.c3d").read_bytes() == bytes(raw)
 
 
 @pytest.mark.slow

@@ -3,10 +3,10 @@
 The file is read by our own code (`c3d_layout`), which the tests hold against ezc3d and py-c3d: ezc3d 1.7 ends the
 whole process on some damaged files, reads 65,535 frames of a longer file without a word, and takes the camera mask
 for the residual. The header counts to 65,535 frames; of more, TRIAL:ACTUAL_END_FIELD (two 16-bit words, the low one
-first) and POINT:LONG_FRAMES say how many, and both are written. Writing changes the bytes of the file that was read:
-positions and fourth words of the markers, POINT:SCALE when the file held integers, and a group MOTIONMEND
-(`c3d_listing`). Everything else - header, events, analog samples, force plates, parameters of any type, computed and
-unlabelled points, camera masks - stays as it was, byte for byte.
+first) and POINT:LONG_FRAMES say how many, and both are written; of a piece of a long trial TRIAL says which it is.
+Writing changes the bytes of the file that was read: positions and fourth words of the markers, POINT:SCALE when the
+file held integers, and a group MOTIONMEND (`c3d_listing`). Everything else - header, events, analog samples, force
+plates, parameters of any type, computed and unlabelled points, camera masks - stays as it was, byte for byte.
 
 Missing are points with residual -1, with NaN, and at (0, 0, 0). A missing point is written as (0, 0, 0) with residual
 -1, as the standard wants it. A filled or replaced point gets residual 0 and no cameras.

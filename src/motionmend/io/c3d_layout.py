@@ -212,7 +212,7 @@ def parse(raw: bytes, name: str) -> Layout:
             f"{name}: wanted a C3D file that agrees with itself, the header has the scale of "
             f"{'integers' if scale < 0 else 'floats'} and POINT:SCALE {scale:g}; export it again"
         )
-    return replace(found, scale=scale)
+    return _beyond_the_header(replace(found, scale=scale), raw)
 
 
 def frames_of(raw: bytes, layout: Layout, name: str) -> tuple[int, tuple[str, ...]]:
@@ -332,14 +332,37 @@ def _too_long(name: str, found: str, promised: int) -> str:
     )
 
 
+def _beyond_the_header(found: Layout, raw: bytes) -> Layout:
+    """The layout with its first frame, and the number of frames, by TRIAL where the header's 16 bits end before these.
+
+    A piece cut out of a long trial keeps its numbers: the header lets what is beyond 65,535 run over, or stops there.
+    """
+    start, end = _trial(found)
+    first, last = struct.unpack_from(found.order + "2H", raw, 6)
+    if end <= MOST_COUNTED or last not in (MOST_COUNTED, end & MOST_COUNTED):
+        return found
+    if start < 1 or first not in (start, MOST_COUNTED, start & MOST_COUNTED):
+        return found
+    frames = end - start + 1
+    held = found.data_at + frames * found.stride <= len(raw)
+    piece = frames <= MOST_COUNTED and (held or found.header_frames <= 0)  # longer ones: `frames_of`
+    return replace(found, first_frame=start, header_frames=frames if piece else found.header_frames)
+
+
 def _trial_frames(layout: Layout) -> int:
+    start, end = _trial(layout)
+    return end - start + 1 if end else 0
+
+
+def _trial(layout: Layout) -> tuple[int, int]:
+    """Numbers of the first and the last frame by TRIAL; zeros where it says neither."""
     start = layout.numbers("TRIAL", "ACTUAL_START_FIELD")
     end = layout.numbers("TRIAL", "ACTUAL_END_FIELD")
     if not start.size or not end.any() or not np.isfinite([*start, *end]).all():
-        return 0
+        return 0, 0
     # Two 16-bit words, the low one first; some writers store one float.
     low_first = (1.0, 65_536.0)
-    return int(np.dot(end[:2], low_first[: end[:2].size]) - np.dot(start[:2], low_first[: start[:2].size])) + 1
+    return int(np.dot(start[:2], low_first[: start[:2].size])), int(np.dot(end[:2], low_first[: end[:2].size]))
 
 
 def _text(row: bytes) -> str:
