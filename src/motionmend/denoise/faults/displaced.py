@@ -27,6 +27,7 @@ UNSEEN = 0.04  # m away from which a stretch between two gaps may be elsewhere, 
 GUIDES, FEWEST = 8, 3  # markers that tell where one is to be, and how many of them have to
 # guides whose distances are asked, quantiles of these at home and away, and m beyond
 NEAREST, USUAL, MOSTLY, SLACK = 4, (0.01, 0.99), (0.3, 0.7), 0.01
+MOST = 0.5  # of them are more to be unusual where no leap is seen: a limb bends as never before from a few of them
 LOOKED, LEARNED = 300, 800  # frames that tell which they are, and how
 ELSEWHERE = 3.0  # times as far from where they have it as usual
 LONGEST = 1 / 3  # of the recording: what is elsewhere for longer may be at home there
@@ -106,7 +107,7 @@ class _Stretch:
     Attributes
     ----------
     guides : (G,) the markers that tell where it is to be.
-    odd : whether its distances to the nearest of them are so, too: where they are not it is only no guide.
+    odd : whether its distances to the nearest of them tell of it, too: where they do not it is only no guide.
     """
 
     marker: int
@@ -146,27 +147,30 @@ def _elsewhere(positions: Floats, bridged: Floats, seen: Bools) -> list[_Stretch
             if len(here) and stop - start <= LONGEST * frames and median(here) > limit:
                 nearest = positions[:, [marker, *guides[:NEAREST]]]
                 at_home: Bools = np.asarray(there & (away <= limit))
-                odd = not _at_usual_distances(nearest[start:stop], nearest[at_home])
+                unusual, told = _unusual_distances(nearest[start:stop], nearest[at_home])
+                if leaps[[at for at in (start, stop) if at < frames], marker].any():
+                    odd = unusual > 0 or told < FEWEST
+                else:  # gaps or ends about it: only the guides tell that it came back elsewhere
+                    odd = unusual > MOST * told
                 found.append(_Stretch(marker, guides, start, stop, odd))
     return found
 
 
-def _at_usual_distances(here: Floats, home: Floats) -> bool:
-    """True where the first of some markers (T, G, 3) m is as far from each of the others as it is at home (U, G, 3).
+def _unusual_distances(here: Floats, home: Floats) -> tuple[int, int]:
+    """To how many markers the first of some (T, G, 3) m is nearer or farther than at home (U, G, 3), and how many tell.
 
     How it moves with them was learned from postures that may be others; what is elsewhere is nearer to some or farther.
     """
     apart, usual = (np.linalg.norm(places[:, 1:] - places[:, :1], axis=2) for places in (here, home))
-    told = 0
+    unusual = told = 0
     for now, then in zip(apart.T, usual.T, strict=True):
         now, then = now[np.isfinite(now)], then[np.isfinite(then)]
         if len(now) and len(then):
             least, most = np.quantile(then, USUAL)
             nearest, farthest = np.quantile(now, MOSTLY)
-            if nearest < least - SLACK or farthest > most + SLACK:
-                return False
+            unusual += bool(nearest < least - SLACK or farthest > most + SLACK)
             told += 1
-    return told >= FEWEST
+    return unusual, told
 
 
 def _between_gaps(bridged: Floats) -> Bools:
