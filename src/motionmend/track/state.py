@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from ..arrays import Floats, Singles, frozen
+from ..arrays import Bools, Floats, Singles, frozen
 from ..bodies.performer import BONES, DOFS, Performer, Pose
 from ..numerics.least_squares import Solution
 from .frame.evidence import Evidence
@@ -229,3 +229,8 @@ class TrackState:
     evidence: Evidence | None = None
     observation: Observation | None = None
     time: float = float("nan")
+
+    @property
+    def furniture(self) -> Bools | None:
+        """(H, W) True on what was told to be furniture before anybody was followed; None = nothing."""
+        return None if self.scene is None else self.scene.furniture

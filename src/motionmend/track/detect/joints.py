@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Floats, Ints, frozen
+from ...arrays import Bools, Floats, Ints, frozen
 from ...bodies.camera import KINECT, Camera, DepthFrame
 from ...bodies.performer import LANDMARKS, OTHER_SIDE, Performer, Poses
 from ...errors import MismatchError
@@ -178,7 +178,7 @@ def _fitted(every: Sequence[Picture], others: Sequence[Picture], seed: int, tree
     return Proposer(forest, *_calibrated(forest, others))
 
 
-def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detection:
+def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS, furniture: Bools | None = None) -> Detection:
     """The joints in one image of a person without background.
 
     Parameters
@@ -186,13 +186,14 @@ def detect(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> Detec
     detector : fitted.
     frame : its depth is NaN wherever the person is not (see `foreground.find_person`).
     pixels : looked at, about.
+    furniture : (H, W) True where some was told, which may cut them off as the image's border does; None = nowhere.
 
     Returns
     -------
     Detection : all NaN and 0 for an image with nobody in it.
     """
     proposer = detector.whole
-    if detector.cut_off is not None and _cut_off(frame):
+    if detector.cut_off is not None and (_cut_off(frame) or _behind(frame, furniture)):
         proposer = detector.cut_off
     places, masses, facing = _modes(proposer.forest, frame, pixels)
     strength = np.array([np.interp(masses[j], proposer.mass[j], proposer.hit[j]) for j in range(JOINTS)])
@@ -205,6 +206,19 @@ def _cut_off(frame: DepthFrame) -> bool:
     lowest = frame.depth[-ROWS:]
     nearest = np.fmin.reduce(lowest, axis=0)  # the last rows lose pixels
     return float(np.nansum(nearest)) / frame.camera.fx > THICK
+
+
+def _behind(frame: DepthFrame, furniture: Bools | None) -> bool:
+    """Whether the person ends below at furniture (H, W), in most columns and as broadly as who is cut off."""
+    if furniture is None:
+        return False
+    there = np.isfinite(frame.depth)
+    columns = np.flatnonzero(there.any(axis=0))
+    lowest = there.shape[0] - 1 - np.argmax(there[::-1, columns], axis=0)
+    below = np.minimum(lowest[:, None] + np.arange(1, ROWS + 1), there.shape[0] - 1)
+    ends = furniture[below, columns[:, None]].any(axis=1)
+    wide = float(frame.depth[lowest, columns][ends].sum()) / frame.camera.fx
+    return wide > THICK and 2 * int(np.count_nonzero(ends)) > len(columns)
 
 
 def detected_lying(detector: Detector, frame: DepthFrame, pixels: int = PIXELS) -> list[Detection]:

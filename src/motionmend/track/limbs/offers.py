@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arrays import Bools, Floats
 from ...bodies.camera import DepthFrame
 from ...bodies.performer import Performer, Pose, landmarks
 from ..detect.joints import Detector, detect
@@ -36,7 +36,8 @@ def offers_tried(sight: Sight, fit: Fit) -> tuple[Fit, int, bool]:
     """
     model, performer = sight.model, fit.state.performer
     assert model.detector is not None
-    offers = limb_offers(model.detector, performer, fit.pose, sight.seen, sight.coarse, model.limb_shapes)
+    shapes, furniture = model.limb_shapes, fit.state.furniture
+    offers = limb_offers(model.detector, performer, fit.pose, sight.seen, sight.coarse, shapes, furniture=furniture)
     moved = 0
     for offer in offers:
         trial = refined(sight, fit, offer, fit.terms)
@@ -53,6 +54,7 @@ def limb_offers(
     coarse: Coarse,
     shapes: Sequence[Floats] = (),
     most: int = 2,
+    furniture: Bools | None = None,
 ) -> list[Pose]:
     """The pose with one of its limbs elsewhere, for each place where the frame shows one, the likeliest first.
 
@@ -65,12 +67,12 @@ def limb_offers(
     seen, coarse : the frame.
     shapes : for each of `LIMBS` poses of a library (C, n): where much is unexplained the limbs that may be there are
         searched, too; without shapes they are not.
-    most : how many.
+    most : how many. furniture : (H, W) as for `detect`.
     """
     verdict = judge(performer, pose, seen.as_fine_as(JUDGED))
     if verdict.area < UNEXPLAINED:
         return []
-    detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time), PIXELS)
+    detection = detect(detector, DepthFrame(seen.camera, seen.depth, None, seen.time), PIXELS, furniture)
     hints = limb_hints(performer, pose, detection, verdict, 0.8 * APART)
     offers: list[tuple[float, Pose]] = []
     here = landmarks(performer, pose)

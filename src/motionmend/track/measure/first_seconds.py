@@ -73,7 +73,7 @@ def measure_person(
         whole = Observation(frame.camera, person.depth, person.free, frame.time)
         seen[k] = whole.as_fine_as(FINE)
         if model.detector is not None and k % 4 == 0:
-            detections.append(detect(model.detector, replace(frame, depth=person.depth)))
+            detections.append(detect(model.detector, replace(frame, depth=person.depth), furniture=room.furniture))
     if not seen:
         raise MismatchError("a person in the first frames was wanted, there is nobody")
     average = anatomy.average()

@@ -284,6 +284,8 @@ def _enclosed(depth: Singles, mask: Bools, scene: Scene, camera: Camera) -> Bool
     far = cv2.dilate(np.where(inside, part, np.float32(-np.inf)), window)
     closed = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_CLOSE, window) > 0
     within = closed & ~inside & (part > near - JUMP_NEAR) & (part < far + JUMP_NEAR)
+    if scene.furniture is not None:
+        within &= ~scene.furniture[rows, columns]  # a whole recording told it
     # Not the floor between the feet: that was never mistaken.
     at = np.argwhere(within) + np.array([rows.start, columns.start])
     points = camera.unproject(at[:, ::-1], part[within].astype(np.float64))

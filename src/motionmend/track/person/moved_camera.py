@@ -53,7 +53,8 @@ def camera_followed(scene: Scene, frame: DepthFrame) -> Scene:
     if all(stays):
         return scene
     planes[stays] = scene.planes[stays]
-    return replace(scene, planes=planes, background=np.full_like(scene.background, np.nan), moved=frame.time)
+    nothing = np.full_like(scene.background, np.nan)
+    return replace(scene, planes=planes, background=nothing, furniture=None, moved=frame.time)
 
 
 def _followed(plane: Floats, cloud: Floats, weight: Floats) -> tuple[Floats, float]:

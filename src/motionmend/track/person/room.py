@@ -43,6 +43,7 @@ class Scene:
     told : s, when that was; NaN once a later frame has borne them out, or where nobody asks.
     moved : s, when the camera was last seen to move; NaN = never. watched : s, when planes were last looked for anew.
     still : whether what is most like a body never moves in all of the recording (`standing.with_furniture`).
+    furniture : (H, W) True on what was told to be furniture before anybody was followed; None = nothing.
     """
 
     planes: Floats
@@ -58,6 +59,7 @@ class Scene:
     moved: float = float("nan")
     watched: float = float("nan")
     still: bool = False
+    furniture: Bools | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", frozen(self.planes))
@@ -66,6 +68,8 @@ class Scene:
             object.__setattr__(self, "person", frozen(self.person, np.float32))
         if self.others is not None:
             object.__setattr__(self, "others", frozen(self.others, np.float32))
+        if self.furniture is not None:
+            object.__setattr__(self, "furniture", frozen(self.furniture, np.bool_))
 
     @property
     def alive(self) -> bool:
@@ -140,7 +144,7 @@ def _borne_out(planes: Floats, frame: DepthFrame) -> bool:
     cloud, weight = points[free], area[free]
     for plane in planes:
         on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
-        if _spread(cloud[on], weight[on], plane).sum() < LEFT * PLANE_AREA:
+        if spread(cloud[on], weight[on], plane).sum() < LEFT * PLANE_AREA:
             return False
     return True
 
@@ -170,10 +174,10 @@ def bounding_planes(camera: Camera, depth: Singles, seed: int, most: int = 4, dr
         for i in np.argsort(-supported)[:20]:
             if supported[i] < GRAZING * PLANE_AREA:
                 break
-            plane = _refitted(cloud, weight, candidates[i])
+            plane = refitted(cloud, weight, candidates[i])
             behind = every @ plane[:3] + plane[3] < -2.0 * slack(every, plane[None])[:, 0]
             on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]
-            size = float(_spread(cloud[on], weight[on], plane).sum())
+            size = float(spread(cloud[on], weight[on], plane).sum())
             # Behind a floor or a wall is nothing: what lies behind a table top or a person's front is much.
             if size >= PLANE_AREA and np.mean(behind) < BEYOND and (best is None or size > best[0]):
                 best = (size, plane)
@@ -231,13 +235,13 @@ def _support(cloud: Floats, weight: Floats, planes: Floats) -> Floats:
     return np.asarray(weight @ (np.abs(cloud @ planes[:, :3].T + planes[:, 3]) < slack(cloud, planes)))
 
 
-def _spread(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
+def spread(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
     """(N,) m^2 that points of a plane stand for on it, as they face the camera (N,) m^2."""
     towards = np.abs(cloud @ plane[:3]) / np.linalg.norm(cloud, axis=1)
     return np.asarray(weight / np.maximum(towards, GRAZING))
 
 
-def _refitted(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
+def refitted(cloud: Floats, weight: Floats, plane: Floats) -> Floats:
     """The plane fitted to what lies on it."""
     for _ in range(3):
         on = np.abs(cloud @ plane[:3] + plane[3]) < slack(cloud, plane[None])[:, 0]

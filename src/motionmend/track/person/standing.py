@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Bools, Floats, Singles, frozen
 from ...bodies.camera import Camera, DepthFrame
 from ...bodies.surface import intrinsics
+from .desks import top_in, vertical
 from .fineness import evened
 from .room import NOISE_NEAR, NOISE_STEEP, Scene, first_whole, scene_of
 from .surfaces import SOMEBODY, Surfaces, is_board, joined, most_like_a_body, surfaces_of
@@ -59,6 +60,7 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
     alone = room.bare  # nothing is seen behind who moves: that they sway has to tell
     walks = leaving >= SOMEBODY
     somebody_sways, likely = walks and not alone, False
+    up = vertical(room.planes)
     for _ in range(MOST):
         seen, main = likest(room, depths[whole], camera)
         likely |= main >= 0
@@ -75,11 +77,18 @@ def with_furniture(frames: Sequence[DepthFrame]) -> Scene | None:
             # Who only moves the hands leaves nothing: what is most like a body is not furniture then.
             told = not moves and (walks or alone or s != main)
             standing = mask if told and standing is None else standing
+        if standing is None and up is not None:
+            # A desk hangs together with who sits at it.
+            surfaces = [seen.pixels_of([s]) for s in first + large]
+            tops = [top_in(camera, stays, depths[whole], surface, up) for surface in surfaces]
+            standing = next((top for top in tops if top is not None and not sways(depths, stays, inner_of(top))), None)
         if standing is None:
             break
         nearest = np.where(standing & np.isfinite(stays), stays, np.float32(np.inf))
         nearest = cv2.erode(nearest, _WINDOW, borderType=cv2.BORDER_REPLICATE)
-        room = scene = replace(room, background=np.where(np.isfinite(nearest), nearest, room.background))
+        there = np.isfinite(nearest)
+        furniture = there if room.furniture is None else there | room.furniture
+        room = scene = replace(room, background=np.where(there, nearest, room.background), furniture=furniture)
     if not somebody_sways:
         lasts = even[-1].time - even[0].time
         return replace(bare, still=True) if likely and not alone and lasts >= LONG and len(even) >= QUARTERS else None

@@ -44,7 +44,7 @@ def look_for_body(sight: Sight, state: TrackState) -> list[Pose]:
     detection = None
     if model.detector is not None:
         shown = DepthFrame(sight.seen.camera, sight.seen.depth, None, sight.seen.time)
-        detection = detect(model.detector, shown)
+        detection = detect(model.detector, shown, furniture=state.furniture)
         tried += candidates(performer, detection, few, model.examples)
 
     def refine(pose: Pose) -> tuple[Pose, float]:
