@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from motionmend.bodies.motion import Markers, Motion
 from motionmend.denoise.channels.branches import nearest_triple, nearest_turn, steady_triple, steady_turn
-from motionmend.denoise.channels.layout import learn_layout
+from motionmend.denoise.channels.cloud import main_heading
+from motionmend.denoise.channels.layout import along_its_way, learn_layout, own_layout
 from motionmend.denoise.channels.recording import from_channels, to_channels
 from motionmend.denoise.channels.travel import travel
 from motionmend.errors import MismatchError
@@ -55,6 +56,30 @@ def test_channels_do_not_change_with_place_and_heading(recording, angle, x, y):
     here = to_channels(recording, layout).values
     there = to_channels(moved(recording, angle, np.array([x, 1.0, y])), layout).values
     np.testing.assert_allclose(there, here, atol=1e-5)
+
+
+@given(angle=ANGLES, line=st.floats(-1.5, 1.5))
+def test_the_way_that_markers_go_is_found_and_turns_with_them(angle, line):
+    rng = np.random.default_rng(1)
+    up = np.array([0.0, 1.0, 0.0])
+    steps = rng.standard_normal((60, 4, 1)) * np.array([np.cos(line), 0.0, -np.sin(line)])  # to and fro along one line
+    steps += 0.05 * rng.standard_normal(steps.shape) + np.array([0.0, 3.0, 0.0]) * rng.standard_normal((60, 4, 1))
+    steps[rng.random((60, 4)) < 0.2] = np.nan
+    positions = np.cumsum(np.nan_to_num(steps), axis=0)
+    start = main_heading(np.zeros((2, 1, 3)) + np.array([[[0.0, 0, 0]], [[1.0, 0, 0]]]), up)
+    turned = positions @ Rotation.from_rotvec(np.radians(angle) * up).as_matrix().T
+    for way, wanted in ((positions, line), (turned, line + np.radians(angle))):
+        off = np.angle(np.exp(2j * (main_heading(way, up) - start - wanted))) / 2  # to and fro are one
+        assert abs(off) < 0.02
+
+
+def test_a_recording_of_itself_has_the_same_channels_facing_elsewhere():
+    recording = markers(clip("walk", seconds=1.0, fps=30.0, seed=2))
+    turned = moved(recording, 0.7, np.zeros(3))
+    here, there = (to_channels(one, along_its_way(own_layout(one), one)) for one in (recording, turned))
+    np.testing.assert_allclose(there.values, here.values, atol=1e-8)
+    back = from_channels(there, there.values, np.isfinite(there.values), turned)
+    np.testing.assert_array_equal(back, turned.positions)  # what was recorded, not all but for rounding
 
 
 def test_markers_keep_their_frame_when_pelvis_markers_are_missing():

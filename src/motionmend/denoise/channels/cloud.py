@@ -11,6 +11,7 @@ from ...errors import MismatchError
 from ...numerics.quantiles import quantile_of_known
 from ...numerics.robust import ESTIMATORS
 from .joints import CENTIMETRES
+from .pieces import pieces
 from .travel import Travel, travel, turn
 
 RIGID = 0.02  # m; markers on one segment keep their distance this well, skin and all
@@ -66,12 +67,40 @@ def righting(up: Floats, model_up: Floats) -> Floats:
     return np.asarray(Rotation.align_vectors(model_up[None], up[None])[0].as_matrix())
 
 
-def cloud_channels(positions: Floats, fps: float, up: Floats, anchors: Anchors, model_up: Floats) -> CloudChannels:
+def ways(positions: Floats) -> Floats:
+    """(3, 3) m: which way markers (T, M, 3) m go, and how far; it turns with the recording.
+
+    Of all steps the outer products, each by its length, so that a few leaps hardly count.
+    """
+    found = np.zeros((3, 3))
+    for some in pieces(len(positions)):
+        steps = np.diff(positions[some.start : some.stop + 1], axis=0).reshape(-1, 3)
+        length = np.linalg.norm(steps, axis=1)
+        known = np.isfinite(length) & (length > 0.0)
+        found += (steps[known] / length[known, None]).T @ steps[known]
+    return found
+
+
+def main_heading(positions: Floats, up: Floats) -> float:
+    """Rad about `up` (3,) of the level line along which markers (T, M, 3) m go to and fro most."""
+    level = np.eye(3)[int(np.argmin(np.abs(up)))]
+    along = level - (level @ up) * up
+    along = along / np.linalg.norm(along)
+    both = np.stack([along, np.cross(up, along)])
+    (xx, xy), (_, yy) = both @ ways(positions) @ both.T
+    return float(0.5 * np.arctan2(2.0 * xy, xx - yy))
+
+
+def cloud_channels(
+    positions: Floats, fps: float, up: Floats, anchors: Anchors, model_up: Floats, facing: float = 0.0
+) -> CloudChannels:
     """Channels of markers (T, M, 3) m at `fps` Hz, by the anchors' robustly fitted place and heading.
 
-    The recording's own `up` (3,) is turned to `model_up` (3,) first.
+    The recording's own `up` (3,) is turned to `model_up` (3,) first, and what is `facing` (rad) about that to 0.
     """
     upright = righting(up, model_up)
+    if facing:
+        upright = turn(np.array([-facing]), model_up)[0] @ upright
     positions, up = positions @ upright.T, model_up
     place, heading = fit_anchors(positions[:, anchors.indices], anchors.template, up)
     frame = travel(place, heading, fps, up)

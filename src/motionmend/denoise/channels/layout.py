@@ -11,7 +11,7 @@ from ...bodies.motion import Markers, Motion
 from ...bodies.skeleton import ROTATION, Skeleton, turned_in_other_order
 from ...errors import MismatchError, few
 from .bare_names import bare_name, called_barely
-from .cloud import Anchors, distance_change, learn_anchors, righting
+from .cloud import Anchors, distance_change, learn_anchors, main_heading, righting
 from .joints import middle, own_middle, unit
 from .rotation_order import in_order_of
 from .thinning import MOST_VALUES, Sample, first_number, nothing, sample
@@ -30,6 +30,7 @@ class Layout:
     centre : (D,) degrees or cm each joint channel is near to; empty for markers.
     anchors : the rigid group of markers, empty where channels stay in the world's frame; None for motions.
     up : (3,) against gravity, of the clips; recordings of markers are turned to it.
+    heading : rad about `up`, to which a recording of markers that stays in the world's frame is turned back.
     """
 
     kind: str
@@ -37,6 +38,7 @@ class Layout:
     centre: Floats
     anchors: Anchors | None
     up: Floats
+    heading: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", frozen(self.centre))
@@ -170,6 +172,17 @@ def own_layout(recording: Motion | Markers) -> Layout:
         return Layout("motion", names, own_middle(recording), None, recording.skeleton.up)
     nowhere = Anchors(np.empty(0, dtype=np.int64), np.empty((0, 3)))
     return Layout("markers", names, np.empty(0), nowhere, recording.up)
+
+
+def along_its_way(layout: Layout, recording: Motion | Markers) -> Layout:
+    """A recording's own layout with its axes along and across the way that its markers go.
+
+    Coordinates are repaired each for itself: by these the same recording facing elsewhere is repaired the same, and who
+    walks along a line is calm across it.
+    """
+    if isinstance(recording, Motion):
+        return layout
+    return replace(layout, heading=main_heading(recording.positions, recording.up))
 
 
 def kind_of(recording: Motion | Markers) -> str:

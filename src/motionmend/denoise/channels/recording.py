@@ -65,7 +65,7 @@ def to_channels(recording: Motion | Markers, layout: Layout) -> Channels:
         return Channels(_picked(values, columns), columns, JointChannels(frame, unknown, values[:, unknown]))
     assert layout.anchors is not None
     positions = _picked(recording.positions, columns)
-    cloud = cloud_channels(positions, recording.fps, recording.up, layout.anchors, layout.up)
+    cloud = cloud_channels(positions, recording.fps, recording.up, layout.anchors, layout.up, layout.heading)
     return Channels(cloud.values, columns, cloud)
 
 
@@ -75,7 +75,7 @@ def from_channels(channels: Channels, repaired: Floats, trusted: Bools, recordin
     Returns
     -------
     (T, D) rad and m for motions, (T, M, 3) m for markers; what the layout does not know stays as it was, and so does
-    each value of a motion that came back but for rounding: a channel that is zero throughout holds no 1e-17.
+    each value that came back but for rounding: a channel that is zero throughout holds no 1e-17.
     """
     here = np.flatnonzero(channels.columns >= 0)
     to = channels.columns[here]
@@ -90,14 +90,19 @@ def from_channels(channels: Channels, repaired: Floats, trusted: Bools, recordin
         values[:, unknown] = channels.inner.values
         into_angles(values, channels.inner.travel, believed, recording)
         values[:, unknown] = recording.q[:, unknown]
-        for some in pieces(recording.frames):
-            same = np.abs(values[some] - recording.q[some]) < ROUNDING
-            values[some][same] = recording.q[some][same]
-        return values
+        return _but_for_rounding(values, recording.q)
     assert isinstance(channels.inner, CloudChannels)
     positions = recording.positions.copy()
     positions[:, to] = positions_of(channels.inner, repaired)[:, here]
-    return positions
+    return _but_for_rounding(positions, recording.positions)
+
+
+def _but_for_rounding(values: Floats, recorded: Floats) -> Floats:
+    """Values (T, ...), and what was recorded where they are as good as that."""
+    for some in pieces(len(values)):
+        same = np.abs(values[some] - recorded[some]) < ROUNDING
+        values[some][same] = recorded[some][same]
+    return values
 
 
 def si_unit(recording: Motion | Markers, layout: Layout, columns: Ints) -> Floats:

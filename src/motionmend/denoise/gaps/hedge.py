@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...arrays import Floats
+from ..channels.cloud import ways
 from ..rivals.filtered import Filtered
 from ..rivals.marker_gaps import fill_pca
 
@@ -36,12 +37,14 @@ def hedged(places: Floats, std: Floats, positions: Floats) -> tuple[Floats, Floa
             unsure[:, marker] |= gap[:, marker] == gap[frame, marker]
     if not unsure.any():
         return places, std
-    other = fill_pca(positions, unsure)
+    # its components depend on the axes: these turn with the recording
+    axes = np.linalg.eigh(ways(positions))[1]
+    other = fill_pca(positions @ axes, unsure)
     rows = np.nonzero(unsure & other.filled & np.isfinite(std) & np.isfinite(other.std))
     one, two = std[rows], other.std[rows]
     share = _share_of_second(one, two)
     mixed, doubt = places.copy(), std.copy()
-    mixed[rows] += share[:, None] * (other.values[rows] - places[rows])
+    mixed[rows] += share[:, None] * (other.values[rows] @ axes.T - places[rows])
     common = ALIKE * one * two
     doubt[rows] = np.sqrt(((1.0 - share) * one) ** 2 + (share * two) ** 2 + 2.0 * share * (1.0 - share) * common)
     return mixed, doubt
