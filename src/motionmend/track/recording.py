@@ -170,9 +170,8 @@ class Told:
             for rows in (way, root, joints):
                 rows[t] = rows[t - 1] if t else np.nan
         std = in_hindsight(std, settled, places, root[:, :, 2], seen, changed[:, 0])
-        unsure = ~seen  # where the body was last, or may be
-        if still and unlike(wrong[:, 0], STILL_UNLIKE):  # what never sways may be nobody
-            unsure[:] = True
+        # where the body was last, or may be; and what never sways may be nobody
+        unsure = ~seen | (still and unlike(wrong[:, 0], STILL_UNLIKE))
         std[unsure] = np.maximum(std[unsure], UNSURE)
         places[~there], std[~there] = np.nan, np.nan
         poses = Poses(way, root, joints)

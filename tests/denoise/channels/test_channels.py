@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from motionmend.bodies.motion import Markers, Motion
 from motionmend.denoise.channels.branches import nearest_triple, nearest_turn, steady_triple, steady_turn
 from motionmend.denoise.channels.cloud import main_heading
-from motionmend.denoise.channels.layout import along_its_way, learn_layout, own_layout
+from motionmend.denoise.channels.layout import along_main_heading, learn_layout, own_layout
 from motionmend.denoise.channels.recording import from_channels, to_channels
 from motionmend.denoise.channels.travel import travel
 from motionmend.errors import MismatchError
@@ -76,7 +76,7 @@ def test_the_way_that_markers_go_is_found_and_turns_with_them(angle, line):
 def test_a_recording_of_itself_has_the_same_channels_facing_elsewhere():
     recording = markers(clip("walk", seconds=1.0, fps=30.0, seed=2))
     turned = moved(recording, 0.7, np.zeros(3))
-    here, there = (to_channels(one, along_its_way(own_layout(one), one)) for one in (recording, turned))
+    here, there = (to_channels(one, along_main_heading(own_layout(one), one)) for one in (recording, turned))
     np.testing.assert_allclose(there.values, here.values, atol=1e-8)
     back = from_channels(there, there.values, np.isfinite(there.values), turned)
     np.testing.assert_array_equal(back, turned.positions)  # what was recorded, not all but for rounding

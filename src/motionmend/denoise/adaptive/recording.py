@@ -13,7 +13,7 @@ from ...bodies.skeleton import ROTATION
 from ...numerics.ssa import Eigenbases, at_rate, eigenbases, lag_covariance, sum_covariances
 from ..channels.cloud import in_metres
 from ..channels.joints import JointChannels, root_rows
-from ..channels.layout import Layout, along_its_way, names_of, own_layout
+from ..channels.layout import Layout, along_main_heading, names_of, own_layout
 from ..channels.pieces import pieces
 from ..channels.recording import Channels, to_channels
 from ..channels.root_deviations import root_deviations
@@ -107,7 +107,7 @@ def mend_alone(recording: Recording) -> Repaired[Recording]:
 
 
 def _of_itself(recording: Motion | Markers, *, whole: bool = True) -> Knowledge:
-    return Knowledge(along_its_way(own_layout(recording), recording), None, None, None, OWN_RATE, whole=whole)
+    return Knowledge(along_main_heading(own_layout(recording), recording), None, None, None, OWN_RATE, whole=whole)
 
 
 def mend_recording(recording: Recording, known: Knowledge) -> Repaired[Recording]:

@@ -67,10 +67,10 @@ def righting(up: Floats, model_up: Floats) -> Floats:
     return np.asarray(Rotation.align_vectors(model_up[None], up[None])[0].as_matrix())
 
 
-def ways(positions: Floats) -> Floats:
-    """(3, 3) m: which way markers (T, M, 3) m go, and how far; it turns with the recording.
+def orientation_tensor(positions: Floats) -> Floats:
+    """(3, 3) m: which way markers (T, M, 3) m go, NaN = missing, and how far; it turns with the recording.
 
-    Of all steps the outer products, each by its length, so that a few leaps hardly count.
+    The outer products of all steps, each over its length, so that a few leaps hardly count.
     """
     found = np.zeros((3, 3))
     for some in pieces(len(positions)):
@@ -82,12 +82,12 @@ def ways(positions: Floats) -> Floats:
 
 
 def main_heading(positions: Floats, up: Floats) -> float:
-    """Rad about `up` (3,) of the level line along which markers (T, M, 3) m go to and fro most."""
+    """Rad about `up` (3,) of the level line along which markers (T, M, 3) m, NaN = missing, go to and fro most."""
     level = np.eye(3)[int(np.argmin(np.abs(up)))]
     along = level - (level @ up) * up
     along = along / np.linalg.norm(along)
     both = np.stack([along, np.cross(up, along)])
-    (xx, xy), (_, yy) = both @ ways(positions) @ both.T
+    (xx, xy), (_, yy) = both @ orientation_tensor(positions) @ both.T
     return float(0.5 * np.arctan2(2.0 * xy, xx - yy))
 
 

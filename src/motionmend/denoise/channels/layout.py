@@ -174,8 +174,8 @@ def own_layout(recording: Motion | Markers) -> Layout:
     return Layout("markers", names, np.empty(0), nowhere, recording.up)
 
 
-def along_its_way(layout: Layout, recording: Motion | Markers) -> Layout:
-    """A recording's own layout with its axes along and across the way that its markers go.
+def along_main_heading(layout: Layout, recording: Motion | Markers) -> Layout:
+    """A recording's own layout with its axes along and across the line that its markers go to and fro on most.
 
     Coordinates are repaired each for itself: by these the same recording facing elsewhere is repaired the same, and who
     walks along a line is calm across it.

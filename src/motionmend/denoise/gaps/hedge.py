@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...arrays import Floats
-from ..channels.cloud import ways
+from ..channels.cloud import orientation_tensor
 from ..rivals.filtered import Filtered
 from ..rivals.marker_gaps import fill_pca
 
@@ -38,7 +38,7 @@ def hedged(places: Floats, std: Floats, positions: Floats) -> tuple[Floats, Floa
     if not unsure.any():
         return places, std
     # its components depend on the axes: these turn with the recording
-    axes = np.linalg.eigh(ways(positions))[1]
+    axes = np.linalg.eigh(orientation_tensor(positions))[1]
     other = fill_pca(positions @ axes, unsure)
     rows = np.nonzero(unsure & other.filled & np.isfinite(std) & np.isfinite(other.std))
     one, two = std[rows], other.std[rows]
